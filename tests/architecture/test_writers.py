@@ -17,7 +17,7 @@ OTHERS = {
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left
-    "exports/fmu_build.py": {"write_text"},
+    "exports/fmu.py": {"write_text"},
     "cli/terminal.py": {"open", "os.open"},  # the null device
     "study/worker.py": {"os.open"},
     "testing/readers.py": {"savez"},  # into a buffer

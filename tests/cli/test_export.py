@@ -10,7 +10,7 @@ import pytest
 from tests.cli.conftest import written_in
 
 import bristle as br
-from bristle.exports import fmu_build
+from bristle.exports import fmu
 from bristle.files.operator import write_operator
 
 
@@ -119,8 +119,8 @@ def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
 
 @pytest.mark.parametrize("to", ["fmu2", "fmu3"])
 def test_the_law_of_a_variant_leaves_as_an_fmu(bristle, place, monkeypatch, to):
-    monkeypatch.setattr(fmu_build, "zig", list)
-    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    monkeypatch.setattr(fmu, "zig", list)
+    monkeypatch.setattr(fmu, "compiler", lambda: None)
     found = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json")
     assert found.code == 0
     assert found.data["files"] == ["axis_x.fmu"]

@@ -15,9 +15,8 @@ from bristle.core.dimensions import NAMES
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.axis import axis_from
 from bristle.files.curves import read_curve_columns
-from bristle.files.experiment import KEYS, experiment_from, merged
+from bristle.files.experiment import KEYS, experiment_from, merged, planned_in, with_models
 from bristle.files.model import friction_from
-from bristle.files.pipeline import planned_in, with_models
 from bristle.files.run import RUN
 from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources

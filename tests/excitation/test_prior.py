@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from tests.excitation.axes import STAGE
 
-from bristle.excitation.prior import prior_of, turning_distance
+from bristle.excitation.limits import prior_of, turning_distance
 from bristle.friction import coulomb_viscous, lugre, maxwell_slip
 
 

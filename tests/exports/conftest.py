@@ -7,7 +7,7 @@ import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
 
 import bristle as br
-from bristle.exports import fmu_build
+from bristle.exports import fmu
 from bristle.files.owned import lock
 
 
@@ -30,7 +30,7 @@ def fmus(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch, open(f"{folder}.lock", "w", encoding="ascii") as note:
         alone(note.fileno())
         folder.mkdir(exist_ok=True)
-        patch.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
+        patch.setattr(fmu, "zig", list)  # other platforms take minutes, and cannot be run here
         for name in WRITTEN:
             if not (folder / name).exists():
                 br.export(example(name), f"fmu{name[-1]}", folder / name, step=STEP, plant=PLANT)

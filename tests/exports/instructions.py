@@ -15,8 +15,7 @@ from tests.exports.other_targets import FLAGS, TARGETS
 
 import bristle as br
 from bristle.core.contracts import Model
-from bristle.exports.subject import subject_of
-from bristle.exports.walk import PART, RESTS, SEED, walk_of
+from bristle.exports.subject import PART, RESTS, SEED, subject_of, walk_of
 from bristle.friction import MODELS
 from bristle.testing import example_of
 

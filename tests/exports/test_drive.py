@@ -7,7 +7,9 @@ import pytest
 
 import bristle as br
 from bristle.engine.contact import steady_force
-from bristle.exports.drive import side_of
+from bristle.exports.drive import Side, side_of
+from bristle.exports.tf5200 import merged
+from bristle.prediction.drive_units import DriveUnit
 
 AXIS = {
     "schema": 1,
@@ -76,6 +78,13 @@ def test_the_list_of_the_cnc_reads_back(model, tmp_path):
     wrong = 0.5 * (0.15 - 0.12) / 0.005
     assert float(re.search(r"off by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
     assert all(note in path.read_text() for note in found.notes)
+
+
+def test_an_entry_of_the_list_is_left_out_where_both_neighbours_equal_it_and_only_there():
+    entries = np.column_stack([1e-3 * np.arange(6), [10.0, 10.0, 10.0, 20.0, 20.0, 30.0]])
+    kept = merged(Side(entries, entries), DriveUnit("0.1 % of rated", 1.0), "translational").entries
+    assert kept[:, 0].tolist() == entries[[0, 2, 3, 4, 5], 0].tolist()
+    assert np.interp(entries[:, 0], *kept.T).tolist() == entries[:, 1].tolist()
 
 
 def test_the_distance_of_a_reversal_is_that_of_the_contact(tmp_path):

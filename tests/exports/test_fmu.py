@@ -16,9 +16,8 @@ from tests.exports.native import COMPILER, WARNINGS, differing
 import bristle as br
 from bristle.cli.main import main
 from bristle.engine import force_along, interpreted, run_open_loop
-from bristle.exports import fmu_build
-from bristle.exports.described import Source
-from bristle.exports.identity import hash_of_model
+from bristle.exports import fmu
+from bristle.exports.described import Source, hash_of_model
 from bristle.files.model import write_model
 from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
@@ -125,7 +124,7 @@ def test_a_second_importer_sees_the_same_bits(ecos, fmus, name):
 @needs_compiler
 @needs_fmpy
 def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, fmus, monkeypatch):
-    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu, "zig", list)
     values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2}
     plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]})(**values)
     found = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
@@ -206,7 +205,7 @@ def test_a_saved_state_goes_on_with_the_same_bits_and_a_damaged_one_is_refused(o
 
 
 def digest(content):
-    from bristle.exports.walk import hash_of
+    from bristle.exports.subject import hash_of
 
     return hash_of(np.frombuffer(content, dtype="<f8").tolist())
 
@@ -267,8 +266,8 @@ def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
 
 
 def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(fmu_build, "zig", list)
-    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    monkeypatch.setattr(fmu, "zig", list)
+    monkeypatch.setattr(fmu, "compiler", lambda: None)
     found = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
     assert any("holds its source only" in note for note in found.notes)
     assert any("no mass" in note for note in found.notes)
@@ -287,7 +286,7 @@ def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypa
 def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tmp_path, monkeypatch):
     import subprocess
 
-    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu, "zig", list)
     written = [(name, "axis_x_mass") for name in ("preisach_lugre_2", "preisach_lugre_3", "lugre_2")]
     for name, unit in (*written, ("coulomb_3", "axis_x")):
         with zipfile.ZipFile(fmus / name / f"{unit}.fmu") as archive:
@@ -302,8 +301,8 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tm
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch, fmi):
-    monkeypatch.setattr(fmu_build, "zig", list)
-    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    monkeypatch.setattr(fmu, "zig", list)
+    monkeypatch.setattr(fmu, "compiler", lambda: None)
     model = example("lugre_2")
     source = Source({"model": "a<b.toml", "command": "bristle export"}, {"F_S": {"interval": (24.0, 31.5)}})
     br.export(model, f"fmu{fmi}", tmp_path / "out", source=source, plant=PLANT)
@@ -340,8 +339,8 @@ def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch
 
 
 def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(fmu_build, "zig", list)
-    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    monkeypatch.setattr(fmu, "zig", list)
+    monkeypatch.setattr(fmu, "compiler", lambda: None)
     write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0

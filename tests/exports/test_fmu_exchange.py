@@ -10,7 +10,7 @@ from tests.exports.importing import PLANT, example, needs_compiler, needs_fmpy
 
 import bristle as br
 from bristle.engine import force_along, interpreted, run_adaptive
-from bristle.exports import fmu_build
+from bristle.exports import fmu
 from bristle.exports.fmu_exchange import why_not
 from bristle.friction import MODELS, with_slots
 from bristle.friction.slots import SLOTS
@@ -224,7 +224,7 @@ SPRUNG = br.plants.oscillator(M=2.0, k=1e4, c=3.0)
 def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monkeypatch, name, slots, plant, fmi):
     from fmpy.validation import validate_fmu
 
-    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu, "zig", list)
     model, dt = example_of(with_slots(MODELS[name], slots)), 0.02
     found = br.export(model, f"fmu{fmi}", tmp_path / "out", plant=plant)
     path = tmp_path / "out" / "axis_x_mass.fmu"
@@ -240,8 +240,8 @@ def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monke
 
 
 def test_models_without_continuous_time_are_for_co_simulation_alone_and_say_why(tmp_path, monkeypatch):
-    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
-    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu, "compiler", lambda: None)
+    monkeypatch.setattr(fmu, "zig", list)
     found = br.export(example("coulomb_3"), "fmu2", tmp_path / "out", plant=PLANT)
     assert any(note.startswith("co-simulation alone: the force of coulomb jumps") for note in found.notes)
     with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:

@@ -13,11 +13,9 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
 from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, variant_of
 
 import bristle as br
-from bristle.exports import fmu_build
+from bristle.exports import fmu
 from bristle.exports.c_law import law_files
-from bristle.exports.described import Source
-from bristle.exports.fmu import Setting, law_fmu_files
-from bristle.exports.identity import hash_of_law
+from bristle.exports.described import Source, hash_of_law
 from bristle.exports.law import law_of
 from bristle.exports.law_described import law_walk
 
@@ -82,13 +80,13 @@ def in_c(tmp_path_factory):
 def fmus(tmp_path_factory):
     folder = tmp_path_factory.mktemp("law_fmus")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fmu_build, "zig", list)
+        patch.setattr(fmu, "zig", list)
         for name, (controller, fed, fmi) in LAWS.items():
             told = law(controller, fed)
             source = Source(model_hash=hash_of_law(told))
-            files, notes = law_fmu_files(told, Setting(name, source, told.dt, fmi))
-            assert any("sample time, 0.0005 s" in note for note in notes)
-            (folder / f"{name}.fmu").write_bytes(files[f"{name}.fmu"])
+            written = fmu.write_law(told, name, source, fmi=fmi)
+            assert any("sample time, 0.0005 s" in note for note in written.notes)
+            (folder / f"{name}.fmu").write_bytes(written.files[f"{name}.fmu"])
     return folder
 
 

@@ -11,9 +11,13 @@ from tests.exports.test_laws import variant_of
 from tests.exports.test_own_model import HEAD, TRIAL, model_of
 
 import bristle as br
-from bristle.exports.identity import copyright_line, hash_of_law, hash_of_model, licence_text
+from bristle.exports.build import Builder
+from bristle.exports.cycle import core_of
+from bristle.exports.described import copyright_line, hash_of_law, hash_of_model, licence_text
 from bristle.exports.law import law_of
+from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
+from bristle.friction.resting import with_rest
 from bristle.hysteresis import OPERATORS
 from bristle.testing import example_of
 
@@ -54,6 +58,18 @@ def test_each_file_of_each_target_has_the_hash_of_its_model_whatever_the_options
         assert count >= (1 if name == "wasm" else 2)
 
 
+def test_functions_keep_their_names_and_models_their_hash_wherever_kernels_stand():
+    model = example_of(with_slots(MODELS["stribeck"], ("position", "load", "asymmetry")))
+    names = [function.name for function in subject_of(with_rest(model, "held")).unit.functions]
+    assert names[0] == "surroundings_motion_on_side"
+    assert names[8:10] == ["stribeck_trial", "variation_share_of"]
+    assert names[-4:] == ["variation_trial", "slots_trial", "resting_trial", "resting_commit"]
+    plant = br.plants.inertia(M=2.0)
+    assert core_of(subject_of(model), plant, Builder()).entry.name == "fmu_core_stepped"
+    digests = {name: hash_of_model(example_of(MODELS[name]))[:12] for name in ("lugre", "stribeck", "gms")}
+    assert digests == {"lugre": "0681e09f87ac", "stribeck": "2c9b5ee8b03c", "gms": "91dd668345f8"}
+
+
 def test_the_rule_at_rest_is_no_part_of_a_model(tmp_path):
     model = br.friction.coulomb(F_C=3.0)
     for rest in ("held", "middle"):
@@ -92,7 +108,7 @@ def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
 
 def test_another_process_finds_the_same():
     model = f"br.friction.lugre(**{LUGRE})"
-    code = f"import bristle as br; from bristle.exports.identity import hash_of_model; print(hash_of_model({model}))"
+    code = f"import bristle as br; from bristle.exports.described import hash_of_model; print(hash_of_model({model}))"
     ran = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,

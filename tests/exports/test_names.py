@@ -12,8 +12,8 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, w
 
 import bristle as br
 from bristle.engine import interpreted
-from bristle.exports import fmu_build
-from bristle.exports.names import Names
+from bristle.exports import fmu
+from bristle.exports.c_code import Names
 from bristle.exports.proof import builds
 from bristle.files.user_model import load_code
 from bristle.testing import example_of
@@ -130,8 +130,8 @@ def test_its_c_with_parameters_that_change_is_taken_by_compilers_of_c_and_of_cpp
 
 @needs_compiler
 def test_its_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
-    monkeypatch.setattr(fmu_build, "zig", list)
-    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    monkeypatch.setattr(fmu, "zig", list)
+    monkeypatch.setattr(fmu, "compiler", lambda: None)
     br.export(model, "fmu3", tmp_path / "out", plant=br.plants.inertia(M=2.0))
     with zipfile.ZipFile(tmp_path / "out" / "axis_x_mass.fmu") as archive:
         archive.extractall(tmp_path / "fmu")

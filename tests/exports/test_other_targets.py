@@ -7,7 +7,7 @@ import pytest
 from tests.exports.instructions import counted
 from tests.exports.other_targets import TARGETS, answer, examples
 
-from bristle.exports import walk
+from bristle.exports import subject
 from bristle.friction import MODELS
 from bristle.testing import example_of
 
@@ -43,6 +43,6 @@ def test_other_bits_are_told(monkeypatch, tmp_path):
     target = TARGETS["clang"]._replace(build=("cc",))
     if shutil.which("cc") is None:
         pytest.skip("needs a C compiler")
-    monkeypatch.setattr(walk, "FNV_PRIME", walk.FNV_PRIME + 2)
+    monkeypatch.setattr(subject, "FNV_PRIME", subject.FNV_PRIME + 2)
     said = answer(target, examples()["plain lugre"], Path(tmp_path) / "out")
     assert "expected" in said

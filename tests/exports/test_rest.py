@@ -8,8 +8,7 @@ from tests.exports.structured_text import StructuredText
 import bristle as br
 from bristle.core.experiment import RESTS, Feedforward
 from bristle.exports.drive import direction_by, last_direction
-from bristle.exports.target import Request
-from bristle.exports.targets import TARGETS
+from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
 from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import rest_rule, with_rest

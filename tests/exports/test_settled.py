@@ -11,9 +11,8 @@ from bristle.core.mathematics import power
 from bristle.exports.build import Builder
 from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
-from bristle.exports.tree import Binary, Call, Compare, Constant, If, Logic, Return, Variable, walk
+from bristle.exports.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, Variable, type_of, walk
 from bristle.exports.tunable import tunable_of
-from bristle.exports.types import REAL, TRUTH, Array, type_of
 from bristle.testing import example_of
 
 

@@ -14,8 +14,7 @@ from bristle.core.exponent import exponent, mantissa
 from bristle.exports.described import Source
 from bristle.exports.plcopen import NAMESPACE
 from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_names import RESERVED, real_literal
-from bristle.exports.st_parts import part_text
+from bristle.exports.st_parts import RESERVED, part_text, real_literal
 from bristle.exports.st_project import total_of
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
@@ -189,12 +188,12 @@ def test_a_literal_is_the_number_to_the_bit_and_none_of_its_parts_is_large(value
 
 
 HELPED = """
-FUNCTION_BLOCK axis_x
+FUNCTION_BLOCK {block}
 VAR_INPUT position : LREAL; period : LREAL; restart : BOOL; clear : BOOL; END_VAR
 VAR_OUTPUT force : LREAL; refused : BOOL; overflow : BOOL; END_VAR
     {body}
 END_FUNCTION_BLOCK
-PROGRAM axis_x_selftest
+PROGRAM {block}_selftest
 VAR_OUTPUT done : BOOL; passed : BOOL; END_VAR
     done := TRUE;
 END_PROGRAM
@@ -219,7 +218,7 @@ REALS = (
 )
 HELPERS = {
     "power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-1022, 1024, 5), "{0}(power := position)"),
-    "ends": (lambda k: math.ldexp(1.0, int(k)), (-1022, 1023, 512, -512), "axis_x_power_of_two(power := position)"),
+    "ends": (lambda k: math.ldexp(1.0, int(k)), (-1022, 1023, 512, -512), "{0}(power := position)"),
     "mantissa": (mantissa, REALS, "{0}(number := position)"),
     "exponent": (exponent, REALS, "{0}(number := position)"),
     "floor": (math.floor, (-2.5, -2.0, -0.1, 0.0, 0.5, 2.0, 2.7, 1e9), "DINT_TO_LREAL({0}(number := position))"),
@@ -231,14 +230,27 @@ HELPERS = {
 }
 
 
-@pytest.mark.parametrize("rounded", ["nearbyint", "trunc"])
+def in_blocks(helpers, folder, scalar="LREAL", rounded="nearbyint"):
+    """Return each helper, with its call, in a block of its own: compiled at once."""
+    texts = {}
+    for name, call in helpers.items():
+        block, helper = f"of_{name}", "power_of_two" if name == "ends" else name
+        pous = helpers_of([helper], f"{block}_{{}}".format, "DINT", scalar)
+        body = f"force := {call.format(f'{block}_{helper}')};"
+        texts[block] = ["".join(part_text(pou) for pou in pous) + HELPED.format(block=block, body=body)]
+    return StructuredText(texts, folder, rounded=rounded)
+
+
+@pytest.fixture(scope="module", params=["nearbyint", "trunc"])
+def helpers(request, tmp_path_factory):
+    calls = {name: call for name, (_, _, call) in HELPERS.items()}
+    return in_blocks(calls, tmp_path_factory.mktemp("helpers"), rounded=request.param)
+
+
 @pytest.mark.parametrize("name", HELPERS)
-def test_what_stands_in_for_bits_is_exact_to_the_ends_of_the_range(name, rounded, tmp_path):
-    expected, arguments, call = HELPERS[name]
-    pous = helpers_of(["power_of_two" if name == "ends" else name], lambda helper: f"axis_x_{helper}", "DINT")
-    text = "".join(part_text(pou) for pou in pous) + HELPED.format(body=f"force := {call.format(f'axis_x_{name}')};")
-    block = StructuredText({"axis_x": [text]}, tmp_path, rounded=rounded)
-    found, _ = block.run("axis_x", [float(argument) for argument in arguments])
+def test_what_stands_in_for_bits_is_exact_to_the_ends_of_the_range(name, helpers):
+    expected, arguments, _ = HELPERS[name]
+    found, _ = helpers.run(f"of_{name}", [float(argument) for argument in arguments])
     assert differing(found, np.array([float(expected(argument)) for argument in arguments])) == 0
 
 
@@ -358,14 +370,12 @@ SINGLE_HELPERS = {
 }
 
 
-@pytest.mark.parametrize("name", SINGLE_HELPERS)
-def test_what_stands_in_for_bits_of_single_precision_is_exact(name, tmp_path):
-    expected, arguments, argument = SINGLE_HELPERS[name]
-    pous = helpers_of([name], lambda helper: f"axis_x_{helper}", "DINT", "REAL")
-    body = f"force := REAL_TO_LREAL(axis_x_{name}({argument} := LREAL_TO_REAL(position)));"
-    text = "".join(part_text(pou) for pou in pous) + HELPED.format(body=body)
-    found, _ = StructuredText({"axis_x": [text]}, tmp_path).run("axis_x", [float(number) for number in arguments])
-    assert found.tolist() == [float(expected(number)) for number in arguments]
+def test_what_stands_in_for_bits_of_single_precision_is_exact(tmp_path):
+    calls = {name: f"REAL_TO_LREAL({{0}}({of} := LREAL_TO_REAL(position)))" for name, (_, _, of) in SINGLE_HELPERS.items()}
+    helpers = in_blocks(calls, tmp_path, "REAL")
+    for name, (expected, arguments, _) in SINGLE_HELPERS.items():
+        found, _ = helpers.run(f"of_{name}", [float(number) for number in arguments])
+        assert found.tolist() == [float(expected(number)) for number in arguments], name
 
 
 # --- XML --------------------------------------------------------------------------------------------------------------

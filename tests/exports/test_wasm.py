@@ -17,8 +17,7 @@ from tests.exports.native import COMPILER, FLAGS, differing, walk
 from tests.lab.browser import browser
 
 import bristle as br
-from bristle.exports.subject import subject_of
-from bristle.exports.walk import digest_of
+from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.wasm import ALONE, module_of
 from bristle.exports.wasm_binary import leb, signed_leb
 from bristle.friction import MODELS, with_slots

@@ -9,6 +9,7 @@ from tests.loop.laws import rig
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
+from bristle.figures import errors, loop_family, loop_rows, preisach, rig_layout, small_multiples
 from bristle.identification.result import Estimate
 from bristle.logs.passages import Passage
 from bristle.loop import assess
@@ -19,7 +20,7 @@ X = 2e-2 * np.sin(3.0 * T)
 V = np.gradient(X, T)
 F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
-SPREAD = figures.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
+SPREAD = errors.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 
 
 def fit(names, name):
@@ -132,33 +133,33 @@ def gallery(names=PLAIN, many=None):
     loops, recorded = [traces[one], (2e-3 * X, F)], log()
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     told = {name: f"{name}: 0.5 µm" for name in names}
-    errors = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
+    by_name = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
     variant, both = loop(one), {"friction": traces[one], "read": traces[other]}
     return {
-        "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
+        "break_away": lambda: loop_family.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "circles": lambda: figures.circles(circles(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
         "comparison_in_short": lambda: figures.comparison_in_short(compared()),
         "comparison": lambda: figures.comparison(compared()),
-        "control_effort": lambda: figures.control_effort(simulated(names), 0.5, (1.0, 2.0)),
+        "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
         "correlation": lambda: figures.correlation(best),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
         "drive_table": lambda: figures.drive_table([(-0.1, -9.0), (0.1, 9.0)], [(-0.1, -9.0), (0.1, 9.0)]),
         "effort_over_time": lambda: figures.effort_over_time(best),
         "error_budget": lambda: figures.error_budget(budget(), "translational"),
-        "error_distribution": lambda: figures.error_distribution(simulated(names, 0.0), 0.5, 0.0),
-        "error_over": lambda: figures.error_over([2, 4], errors, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
-        "error_over_a_level": lambda: figures.error_over(
+        "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),
+        "error_over": lambda: errors.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
+        "error_over_a_level": lambda: errors.error_over(
             [1.0, 2.0, 4.0],
             {"found": np.array([(0.7, 0.68, 0.72), (0.6, 0.59, 0.61), (0.5, 0.5, 0.5)])},
             {one: 0.65, other: 0.4},
             "Level [N]",
             "Error [µm]",
         ),
-        "errors_by_loop": lambda: figures.errors_by_loop(
+        "errors_by_loop": lambda: errors.errors_by_loop(
             {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
         ),
-        "errors_by_truth": lambda: figures.errors_by_truth(
+        "errors_by_truth": lambda: errors.errors_by_truth(
             {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
@@ -169,13 +170,13 @@ def gallery(names=PLAIN, many=None):
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
-        "loop_family": lambda: figures.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
+        "loop_family": lambda: loop_family.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
         "loops_at_reversal": lambda: figures.loops_at_reversal(looped(names), names[:2]),
         "loops_proposed": lambda: figures.loops_proposed(
             many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
         ),
         "margins": lambda: figures.margins(assess(rig(1))),
-        "marked_path": lambda: figures.marked_path(few, turns, "abc", told),
+        "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", told),
         "minor_loops": lambda: figures.minor_loops(traces),
         "model_comparison": lambda: figures.model_comparison(fits),
         "motion": lambda: figures.motion(planned),
@@ -184,15 +185,15 @@ def gallery(names=PLAIN, many=None):
         "passages": lambda: figures.passages(*recorded),
         "prediction": lambda: figures.prediction(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
-        "preisach_stages": lambda: figures.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
+        "preisach_stages": lambda: preisach.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
         "recorded_curves": lambda: figures.recorded_curves([(X, F)], [0.97 * F], "translational"),
         "residuals": lambda: figures.residuals(best),
-        "marked_path_beneath": lambda: figures.marked_path(
+        "marked_path_beneath": lambda: small_multiples.marked_path(
             few, turns, "abc", told, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
         ),
-        "rig_layout": lambda: figures.rig_layout(figures.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
-        "ripple": lambda: figures.ripple(T, F, few, 200, told),
-        "ripple_close_up": lambda: figures.ripple(T, F, few, 200, told, close_up=(other, both)),
+        "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
+        "ripple": lambda: loop_family.ripple(T, F, few, 200, told),
+        "ripple_close_up": lambda: loop_family.ripple(T, F, few, 200, told, close_up=(other, both)),
         "study_influence": lambda: figures.study_influence(
             [one, other],
             {"alone": [(0.6, (0.5, 0.7)), (0.3, (0.2, 0.4))], "with others": [(0.65, (0.5, 0.8)), (0.35, (0.2, 0.5))]},
@@ -200,8 +201,8 @@ def gallery(names=PLAIN, many=None):
             signed=False,
         ),
         "study_spread": lambda: figures.study_spread({name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]),
-        "tracking": lambda: figures.tracking(simulated(names), 0.5, (1.0, 2.0)),
-        "tracking_error": lambda: figures.tracking_error(simulated(names), 0.5),
+        "tracking": lambda: loop_rows.tracking(simulated(names), 0.5, (1.0, 2.0)),
+        "tracking_error": lambda: loop_rows.tracking_error(simulated(names), 0.5),
         "transition_curves": lambda: figures.transition_curves(dict.fromkeys(names, exact), 5e-5),
     }
 

@@ -8,6 +8,7 @@ from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle import figures
+from bristle.figures import rig_layout
 from bristle.loop import assess, error_budget, run_circles
 
 
@@ -62,7 +63,7 @@ def test_a_rotational_axis_is_told_in_angles(budget, round_trip):
 
 @pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])
 def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolution):
-    figure = figures.rig_layout(figures.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one"))
+    figure = rig_layout.rig_layout(rig_layout.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one"))
     assert_legible(figure)
     above, below = figure.axes
     assert above.get_position().y0 >= below.get_position().y1 - 1e-9

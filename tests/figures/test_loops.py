@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.figures.gallery import PLAIN, F, T, simulated
 
-from bristle import figures
+from bristle.figures import loop_rows
 
 LATE = T >= 0.5
 
@@ -14,7 +14,7 @@ def drawn(axes, label):
 
 
 def test_a_published_range_stands_in_the_panel_of_its_loop_in_the_unit_of_the_axis():
-    figure = figures.error_distribution(simulated(PLAIN), 0.5, 0.0, {PLAIN[1]: (-3e-6, 2e-5)})
+    figure = loop_rows.error_distribution(simulated(PLAIN), 0.5, 0.0, {PLAIN[1]: (-3e-6, 2e-5)})
     first, second = figure.axes[:2]
     assert first.get_xlabel() == "Following error [mm]"
     (low,), (high,) = drawn(second, "range in the paper"), drawn(second, "_same")
@@ -23,7 +23,7 @@ def test_a_published_range_stands_in_the_panel_of_its_loop_in_the_unit_of_the_ax
 
 
 def test_the_bars_of_a_distribution_are_shares_of_the_samples_and_its_mean_is_their_middle():
-    figure = figures.error_distribution(simulated(PLAIN), 0.5, 0.0)
+    figure = loop_rows.error_distribution(simulated(PLAIN), 0.5, 0.0)
     for axes in figure.axes[:2]:
         shares, edges, _ = axes.patches[1].get_data()
         assert shares.sum() == pytest.approx(100.0, rel=1e-12)
@@ -32,16 +32,29 @@ def test_the_bars_of_a_distribution_are_shares_of_the_samples_and_its_mean_is_th
         assert mean.get_xdata()[0] == pytest.approx(shares @ middle / 100.0, abs=np.diff(edges)[0])
 
 
+def test_panels_of_one_scale_hold_the_highest_of_all():
+    loops = simulated(PLAIN)
+    loops[PLAIN[1]].measured = loops[PLAIN[1]].reference + 1e-4 * np.sin(9.0 * T)
+    *first, last = loop_rows.tracking_error(loops, 0.5).axes
+    assert all(axes.get_ylim() == last.get_ylim() for axes in first)
+    assert last.get_ylim()[1] > 0.1  # mm
+    loops[PLAIN[1]].measured = loops[PLAIN[1]].reference - 1e-5 * (T > 2.0)
+    first, last = loop_rows.error_distribution(loops, 0.5, 0.0).axes
+    assert first.get_ylim() == last.get_ylim()
+    assert first.get_ylim()[0] == 0.0
+    assert first.get_ylim()[1] > max(float(np.max(patch.get_data().values)) for axes in (first, last) for patch in axes.patches[1:])
+
+
 def test_friction_is_drawn_over_the_effort_where_it_is_asked_for():
     loops = simulated(PLAIN)
     for k, one in enumerate(loops.values()):
         one.friction = (0.5 + 0.1 * k) * F
-    figure = figures.control_effort(loops, 0.5, (1.0, 2.0), 3.0, "rotational", friction=True)
+    figure = loop_rows.control_effort(loops, 0.5, (1.0, 2.0), 3.0, "rotational", friction=True)
     assert figure.axes[0].get_ylabel() == "Driving torque [N·m]"
     for k, (whole, near) in enumerate((figure.axes[:2], figure.axes[2:4])):
         for axes, part in ((whole, LATE), (near, (T >= 1.0) & (T <= 2.0))):
             (effort,), (friction,) = drawn(axes, "driving torque"), drawn(axes, "friction")
             np.testing.assert_allclose(effort.get_ydata(), 3.0 * F[part])
             np.testing.assert_allclose(friction.get_ydata(), 3.0 * (0.5 + 0.1 * k) * F[part])
-    plain = figures.control_effort(loops, 0.5, (1.0, 2.0))
+    plain = loop_rows.control_effort(loops, 0.5, (1.0, 2.0))
     assert not any(drawn(axes, "friction") for axes in plain.axes)

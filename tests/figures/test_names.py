@@ -44,19 +44,14 @@ def letters(svg):
 
 
 def test_the_gallery_holds_every_figure():
-    others = {
-        "Mechanics",
-        "ReportFigure",
-        "Spread",
-        "as_csv",
-        "figure_file",
-        "fits_as_png",
-        "has_completed",
-        "inline_svg",
-        "load_figure_file",
-        "numbers_of",
-    }
+    others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "has_completed", "inline_svg", "load_figure_file", "numbers_of"}
     assert set(figures.__all__) - others <= set(gallery())
+
+
+@pytest.mark.parametrize(("name", "place"), [("tracking", "loop_rows"), ("error_over_level", "errors.error_over")])
+def test_a_figure_of_the_source_paper_is_refused_by_name_with_its_place(name, place):
+    with pytest.raises(AttributeError, match=rf"no {name} any more; it is in bristle\.figures\.{place}"):
+        getattr(figures, name)
 
 
 def named(names, many=None):

@@ -14,7 +14,7 @@ import bristle
 from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
-from bristle.exports.own import load_target_file
+from bristle.exports.writing import load_target_file
 from bristle.files import load_code, load_slot_file, read_model
 from bristle.files.permission import allow, is_allowed, state_folder
 from bristle.files.user_model import load_checked, load_reader_file

@@ -16,7 +16,8 @@ from bristle.identification.preprocessing import treat
 from bristle.prediction import drive_table, unexplained_force
 from bristle.report.messages import assumptions_of, note_of
 from bristle.report.operators import operator_prediction_summary, operator_summary
-from bristle.report.summary import identification_summary, prediction_summary
+from bristle.report.prediction import prediction_summary
+from bristle.report.summary import identification_summary
 
 __all__ = [
     "of_break_aways",

@@ -8,10 +8,10 @@ from bristle.identification import identify
 from bristle.identification.excitation import TRADED
 from bristle.identification.result import LACKING, TRADED_IN
 from bristle.prediction import predict
+from bristle.report.identification import sentences
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
-from bristle.report.verdict import sentences
 
 
 def told(log, code, model="coulomb_viscous", **asked):

@@ -7,11 +7,10 @@ import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis, InputError
-from bristle.core.variable import KINDS
 from bristle.identification import identify
 from bristle.identification.settings import DEFAULT, Settings, thresholds
 from bristle.report.messages import warnings_of
-from bristle.report.settings import changed_settings, settings_table
+from bristle.report.model_tables import changed_settings
 
 AS_TREATED = Axis(seeks_delay=False, cutoff=100.0)  # each model has its own inertia
 
@@ -105,11 +104,9 @@ def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
     assert "too_short" in codes(identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows)}))
 
 
-def test_they_are_shown_those_that_were_changed_apart():
+def test_a_table_shows_the_thresholds_that_were_changed():
     changed = Settings.of({"unsure_std": 0.25})
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
     assert [row[:3] for row in table.rows] == [("unsure_std", "0.25", "0.5")]
-    both = {row[0] for kind in KINDS for row in settings_table(changed, kind).rows}
-    assert both == {threshold.name for threshold in thresholds()}
-    assert "fastest_turning" not in {row[0] for row in settings_table(changed, "translational").rows}
+    assert set(changed.as_data()) == {threshold.name for threshold in thresholds()}  # all of them stand in summary.json

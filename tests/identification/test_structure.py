@@ -16,10 +16,10 @@ from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
+from bristle.report.identification import sentences
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
-from bristle.report.verdict import sentences
 
 LEVEL = 8.0  # [N], of the sliding effort
 

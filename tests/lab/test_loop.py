@@ -12,8 +12,7 @@ from bristle.core.contracts import Reference
 from bristle.core.experiment import Feedforward
 from bristle.engine import run_closed_loop
 from bristle.engine.mechanism import Mechanism, mechanism
-from bristle.exports.subject import subject_of
-from bristle.exports.walk import presliding_distance
+from bristle.exports.subject import presliding_distance, subject_of
 from bristle.lab.described import described, example_named
 from bristle.lab.loop import loop_described, paper_experiment
 from bristle.lab.packing import plain

@@ -12,7 +12,7 @@ from bristle import controllers, friction, plants, references, sensors
 from bristle.core import InputError
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.loop import Verdict, assess, delays_of, design, run_circles
-from bristle.loop.circle import circle_of
+from bristle.loop.design import circle_of
 from bristle.loop.tuning import PHASE, count_response, inertia_of, stiffness_of, tuned
 from bristle.references import circle
 

@@ -8,7 +8,7 @@ from bristle.core.content import NOWHERE
 from bristle.paper.page import CLAIMS, paper_front, paper_report, paper_ruling, paper_summary
 from bristle.paper.reproduce import FIGURES
 from bristle.paper.reproduced import Reproduced
-from bristle.report.front import QUESTIONS
+from bristle.report.page import QUESTIONS
 
 NONE, PRINTED, PAPER = "none", "printed", "paper"
 

@@ -12,7 +12,7 @@ from bristle.core.experiment import Experiment
 from bristle.exports.effect import _at_rest
 from bristle.friction import coulomb_viscous
 from bristle.lab.living import _signals
-from bristle.loop.circle import _axis
+from bristle.loop.design import _axis
 from bristle.plants import inertia
 from bristle.simulation import compensation_experiment, simulate
 

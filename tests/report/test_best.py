@@ -11,15 +11,14 @@ from tests.report.test_compensation import with_error
 from tests.report.test_pages import simulation_page
 
 from bristle.core import Status
-from bristle.report.best import best_sentences, closing_sentences
-from bristle.report.compensation import gain_of, pair_in
+from bristle.report.compensation import best_sentences, closing_sentences, gain_of, pair_in
 from bristle.simulation.result import SimulationResult, Statistics
 
 
 def variant(name, peak, spread=0.0, status=Status.OK):
     error = Statistics(peak, 0.0, 0.0, 0.0, 0.0, peak)
     scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
-    return SimpleNamespace(name=name, following_error=error, spread=scatter, runs=3 if spread else 1, status=status)
+    return SimpleNamespace(name=name, kind="translational", following_error=error, spread=scatter, runs=3 if spread else 1, status=status)
 
 
 def said(*variants, refused=()):

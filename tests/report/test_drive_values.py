@@ -8,7 +8,7 @@ from tests.identification.known_logs import sliding_log
 
 import bristle as br
 from bristle.identification import identify
-from bristle.report.first_page import answers
+from bristle.report.identification import answers
 from bristle.report.summary import identification_summary
 
 AXIS = br.read_axis(
@@ -46,15 +46,15 @@ def test_an_inertia_that_was_not_identified_is_told_in_no_unit(with_memory):
     best = with_memory.best
     estimates = tuple(replace(one, status="unidentifiable") if one.name == "M" else one for one in best.estimates)
     vague = replace(with_memory, fits=(replace(best, estimates=estimates),))
-    lines = [dict(answers(one, None, None, (), AXIS))["What to type in"] for one in (with_memory, vague)]
+    lines = [dict(answers(one, None, None, AXIS))["What to type in"] for one in (with_memory, vague)]
     assert [sum(("at the motor" in line and "kg" in line) or "g·cm²" in line for line in page) for page in lines] == [1, 0]
     assert lines[1][0] == "mass: not identified"
 
 
 def test_the_first_page_tells_it_where_there_is_one(with_memory):
-    typed = dict(answers(with_memory, None, None, (), AXIS))["What to type in"]
+    typed = dict(answers(with_memory, None, None, AXIS))["What to type in"]
     told = next(line for line in typed if line.startswith("after a reversal"))
     assert "µm" in told
     assert "deg of the motor" in told
     static = replace(with_memory, fits=(replace(with_memory.best, friction=br.friction.coulomb(F_C=8.0)),))
-    assert not any("reversal" in line for line in dict(answers(static, None, None, (), AXIS))["What to type in"])
+    assert not any("reversal" in line for line in dict(answers(static, None, None, AXIS))["What to type in"])

@@ -17,20 +17,16 @@ from bristle.core import Axis, Status
 from bristle.core.axis import Column
 from bristle.core.diagnostic import Diagnostic
 from bristle.excitation import excite
-from bristle.report.comparison import comparison_report, comparison_summary
-from bristle.report.excitation import excitation_report
-from bristle.report.front import QUESTIONS, length_text
-from bristle.report.fronts.comparison import comparison_ruling
-from bristle.report.fronts.excitation import excitation_ruling
-from bristle.report.fronts.log import log_ruling
-from bristle.report.fronts.operators import operator_ruling
-from bristle.report.fronts.prediction import prediction_ruling
-from bristle.report.fronts.simulation import simulation_ruling
-from bristle.report.log import log_report
-from bristle.report.loop_tables import variant_table
-from bristle.report.loop_warnings import loop_doubts
+from bristle.report.comparison import comparison_report, comparison_ruling, comparison_summary
+from bristle.report.excitation import excitation_report, excitation_ruling
+from bristle.report.log import log_report, log_ruling
+from bristle.report.loops import loop_doubts, variant_table
 from bristle.report.model_tables import drive_rows
-from bristle.report.summary import prediction_summary, simulation_summary
+from bristle.report.operators import operator_ruling
+from bristle.report.page import QUESTIONS
+from bristle.report.prediction import prediction_ruling, prediction_summary
+from bristle.report.simulation import simulation_ruling, simulation_summary
+from bristle.report.table import length_text
 from bristle.simulation.reversals import swing_at_worst_reversal, worst_reversal
 
 
@@ -85,9 +81,9 @@ def test_a_law_that_helps_by_itself_is_no_compensation(stage):
 
 def test_doubts_of_loops_are_short_on_the_first_page():
     small = Diagnostic(
-        "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d"), "motions": "all", "phase": 15.0, "enough": 30.0}
+        "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d", "e"), "motions": "all", "phase": 15.0, "enough": 30.0}
     )
-    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c and 1 more"]
+    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c, d and 1 more"]
 
 
 def test_variants_along_another_motion_are_not_held_against_the_base(stage):
@@ -207,7 +203,7 @@ def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
     ],
 )
 def test_the_verdict_of_a_motion_follows_its_rehearsal(changed, level, reason):
-    ruling = excitation_ruling(motion(**({"estimates": [("F_C", "identified", 3.0)]} | changed)), [])
+    ruling = excitation_ruling(motion(**({"estimates": [("F_C", "identified", 3.0)]} | changed)))
     assert ruling.level == level
     assert reason in " ".join(ruling.reasons)
 

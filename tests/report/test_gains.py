@@ -6,7 +6,7 @@ import pytest
 
 from bristle.controllers import cascade
 from bristle.core.axis import Axis
-from bristle.report.design_tables import controller_text
+from bristle.report.loops import controller_text
 
 ARM = 0.8e-3  # m/rad
 

@@ -20,12 +20,11 @@ from bristle.identification import identify
 from bristle.logs import Log
 from bristle.prediction import drive_table, predict
 from bristle.prediction.following import loop_of
-from bristle.report.advice import ADVICE, next_measurements
-from bristle.report.identification import identification_report
+from bristle.report.identification import identification_report, sentences
+from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
 from bristle.report.symbols import worded
-from bristle.report.verdict import sentences
 from bristle.simulation import simulate
 
 

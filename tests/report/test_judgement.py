@@ -11,9 +11,8 @@ from bristle.identification import identify
 from bristle.identification.settings import Settings
 from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
-from bristle.report.advice import WRITTEN_BY
-from bristle.report.first_page import answers
-from bristle.report.judgement import DOUBTS, judged
+from bristle.report.identification import answers
+from bristle.report.judgement import DOUBTS, WRITTEN_BY, judged
 from bristle.report.messages import warnings_of
 from bristle.report.sentences import SENTENCES
 from bristle.report.symbols import symbolic, worded
@@ -32,12 +31,12 @@ def doubted(fit, *diagnostics):
 
 
 def test_a_sound_log_is_usable(found):
-    assert judged(found.best, USUAL) == ("usable", ())
+    assert judged(found.best, USUAL) == ("usable", "Usable", ())
 
 
 @pytest.mark.parametrize("code", DOUBTS)
 def test_every_doubt_asks_for_care_and_says_why(found, code):
-    level, reasons = judged(doubted(found.best, Diagnostic(code, severity="warning")), USUAL)
+    level, _, reasons = judged(doubted(found.best, Diagnostic(code, severity="warning")), USUAL)
     assert level == "with_care"
     assert reasons == (SENTENCES[code].means,)
 
@@ -47,7 +46,7 @@ def test_a_note_asks_for_nothing(found):
 
 
 def test_a_contradiction_asks_for_another_log(found):
-    level, reasons = judged(doubted(found.best, Diagnostic("sign_reversed", severity="error")), USUAL)
+    level, _, reasons = judged(doubted(found.best, Diagnostic("sign_reversed", severity="error")), USUAL)
     assert level == "measure_again"
     assert reasons == (SENTENCES["sign_reversed"].means,)
 
@@ -63,15 +62,16 @@ def test_open_parameters_ask_for_care_and_half_of_them_for_another_log(found):
 
 def test_nothing_is_typed_in_where_the_axis_is_to_be_measured_again(found):
     reversed_ = doubted(found.best, Diagnostic("sign_reversed", severity="error"))
-    again = dict(answers(replace(found, fits=(reversed_,)), None, None, [], usable=False))
+    again = dict(answers(replace(found, fits=(reversed_,)), None, None, usable=False))
     assert again["What to type in"][0] == "nothing yet: measure again first"
     assert again["What next"] == [SENTENCES["sign_reversed"].advice]
-    assert not any("nothing yet" in line for line in dict(answers(found, None, None, []))["What to type in"])
+    assert not any("nothing yet" in line for line in dict(answers(found, None, None))["What to type in"])
 
 
-def test_parameters_that_one_motion_serves_share_its_line(found):
+def test_parameters_that_one_motion_serves_share_its_line(found, monkeypatch):
     by_excite = [(name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")]
-    told = dict(answers(found, None, None, by_excite))["What next"]
+    monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: by_excite)
+    told = dict(answers(found, None, None))["What next"]
     assert told == ["for F_S, v_S: `bristle excite AXIS.toml --for stribeck`, which writes the motion"]
 
 
@@ -100,8 +100,9 @@ def test_levels_are_those_of_each_direction_without_the_weight():
     assert levels.deviation == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_five_questions_are_answered(found):
-    told = dict(answers(found, None, None, [("F_S", "move slowly")]))
+def test_the_five_questions_are_answered(found, monkeypatch):
+    monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: [("F_S", "move slowly")])
+    told = dict(answers(found, None, None))
     assert list(told) == ["Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next"]
     assert all(told.values())
     mass = found.best.parameters["M"]
@@ -116,7 +117,7 @@ def test_what_was_not_identified_is_not_to_be_typed_in(found):
 
     def typed(*names):
         estimates = tuple(replace(one, status="unidentifiable") if one.name in names else one for one in fit.estimates)
-        return dict(answers(replace(found, fits=(replace(fit, estimates=estimates),)), None, None, []))["What to type in"]
+        return dict(answers(replace(found, fits=(replace(fit, estimates=estimates),)), None, None))["What to type in"]
 
     assert typed("M")[0] == "mass: not identified"
     assert typed(*fit.parameters) == ["nothing: no parameter was identified"]

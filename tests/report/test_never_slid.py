@@ -5,14 +5,14 @@ import pytest
 
 import bristle as br
 from bristle.exports.described import Source
-from bristle.exports.target import Request
+from bristle.exports.targets import Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.files.model import read_model
 from bristle.identification.structure import _with_presliding
 from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
-from bristle.report.first_page import answers
+from bristle.report.identification import answers
 
 DT = 2e-3
 RATED = {
@@ -58,7 +58,7 @@ def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, found):
 def test_no_level_and_no_table_is_handed_out(found, tmp_path):
     assert level_values(found.best) is None
     assert drive_table(found.best) == []
-    typed = dict(answers(found, None, None, ()))["What to type in"]
+    typed = dict(answers(found, None, None))["What to type in"]
     assert any("never slides" in line for line in typed)
     assert not any("F+" in line for line in typed)
     found.save(tmp_path / "out")

@@ -5,9 +5,9 @@ import pytest
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.result import Estimate
 from bristle.logs.break_away import BreakAway
+from bristle.report.log import break_away_table
 from bristle.report.messages import message
 from bristle.report.model_tables import _parameter_row
-from bristle.report.passages import break_away_table
 
 
 def told(code, **numbers):

@@ -8,7 +8,7 @@ from tests.report.test_pages import simulation_page
 
 from bristle.core import Status
 from bristle.core.units import convert
-from bristle.report.loop_tables import variant_table
+from bristle.report.loops import variant_table
 
 
 def test_the_table_of_variants_holds_their_numbers(workbench):

@@ -13,7 +13,7 @@ from bristle.core.experiment import Effort, Run
 from bristle.core.status import Status
 from bristle.engine import run_open_loop
 from bristle.loop import design, runnable
-from bristle.report.summary import simulation_summary
+from bristle.report.simulation import simulation_summary
 from bristle.sensors import encoder
 from bristle.simulation import open_loop_experiment, simulate
 

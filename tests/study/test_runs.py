@@ -185,7 +185,7 @@ def test_a_loop_that_leaves_the_finite_numbers_has_none(bench):
 
 
 def test_every_metric_is_one_of_the_numbers_that_run_tells(bench):
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_summary
 
     result = br.simulate(bench.folder / "loop.toml")
     variant = simulation_summary(result, files={}, provenance={})["variants"]["plain"]

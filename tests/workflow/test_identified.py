@@ -15,7 +15,7 @@ from bristle import identification
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.demo import axis_simulated
 from bristle.files import arrays
-from bristle.files.axis_text import axis_text
+from bristle.files.axis import axis_text
 from bristle.files.model import read_model
 from bristle.prediction import predict
 

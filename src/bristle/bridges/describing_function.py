@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.bridges.steps import contact_step
+from bristle.bridges.equations import contact_step
 from bristle.core.contracts import Model
 from bristle.core.edge import TEXT, Amount, amount, guarded, optional
 from bristle.core.errors import InputError, MissingExtraError
@@ -26,8 +26,6 @@ try:
     from control import DescribingFunctionNonlinearity
 except ImportError as error:
     raise MissingExtraError.of("a describing function of python-control", "control") from error
-
-__all__ = ["DescribingFunction"]
 
 SAMPLES = 2000  # in a cycle; with 4 as a factor, the turns of the path are samples
 CYCLES, MOST_CYCLES = 4, 512

@@ -1,7 +1,8 @@
-"""Friction in continuous time, as an ordinary differential equation: which models have one, and its right-hand side."""
+"""How friction goes on: its right-hand side where it is a differential equation, and the steps of the engine in samples."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from typing import Any
 
@@ -12,18 +13,23 @@ from bristle.core.dispatch import friction_rate, friction_trial, plant_rate
 from bristle.core.errors import InputError
 from bristle.core.motion import Motion
 from bristle.core.packing import pack, unpacker
-from bristle.engine.instance import Instance
+from bristle.engine.entry_points import ACCELERATION, FORCE, OUT_SIZE, SLOPE, MechanismVectors
+from bristle.engine.instance import Instance, warn_of_lost
+from bristle.engine.loop import substeps_entry
+from bristle.engine.motion import force_along_entry
 from bristle.friction import is_static
-
-__all__ = ["axis_equations", "contact_equations"]
 
 SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system takes the steps of bristle itself'
 
-# From a state and an input [N, N*m or m/s, rad/s] the friction force [N or N*m] and the time derivative of the state.
-Equations = Callable[[np.ndarray, float], tuple[float, np.ndarray]]
+SOLVER = {"solver_slope": "1/s", "solver_acceleration": ""}
+"""Where the solve of the next step begins; without it the last bits would differ. The unit is that of the axis."""
+
+# From a state and an input [N, N*m or m/s, rad/s] the friction force [N or N*m] and the time derivative of the state;
+# in samples the mean force of the step and the next state, which is written over the first one.
+Advance = Callable[[np.ndarray, float], tuple[float, np.ndarray]]
 
 
-def axis_equations(plant: Model, friction: Model) -> Equations:
+def axis_equations(plant: Model, friction: Model) -> Advance:
     """Return the equations of a plant with friction under an effort: the state is that of the plant, then of friction."""
     if plant.component.rate is None:
         raise InputError("has no rate, so it is no differential equation", path="plant", value=plant.name, mend=SAMPLED)
@@ -39,7 +45,7 @@ def axis_equations(plant: Model, friction: Model) -> Equations:
     return at
 
 
-def contact_equations(friction: Model) -> Equations:
+def contact_equations(friction: Model) -> Advance:
     """Return the equations of friction under a velocity: the state is the position, then that of the friction."""
     contact, rate, p = Instance(friction), _rate_of(friction), friction.parameters
     load = unpacker(contact.structures[1], 1)
@@ -55,30 +61,62 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
     """Return ``rate(state, motion, p) -> (force, d_state)`` of a friction model; refuse one that has none."""
     if friction.component.rate is not None:
         return friction_rate
-    if not is_static(friction):
-        if not friction.component.memory_size(friction.parameters):
-            raise InputError(
-                "has no `rate`, so it is no differential equation",
-                path="friction",
-                value=friction.name,
-                mend=f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`",
-            )
-        raise InputError(
-            "remembers in jumps, where its motion turns or an element slips, so it is no differential equation",
-            path="friction",
-            value=friction.name,
-            mend=SAMPLED,
-        )
-    forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
-    if forward != backward:
-        raise InputError(
-            "jumps at rest and holds with any force in between, so it is no differential equation",
-            path="friction",
-            value=friction.name,
-            mend=SAMPLED,
-        )
-    return _static_rate
+    own_rate = f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`"
+    message, mend = "jumps at rest and holds with any force in between, so it is no differential equation", SAMPLED
+    if is_static(friction):
+        forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
+        if forward == backward:
+            return _static_rate
+    elif friction.component.memory_size(friction.parameters):
+        message = "remembers in jumps, where its motion turns or an element slips, so it is no differential equation"
+    else:
+        message, mend = "has no `rate`, so it is no differential equation", own_rate
+    raise InputError(message, path="friction", value=friction.name, mend=mend)
 
 
 def _static_rate(state: Any, motion: Motion, p: Any) -> tuple[float, Any]:
     return friction_trial(state, (), motion, 0.0, p)[0], state
+
+
+def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:
+    """Return one sample of a plant with friction under a held effort, state by state: plant, friction, memory, `SOLVER`."""
+    body, contact = Instance(plant), Instance(friction)
+    memory_size = friction.component.memory_size(friction.parameters)
+    cuts = np.cumsum((body.state.size, contact.state.size, memory_size))
+    entry = substeps_entry(body, contact, "efim")
+
+    def step(state: np.ndarray, effort: float) -> tuple[float, np.ndarray]:
+        plant_state, friction_state, memory, solver = np.split(state, cuts)
+        out = np.zeros(OUT_SIZE)
+        out[SLOPE], out[ACCELERATION] = solver
+        vectors = MechanismVectors(body.parameters, plant_state, contact.parameters, friction_state, memory, out)
+        entry(vectors, effort, effort, dt, steps)
+        solver[:] = out[SLOPE], out[ACCELERATION]
+        _warn_where_memory_was_full(contact, friction_state)
+        return float(out[FORCE]), state
+
+    return step
+
+
+def contact_step(friction: Model, dt: float) -> Advance:
+    """Return one sample of friction under a velocity: the state is the position, that of the friction, its memory."""
+    contact = Instance(friction)
+    cuts = np.cumsum((1, contact.state.size))
+    entry = force_along_entry(contact)
+    around = np.array(list(contact.motion._field_defaults.values()), dtype=float)
+
+    def step(state: np.ndarray, velocity: float) -> tuple[float, np.ndarray]:
+        position, friction_state, memory = np.split(state, cuts)
+        position += velocity * dt
+        v, force = np.full(1, velocity), np.empty(1)
+        entry(contact.parameters, friction_state, memory, v, position, around, dt, force)
+        _warn_where_memory_was_full(contact, friction_state)
+        return float(force[0]), state
+
+    return step
+
+
+def _warn_where_memory_was_full(contact: Instance, friction_state: np.ndarray) -> None:
+    after = copy.copy(contact)
+    after.state = friction_state
+    warn_of_lost(after)

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from bristle.identification.settings import Settings
     from bristle.workflow import Identified
 
-__all__ = ["FrictionRegressor"]
-
 COLUMNS = ("time", "position", "velocity")
 
 
@@ -141,7 +139,8 @@ class FrictionRegressor:
             If `X` and `y` make no log that serves, or an argument of the regressor does not.
         """
         columns, effort = _columns_of(X), array()(y, "y", None)
-        _refuse_other_length(columns, effort)
+        if effort.size != columns["time"].size:
+            raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
         options = {name: value for name, value in self.get_params().items() if name not in ("model", "axis")}
         self.identified_: Identified = identify(columns | {"effort": effort}, self.model, axis=self._axis(), **options)
         self.n_features_in_ = len(columns)
@@ -167,7 +166,9 @@ class FrictionRegressor:
         InputError
             If nothing was fitted, or a stretch of `X` is too short for the filter, or stands still.
         """
-        identified = self._fitted()
+        if not self.__sklearn_is_fitted__():
+            raise InputError("nothing was fitted yet", path=type(self).__name__, mend="Call fit(X, y) first")
+        identified = self.identified_
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
             raise InputError("has another number of columns than in fit", path="X", value=len(columns), allowed=str(self.n_features_in_))
@@ -180,7 +181,9 @@ class FrictionRegressor:
         dataset = shifted(dataset, 0.0, position_smoothing=treatment.get("position_smoothing", 0.0))
         dataset = differentiated(dataset) if treatment.get("slow") else dataset
         lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
-        return _at_rows(columns["time"], dataset, self._explained(dataset), lag)
+        # Where a contact stood before a segment, no effort tells.
+        efforts = dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
+        return _at_rows(columns["time"], dataset, efforts, lag)
 
     def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
         """Return the coefficient of determination of the effort, as regressors of scikit-learn do.
@@ -220,19 +223,9 @@ class FrictionRegressor:
             requires_fit=True,
         )
 
-    def _fitted(self) -> Identified:
-        if not self.__sklearn_is_fitted__():
-            raise InputError("nothing was fitted yet", path=type(self).__name__, mend="Call fit(X, y) first")
-        return self.identified_
-
     def _axis(self) -> Axis | None:
         axis = self.axis if self.axis is None else AXIS(self.axis, "axis", None)
         return axis if axis is None else replace(axis, columns={}, injected=(), table=None, sample_time=None)
-
-    def _explained(self, dataset: Dataset) -> list[np.ndarray]:
-        """Return the effort along each segment [N or N*m]; where a contact stood before it, no effort tells."""
-        identified = self._fitted()
-        return dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
 
 
 def _signature() -> dict[str, inspect.Parameter]:
@@ -271,12 +264,6 @@ def _in_order(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             mend="Sort X and y by the time; leave shuffle=False in splits",
         )
     return columns
-
-
-def _refuse_other_length(columns: Mapping[str, np.ndarray], effort: np.ndarray) -> None:
-    rows = columns["time"].size
-    if effort.size != rows:
-        raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(rows))
 
 
 def _at_rows(time: np.ndarray, dataset: Dataset, efforts: Sequence[np.ndarray], lag: float) -> np.ndarray:

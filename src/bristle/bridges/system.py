@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.bridges.equations import axis_equations, contact_equations
-from bristle.bridges.steps import SOLVER, axis_step, contact_step
+from bristle.bridges.equations import SOLVER, Advance, axis_equations, axis_step, contact_equations, contact_step
 from bristle.core.contracts import Model
 from bristle.core.edge import TEXT, Amount, guarded, model, optional
 from bristle.core.errors import InputError, MissingExtraError
@@ -21,8 +20,6 @@ try:
     from control import NonlinearIOSystem
 except ImportError as error:
     raise MissingExtraError.of("a system of python-control", "control") from error
-
-__all__ = ["FrictionSystem", "to_control"]
 
 QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
 # What python-control calls position and velocity of a plant, whose fields are x and v.
@@ -47,14 +44,12 @@ class FrictionSystem(NonlinearIOSystem):
     def __str__(self) -> str:
         # python-control would print functions that tell nobody anything.
         signals = {"Inputs": self.input_labels, "Outputs": self.output_labels, "States": self.state_labels}
-        lines = [f"{head}: {', '.join(_with_unit(name, self.units) for name in names)}" for head, names in signals.items()]
+        units = self.units
+        named = {head: [f"{name} [{units[name]}]" if name in units else name for name in names] for head, names in signals.items()}
+        lines = [f"{head}: {', '.join(names)}" for head, names in named.items()]
         time = "differential equation" if self.dt == 0 else f"sampled every {self.dt:g} s"
         on = f" on {self.plant}" if self.plant is not None else ""
         return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])
-
-
-def _with_unit(name: str, units: dict[str, str]) -> str:
-    return f"{name} [{units[name]}]" if name in units else name
 
 
 @guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
@@ -137,7 +132,7 @@ def _refuse_misfits(friction: Model, plant: Model | None, dt: float | None, step
 
 
 def _functions_of(
-    advance: Callable[[np.ndarray, float], tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *, is_sampled: bool
+    advance: Advance, virgin: np.ndarray, motion: int, *, is_sampled: bool
 ) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
     """Return what python-control calls: what follows a state, and the outputs, `motion` numbers of the state first."""
     # Where zero is added a zero would lose its sign, which tells the side of a contact.

@@ -171,7 +171,7 @@ def _by_slip_law(p: Any) -> Damping:
     return _of_bristles(p, lambda q, G: slip(q / G, law))
 
 
-def _of_elastoplastic(p: Any) -> Damping:
+def _of_elastoplastic(p: Any) -> Damping | None:
     # Where slip begins is of no account: below sliding bristles give nothing back, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
     return damping_of(lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}))

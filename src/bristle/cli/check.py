@@ -67,7 +67,7 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judgement:
     from bristle.certificates import check as certificates_of
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
-    from bristle.report.certificates import certificate_table
+    from bristle.report.model_tables import certificate_table
 
     file = toml_content(model)
     of_operator = holds_operator(file)

@@ -12,7 +12,7 @@ from bristle.cli.options import AllowCode, AxisFile, Force, Json, Output, code_i
 from bristle.cli.terminal import say
 
 if TYPE_CHECKING:
-    from bristle.exports.target import Target
+    from bristle.exports.targets import Target
     from bristle.workflow.commands import ExportedModel
 
 __all__ = ["COMMAND", "EXAMPLE", "export"]
@@ -132,7 +132,7 @@ def _target(to: str) -> str | Target:
     """Return the name of a target, or the one that a file defines; naming its code allows it."""
     if not to.endswith(".py"):
         return to
-    from bristle.exports.own import load_target_file
+    from bristle.exports.writing import load_target_file
     from bristle.files.permission import allow
 
     content = code_in(to)

@@ -159,9 +159,9 @@ def show_identification(identification: Identification, simulation: SimulationRe
     from bristle.core.variable import unit_of
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import judged
+    from bristle.report.log import break_away_table
     from bristle.report.messages import warnings_of, whole_sentence, why_effective
     from bristle.report.model_tables import comparison_table, parameter_table
-    from bristle.report.passages import break_away_table
     from bristle.report.table import Table
 
     best = identification.best

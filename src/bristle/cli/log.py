@@ -81,7 +81,7 @@ def _write_proposal(write: Path, proposal: Proposal | None) -> None:
 
 
 def _show(summary: dict[str, Any]) -> None:
-    from bristle.report.passages import passage_table
+    from bristle.report.log import passage_table
 
     columns = summary["columns"]
     show_table(_table("Columns of the file", "name", columns[:MOST_COLUMNS]))

@@ -59,9 +59,8 @@ def predict(
     from bristle.identification.simulated_bands import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
-    from bristle.report.prediction import prediction_report
+    from bristle.report.prediction import prediction_report, prediction_summary
     from bristle.report.results import write_report
-    from bristle.report.summary import prediction_summary
     from bristle.testing import admit
 
     output.context.with_resource(own_readers(reader))
@@ -112,9 +111,8 @@ def _was_fitted_to(provenance: Mapping[str, str], recorded: Log) -> bool:
 
 def _show(prediction: Prediction, log_notes: tuple[str, ...], *, own_log: bool) -> None:
     from bristle.core.status import Status
-    from bristle.report.fronts.prediction import prediction_ruling
     from bristle.report.messages import message
-    from bristle.report.prediction import metrics_in_words
+    from bristle.report.prediction import metrics_in_words, prediction_ruling
 
     ruling = prediction_ruling(prediction, own_log=own_log)
     say(f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.")

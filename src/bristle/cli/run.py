@@ -37,13 +37,11 @@ def run(
     """
     from bristle.files.summary import provenance
     from bristle.loop import Verdict, runnable, verdict_of
-    from bristle.report.best import closing_sentences
-    from bristle.report.loop_tables import variant_table
-    from bristle.report.loop_warnings import about_loops, loop_doubts, loop_warnings
+    from bristle.report.compensation import closing_sentences
+    from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
-    from bristle.report.simulation import simulation_report
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_report, simulation_summary
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
     from bristle.testing import admit_friction_of

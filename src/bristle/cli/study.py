@@ -127,10 +127,9 @@ def _tell_cost(study: Study, workers: int | None, *, as_json: bool) -> None:
 def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
     from bristle.files.summary import provenance
-    from bristle.report.loop_tables import variant_table
+    from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
-    from bristle.report.simulation import simulation_report
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_report, simulation_summary
     from bristle.study.run import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 

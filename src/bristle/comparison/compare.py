@@ -48,8 +48,7 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
             path="after",
             mend="Record both with the same reference: same places, same speed",
         )
-    sides = ((low, plan.before), (high, plan.after))
-    used = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)
+    used = _compared(low, plan.before), _compared(high, plan.after)
     kind = logs[0].kind
     samples = _window_samples(used, window) if follows else None
     rows = SlidingRows(*used) if tells_effort and not (low.reason or high.reason) else None
@@ -62,10 +61,11 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     changes, as_one = _changes(measures, used, plan, kind)
     shared = _shared((low, high), plan, complete=complete, as_one=float(np.median(as_one)))
     sample_time = used[0].cycles[0].recording.sample_time
+    at_speeds = {f"friction.at_speeds.{number}": speed for number, speed in enumerate(rows.speeds if rows else ())}
     return Comparison(
         kind=kind,
-        changes={name: change for name, change in changes.items() if "at_speeds" not in name},
-        friction_curve=_friction_curve(rows, changes),
+        changes={name: change for name, change in changes.items() if name not in at_speeds},
+        friction_curve=[(speed, changes[name]) for name, speed in at_speeds.items() if name in changes],
         shared=shared,
         window=samples * sample_time if samples else None,
         course=course_of(*used, follows=follows),
@@ -74,6 +74,10 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
         logs_after=tuple(log for log, _ in after),
         diagnostics=_diagnostics(before, after, shared, changes, low.reason or high.reason),
     )
+
+
+def _compared(side: Side, numbers: np.ndarray) -> Side:
+    return replace(side, cycles=[side.cycles[number] for number in numbers])
 
 
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
@@ -127,13 +131,6 @@ def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) 
     return changes, as_one
 
 
-def _friction_curve(rows: SlidingRows | None, changes: dict[str, Change]) -> list[tuple[float, Change]]:
-    if rows is None:
-        return []
-    at = [changes.get(f"friction.at_speeds.{number}") for number in range(len(rows.speeds))]
-    return [(speed, change) for speed, change in zip(rows.speeds, at, strict=True) if change is not None]
-
-
 def _shared(sides: Sides, plan: Plan, *, complete: bool, as_one: float) -> Shared:
     in_common = set(sides[0].kinds) & set(sides[1].kinds)
     counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in sides]
@@ -149,10 +146,10 @@ def _diagnostics(
     notes: dict[str, dict[str, Number]] = {}
     sides = {"before": [log for log, _ in before], "after": [log for log, _ in after]}
     logs = [*sides["before"], *sides["after"]]
-    for channel in ("reference", "effort"):
+    for channel, code in (("reference", "no_reference"), ("effort", "no_effort")):
         lacking = tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))
         if lacking:
-            warnings[f"no_{channel}"] = {"sides": lacking}
+            warnings[code] = {"sides": lacking}
     if min(shared.before_percent, shared.after_percent) < ALL_PERCENT:
         warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     if not shared.complete:
@@ -174,7 +171,6 @@ def _diagnostics(
         notes["sample_times_differ"] = {"longest": max(periods)}
     if len(before) == 1 or len(after) == 1:
         notes["one_recording"] = {}
-    severities = (("warning", warnings), ("note", notes))
-    return tuple(
-        Diagnostic(code, "", severity, numbers, logs[0].kind) for severity, entries in severities for code, numbers in entries.items()
-    )
+    kind = logs[0].kind
+    first = (Diagnostic(code, "", "warning", numbers, kind) for code, numbers in warnings.items())
+    return (*first, *(Diagnostic(code, "", "note", numbers, kind) for code, numbers in notes.items()))

@@ -13,7 +13,7 @@ import stat
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,8 +113,6 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
         noted.add(os.path.realpath(source))
     try:
         return Content(Path("<stdin>") if str(source) == "-" else source, _bytes_of(source, limit))
-    except InputError:
-        raise
     except OSError as error:
         raise _refusal(source, error) from None
 
@@ -242,16 +240,12 @@ def _refusal(source: Path, error: OSError) -> InputError:
     if isinstance(error, FileNotFoundError):
         if os.path.islink(source):
             return InputError(f"is a link to {os.readlink(source)}, which does not exist", path=str(source))
-        close = close_names(source.name, _names_beside(source), cutoff=0.75)
+        names: list[str] = []
+        with suppress(OSError):
+            names = os.listdir(source.parent)
+        close = close_names(source.name, names, cutoff=0.75)
         mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
         return InputError("there is no such file", path=str(source), mend=mend)
     if error.errno == errno.ENAMETOOLONG:
         return InputError("is too long for the name of a file", path=str(source))
     return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))
-
-
-def _names_beside(source: Path) -> list[str]:
-    try:
-        return os.listdir(source.parent)
-    except OSError:
-        return []

@@ -9,8 +9,7 @@ import pickle
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.lazy import cached_property
@@ -43,9 +42,26 @@ class Redundancy(NamedTuple):
     factor_of: tuple[str, ...]
 
 
+KIND = "{'translational', 'rotational'}"
+
+
+class _Special:
+    """An attribute that Python looks for on any object: an instance computes it, its class has its own or none."""
+
+    def __init__(self, compute: Callable[[Any], Any], own: str | None = None) -> None:
+        self.compute, self.own = compute, own
+
+    def __get__(self, instance: Any, owner: type) -> Any:
+        if instance is not None:
+            return self.compute(instance)
+        if self.own is None:
+            raise AttributeError("the class has none")
+        return self.own
+
+
 @dataclass(frozen=True, kw_only=True)
-class Described:
-    """The data of a descriptor; `bristle.core.contracts.Component` says what each is."""
+class Documented:
+    """The data of a descriptor (`bristle.core.contracts.Component` says what each is), as it is shown and travels."""
 
     name: str
     description: str
@@ -93,27 +109,6 @@ class Described:
         described = variables_of(self.Parameters)
         return {name: described[name].written(value) for name, value in values.items()}
 
-
-KIND = "{'translational', 'rotational'}"
-
-
-class _Special:
-    """An attribute that Python looks for on any object: an instance computes it, its class has its own or none."""
-
-    def __init__(self, compute: Callable[[Any], Any], own: str | None = None) -> None:
-        self.compute, self.own = compute, own
-
-    def __get__(self, instance: Any, owner: type) -> Any:
-        if instance is not None:
-            return self.compute(instance)
-        if self.own is None:
-            raise AttributeError("the class has none")
-        return self.own
-
-
-class Documented(Described):
-    """A component, as it is shown: its `explanation` is what the docstring of its file says."""
-
     def __init_subclass__(cls, **arguments: Any) -> None:
         super().__init_subclass__(**arguments)
         # A dataclass brings a representation of its own for each class that has none.
@@ -151,16 +146,12 @@ class Documented(Described):
         return tuple(line for formula in formulas for line in lines_of(formula))
 
     def __repr__(self) -> str:
-        parameters = ", ".join(_with_default(self, name) for name in self.variables)
+        defaults = self.defaults
+        parameters = ", ".join(f"{name}={typed(defaults[name])}" if name in defaults else name for name in self.variables)
         return f"<{self.family} {self.name}({parameters})>"
 
 
-def _with_default(component: Described, name: str) -> str:
-    defaults = component.defaults
-    return f"{name}={typed(defaults[name])}" if name in defaults else name
-
-
-def _unit_of(component: Described, name: str, variable: Variable) -> str:
+def _unit_of(component: Documented, name: str, variable: Variable) -> str:
     """Return what is to be given for a parameter, in words and units of both kinds of axis."""
     if variable.choices:
         return " or ".join(map(repr, variable.choices))
@@ -186,9 +177,10 @@ def _signature_of(component: Documented) -> inspect.Signature:
 def _docstring_of(component: Documented) -> str:
     from bristle.core.formula import REFERENCE, TEXT, Paragraph, laid_out
 
+    defaults = {name: f", default {_written(value)}" for name, value in component.defaults.items()}
     explained = component.explanation or (Paragraph(TEXT, component.description),)
     named = [
-        f"{name} : {_unit_of(component, name, variable)}{_default_of(component, name)}\n    {_said_of(component, variable)}"
+        f"{name} : {_unit_of(component, name, variable)}{defaults.get(name, '')}\n    {_said_of(component, variable)}"
         for name, variable in component.variables.items()
     ]
     sections = {"Parameters": "\n".join([*named, *_FURTHER])}
@@ -216,12 +208,7 @@ def _written(value: Any) -> str:
     return repr(value) if isinstance(value, str) else typed(value)
 
 
-def _default_of(component: Described, name: str) -> str:
-    defaults = component.defaults
-    return f", default {_written(defaults[name])}" if name in defaults else ""
-
-
-def _said_of(component: Described, variable: Variable) -> str:
+def _said_of(component: Documented, variable: Variable) -> str:
     """Return meaning and range of a parameter, the range in the unit that stands before it."""
     bounded = not variable.choices and (variable.min > -math.inf or variable.max < math.inf)
     allowed = f"; {variable.allowed().removesuffix(f' {variable.unit()}')}" if bounded else ""
@@ -248,11 +235,7 @@ class WithParameters:
 
 def relations_of(component: Documented) -> tuple[Relation, ...]:
     """Return the relations of a component for the one around it, whose parameters hold those of the component."""
-    return tuple(_of_inner(relation) for relation in component.relations)
-
-
-def _of_inner(relation: Relation) -> Relation:
-    return relation._replace(holds=lambda p: relation.holds(p.inner))
+    return tuple(relation._replace(holds=lambda p, holds=relation.holds: holds(p.inner)) for relation in component.relations)
 
 
 class Enclosing:
@@ -296,17 +279,11 @@ MAIN = ("__main__", "__mp_main__")
 MEND = "Put it into a file of its own, by a name at the left margin such as MODEL, and import it from there"
 
 
-class Source(Protocol):
-    """What a module is made from that cannot be imported; it travels itself."""
-
-    def module(self) -> ModuleType:
-        """Return the module, the same one whenever asked in one process."""
-        ...
-
-
-def whereabouts(component: Described) -> tuple[Source | str, str]:
-    """Return the module of a component, or its source, and its name there: the arguments of `component_in`."""
-    for home in _homes(component):
+def whereabouts(component: Documented) -> tuple[Any, str]:
+    """Return the module of a component, or what it is made from, and its name there: the arguments of `component_in`."""
+    # Hardly ever is it in another module than its own. All others are asked in the order in which they were imported, so
+    # that what defines it comes before what has it from there, and the one that a person types last.
+    for home in (component.module, *sorted(sys.modules, key=MAIN.__contains__)):
         held = getattr(sys.modules.get(home), "__dict__", {})
         for name, value in list(held.items()):
             if value is component:
@@ -315,12 +292,7 @@ def whereabouts(component: Described) -> tuple[Source | str, str]:
     raise pickle.PicklingError(str(InputError("stands in no module, where another process would look for it", path=place, mend=MEND)))
 
 
-def _homes(component: Described) -> tuple[str, ...]:
-    """Return the modules that a component may stand in, its own first: hardly ever is it in another."""
-    return component.module, *sorted(sys.modules, key=MAIN.__contains__)
-
-
-def component_in(source: Source | str, name: str) -> Described:
+def component_in(source: Any, name: str) -> Documented:
     """Return the component of this name in a module."""
     module = importlib.import_module(source) if isinstance(source, str) else source.module()
     component = vars(module).get(name)

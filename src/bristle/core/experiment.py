@@ -58,6 +58,7 @@ LEARNING = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3),
 }
 
+OF_A_SAMPLE = 1e-6  # within which times are the same: those told in decimals, or as a mean of differences, are not exact
 LONGEST_STEP = 2.5e-4  # of the integration [s]
 FEWEST_STEPS = 4  # in a sample
 
@@ -65,8 +66,7 @@ FEWEST_STEPS = 4  # in a sample
 @guarded(sample_time=amount(RUN["sample_time"]))
 def substeps_for(sample_time: float) -> int:
     """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
-    # The sample time of a log is a mean of differences, and a bit above the round number.
-    return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - 1e-6))
+    return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - OF_A_SAMPLE))
 
 
 @guarded(**of_variables(RUN, whole_ones=("substeps", "delay", "seeds"), none=("substeps",), endless=("effort_limit",)))

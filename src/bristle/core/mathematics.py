@@ -13,6 +13,7 @@ References
 """
 
 import math
+import sys
 from typing import NamedTuple
 
 from bristle.core.exponent import exponent, mantissa, power_of_two
@@ -23,13 +24,13 @@ EXP_MIN = -708.0
 LOG2_E = 1.4426950408889634
 # ln 2 in two parts: the first is short enough for k * LN2_HIGH to be exact.
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
-NORMAL_MIN, LOG_OF_MIN, LARGEST = 2.2250738585072014e-308, -708.3964185322641, 1.7976931348623157e308
-ROOT_2 = 1.4142135623730951
+NORMAL_MIN, LOG_OF_MIN, LARGEST = sys.float_info.min, -708.3964185322641, sys.float_info.max
+ROOT_2 = math.sqrt(2.0)
 TANH_MAX = 20.0  # from here on it is 1 to the last place
 # Half pi in parts of 33 bits, and what is left.
 HALF_PI_1, HALF_PI_2 = 1.57079632673412561417e00, 6.07710050630396597660e-11
 HALF_PI_3, HALF_PI_4 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
-TWO_OVER_PI, TURN = 0.6366197723675814, 6.283185307179586
+TWO_OVER_PI, TURN = 2.0 / math.pi, math.tau
 SINE_1 = 1.66666666666666324348e-01
 NEWTON_ROUNDS = 16
 NEWTON_LAST = NEWTON_ROUNDS + 64  # 64 halvings leave the last place of any interval

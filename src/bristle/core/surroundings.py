@@ -138,7 +138,7 @@ def _on_side(fields: tuple[str, ...]) -> Callable[..., Any]:
 
 def _with_velocity(name: str, fields: tuple[str, ...], changed: Mapping[str, str]) -> Callable[..., Any]:
     values = ["v", *(changed.get(field, f"motion.{field}") for field in fields[1:])]
-    return kernel_of(f"{name}(v, motion)", [f"return Motion({', '.join(values)})"], {"Motion": _classes[fields]})
+    return kernel_of(f"{name}(v, motion)", [f"return Motion({', '.join(values)})"], {"__name__": __name__, "Motion": _classes[fields]})
 
 
 def at_rest(v, motion):
@@ -159,9 +159,9 @@ chosen_by_fields(on_side, _on_side)
 def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
     """Return ``read(motion) -> float``: what a motion tells of this, its usual value where it tells nothing."""
     name, field, usual = surrounding.name, surrounding.field, float(surrounding.usual)
-    # As text, because the compiler and other targets must see a plain expression.
+    # As text, because the compiler and other targets must see a plain expression; exported functions are called by this module.
     recorded, silent = (
-        kernel_of(f"{name}_{case}(motion)", [f"return {expression}"], {})
+        kernel_of(f"{name}_{case}(motion)", [f"return {expression}"], {"__name__": __name__})
         for case, expression in (("recorded", f"motion.{field}"), ("usual", repr(usual)))
     )
 

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.errors import MissingExtraError, in_one_line, shortened
+from bristle.core.errors import MOST_SHOWN, MissingExtraError, in_one_line, shortened
 from bristle.core.motion import RECORDED
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of
 from bristle.core.variable import Kind, Variable
 
-MOST_ROWS, MOST_REMARKS = 20, 6  # with title, heads and what is left out 30 lines: a screen
+MOST_REMARKS = 6  # with title, heads and what is left out 30 lines: a screen
 WIDEST = 100  # characters of a remark
 
 
@@ -33,13 +33,13 @@ class Card(NamedTuple):
     def _rest(self) -> list[str]:
         """The remarks, as many as there is room for, and how much is left out."""
         lines = [shortened(in_one_line(remark), WIDEST) for remark in self.remarks[:MOST_REMARKS]]
-        for left, noun in ((len(self.rows) - MOST_ROWS, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
+        for left, noun in ((len(self.rows) - MOST_SHOWN, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
             lines += [f"and {left} more {noun}"] if left > 0 else []
         return lines
 
     def text(self) -> str:
         """Return it as lines of text, fewer than a screen has."""
-        rows = [tuple(map(in_one_line, row)) for row in (self.heads, *self.rows[:MOST_ROWS]) if row]
+        rows = [tuple(map(in_one_line, row)) for row in (self.heads, *self.rows[:MOST_SHOWN]) if row]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
         return "\n".join([in_one_line(self.title), *(f"  {line}".rstrip() for line in (*lines, *self._rest))])
@@ -51,7 +51,7 @@ class Card(NamedTuple):
             side = ' style="text-align: left; padding-right: 1em"'
             return "<tr>" + "".join(f"<{tag}{side}>{escape(in_one_line(cell))}</{tag}>" for cell in cells) + "</tr>"
 
-        body = "".join(row(cells, "td") for cells in self.rows[:MOST_ROWS])
+        body = "".join(row(cells, "td") for cells in self.rows[:MOST_SHOWN])
         table = f"<table><thead>{row(self.heads, 'th')}</thead><tbody>{body}</tbody></table>" if self.rows else ""
         remarks = "".join(f"<li>{escape(remark)}</li>" for remark in self._rest)
         listed = f"<ul>{remarks}</ul>" if remarks else ""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import numbers
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from functools import lru_cache
 from pathlib import Path
@@ -153,6 +153,11 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
         return own.base == wanted.base
     with located(path=path, value=unit, mend=_EXAMPLE):
         return _unit(spelt).dimensionality == _unit(target).dimensionality
+
+
+def like(unit: str | None, targets: Iterable[str], *, per: str = "", path: str = "") -> str | None:
+    """Return the first of several units, each `per` something, that has the dimension of a unit; None where none has."""
+    return next((target for target in targets if unit and compatible(unit, target + per, path=path)), None)
 
 
 def si_of(unit: str, *, path: str = "") -> str:

@@ -1,15 +1,16 @@
-"""Values that a person gives for the parameters of a component: turned into numbers, and held to their conditions."""
+"""Values that a person gives: made numbers and held to their conditions; thresholds with default, unit and range."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from bristle.core.documented import Described
+from bristle.core.documented import Documented
 from bristle.core.errors import BristleError, InputError, InputWarning, told_by
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
@@ -36,7 +37,7 @@ def shown(value: Any) -> Any:
     return "None" if value is None else value
 
 
-def check_relations(component: Described, parameters: Any, path: str, *, structural_only: bool = False) -> None:
+def check_relations(component: Documented, parameters: Any, path: str, *, structural_only: bool = False) -> None:
     """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
     for relation in component.relations:
         if (structural_only and not relation.structural) or relation.holds(parameters):
@@ -51,7 +52,7 @@ def check_relations(component: Described, parameters: Any, path: str, *, structu
             raise InputError(f"needs {relation.condition}, but {facts}", path=path, mend=relation.mend)
 
 
-def coerced(component: Described, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
+def coerced(component: Documented, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
     """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice."""
     from bristle.core import units
 
@@ -74,7 +75,7 @@ def coerced(component: Described, name: str, variable: Variable, value: Any, pat
     return units.quantity(value, variable, kind, path=path, infinite=True)
 
 
-def check_value(component: Described, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
+def check_value(component: Documented, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
     """Refuse a number that is not finite or out of range; a default that is infinite may stay so."""
     default = component.defaults.get(name)
     may_be_infinite = isinstance(default, float) and math.isinf(default)
@@ -83,10 +84,74 @@ def check_value(component: Described, name: str, variable: Variable, value: Any,
     variable.validate(value, path, kind)
 
 
-def numbers_of(component: Described, parameters: Any) -> dict[str, Any]:
+def numbers_of(component: Documented, parameters: Any) -> dict[str, Any]:
     """Return the values that a person sets as kernels receive them: a choice by its place."""
     variables = component.variables
     return {
         name: variables[name].code(value, name) if variables[name].choices else value
         for name, value in component.values(parameters).items()
     }
+
+
+class Threshold(NamedTuple):
+    """What a setting is: its default, unit, meaning, what it may be, and where it comes from."""
+
+    name: str
+    default: float
+    unit: str
+    meaning: str
+    least: float
+    most: float
+    source: str
+
+
+def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = "") -> Any:
+    """Return the field of a threshold."""
+    about = {"default": default, "meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
+    return field(default=default, metadata=about)
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Thresholds, each a field that `threshold` made."""
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
+        """Return the thresholds that are given, all others at their defaults."""
+        by_name = {entry.name: entry for entry in thresholds_of(cls)}
+        numbers: dict[str, float] = {}
+        for name, value in values.items():
+            if name not in by_name:
+                if isinstance(getattr(cls, name, None), float):
+                    raise InputError("is fixed, and no longer set", path=f"{path}.{name}", value=value, mend="Leave it out")
+                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
+            numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
+        return cls(**numbers)
+
+    @classmethod
+    def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
+        """Return those of the thresholds that are given which are of this class, all others at their defaults."""
+        names = {entry.name for entry in thresholds_of(cls)}
+        return cls.of({name: value for name, value in values.items() if name in names}, path)
+
+    @property
+    def changed(self) -> dict[str, float]:
+        """Those that differ from the default, by name."""
+        return {entry.name: value for entry in thresholds_of(type(self)) if (value := getattr(self, entry.name)) != entry.default}
+
+    def as_data(self) -> dict[str, float]:
+        """Return all of them, by name."""
+        return {entry.name: getattr(self, entry.name) for entry in thresholds_of(type(self))}
+
+
+def _checked(entry: Threshold, value: Any, path: str) -> float:
+    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+    if not (entry.least <= number <= entry.most and math.isfinite(number)):
+        allowed = f"{entry.least:g} to {entry.most:g}" if math.isfinite(entry.most) else f">= {entry.least:g}"
+        raise InputError("is out of range", path=path, value=value, allowed=allowed)
+    return float(number)
+
+
+def thresholds_of(settings: type[Thresholds]) -> tuple[Threshold, ...]:
+    """Return what each of the thresholds of a class is, in order."""
+    return tuple(Threshold(entry.name, **entry.metadata) for entry in fields(settings))

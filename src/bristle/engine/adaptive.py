@@ -122,9 +122,31 @@ def run_adaptive(
     >>> run_adaptive(plant, friction.coulomb(F_C=1.0), [0.0] * 8, 1.0, tolerance=1e-6).position.round(3)
     array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.03 , 0.178])
     """
+    refuse_screw(plant, "run_adaptive")
+    chosen, distance = _method(plant, friction, method), presliding_distance(friction)
+    times = dt * np.arange(effort.size + 1)
+    duration = float(times[-1])
+    course = _stretches(effort, held(effort, hold), dt)
+    # The last sample must not be missed by rounding.
+    course.knots[-1] = duration * (1.0 + 1e-12)
 
     def run(allowed: float) -> AdaptiveTrace:
-        return _run(plant, friction, effort, dt, allowed, hold, method, max_step, x, v, state, memory)
+        body, contact = Instance(plant), Instance(friction)
+        body.state[0], body.state[1] = x, v
+        contact.begin(state)
+        limits = Limits(
+            SHARE_OF_TOLERANCE[chosen] * allowed / duration,
+            SHARE_OF_PRESLIDING * distance,
+            min(max_step, duration),
+            SHORTEST_STEP * duration,
+            FIRST_STEP * duration,
+            FAR * distance if np.isfinite(distance) else 0.0,
+            SHARE_OF_TOLERANCE[chosen] * allowed,
+        )
+        record = _Record(times)
+        by = _by_rosenbrock if chosen == "rosenbrock" else _by_doubling
+        reached = by(body, contact, memory_of(friction, memory), course, limits, record)
+        return record.trace(effort, dt, allowed, reached, contact)
 
     trace = run(tolerance)
     if not verify:
@@ -135,48 +157,6 @@ def run_adaptive(
         if is_alike and np.max(np.abs(trace.position - coarse.position), initial=0.0) <= tolerance:
             return trace
     return replace(trace, status=max(trace.status, Status.TOLERANCE_MISSED))
-
-
-def _run(
-    plant: Model,
-    friction: Model,
-    effort: Any,
-    dt: float,
-    tolerance: float,
-    hold: str,
-    method: str,
-    max_step: float,
-    x: float,
-    v: float,
-    state: Any,
-    memory: Any,
-) -> AdaptiveTrace:
-    """Return one run, its local errors bounded for this tolerance."""
-    refuse_screw(plant, "run_adaptive")
-    u = effort
-    body, contact = Instance(plant), Instance(friction)
-    body.state[0], body.state[1] = x, v
-    contact.begin(state)
-    times = dt * np.arange(u.size + 1)
-    duration = float(times[-1])
-    chosen = _method(plant, friction, method)
-    distance = presliding_distance(friction)
-    limits = Limits(
-        SHARE_OF_TOLERANCE[chosen] * tolerance / duration,
-        SHARE_OF_PRESLIDING * distance,
-        min(max_step, duration),
-        SHORTEST_STEP * duration,
-        FIRST_STEP * duration,
-        FAR * distance if np.isfinite(distance) else 0.0,
-        SHARE_OF_TOLERANCE[chosen] * tolerance,
-    )
-    course = _stretches(u, held(u, hold), dt)
-    # The last sample must not be missed by rounding.
-    course.knots[-1] = duration * (1.0 + 1e-12)
-    record = _Record(times)
-    by = _by_rosenbrock if chosen == "rosenbrock" else _by_doubling
-    reached = by(body, contact, memory_of(friction, memory), course, limits, record)
-    return record.trace(u, dt, tolerance, reached, contact)
 
 
 class _Record:
@@ -194,28 +174,27 @@ class _Record:
     def trace(self, u: np.ndarray, dt: float, tolerance: float, reached: int, contact: Instance) -> AdaptiveTrace:
         cut = slice(0, min(reached, u.size))
         accepted, rejected, missed, failed = self.report
-        status = Status.OK
         if tolerance < 16.0 * ROUNDING * float(np.max(np.abs(self.position))):
             missed = max(missed, 1.0)
         unfinished = reached < self.times.size and missed <= GIVE_UP
-        for code, happened in (
-            (Status.SOLVE_INACCURATE, failed > 0.0),
-            (Status.TOLERANCE_MISSED, missed > 0.0),
-            (Status.MEMORY_OVERFLOW, contact.lost > 0),
-            (Status.NOT_FINITE, unfinished),
-        ):
-            status = code if happened else status
+        causes = {
+            Status.NOT_FINITE: unfinished,
+            Status.MEMORY_OVERFLOW: contact.lost > 0,
+            Status.TOLERANCE_MISSED: missed > 0.0,
+            Status.SOLVE_INACCURATE: failed > 0.0,
+        }
+        x, v = self.position[cut], self.velocity[cut]
         return AdaptiveTrace(
             time=self.times[cut],
-            position=self.position[cut],
-            velocity=self.velocity[cut],
+            position=x,
+            velocity=v,
             effort=u[cut],
             friction=np.diff(self.impulse)[cut] / dt,
-            measured=self.position[cut],
+            measured=x,
             command=u[cut],
-            motor_position=self.position[cut],
-            motor_velocity=self.velocity[cut],
-            status=status,
+            motor_position=x,
+            motor_velocity=v,
+            status=next((status for status, happened in causes.items() if happened), Status.OK),
             steps=int(accepted),
             rejected=int(rejected),
             kind=contact.model.kind,
@@ -224,8 +203,6 @@ class _Record:
 
 def _method(plant: Model, friction: Model, method: str) -> str:
     """Return the method to be used; refuse one that does not fit."""
-    if method not in METHODS:
-        raise InputError("no such method", path="method", value=method, allowed=", ".join(METHODS))
     smooth = plant.component.rate, friction.component.rate or friction.component.flow
     lacking = [model.name for model, rate in zip((plant, friction), smooth, strict=True) if rate is None]
     if method == "rosenbrock" and lacking:

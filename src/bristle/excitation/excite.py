@@ -16,9 +16,8 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
-from bristle.excitation.limits import MotionLimits, limits_of
+from bristle.excitation.limits import MotionLimits, Prior, limits_of, prior_of
 from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of
-from bristle.excitation.prior import Prior, prior_of
 from bristle.excitation.purposes import PURPOSES
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.files.arguments import AXIS

@@ -13,8 +13,8 @@ from bristle.core.contracts import Model
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, force_along, run_closed_loop
+from bristle.excitation.limits import Prior
 from bristle.excitation.motion import ExcitationMotion
-from bristle.excitation.prior import Prior
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
 from bristle.logs.turns import numbered, reversals

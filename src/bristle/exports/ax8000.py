@@ -15,6 +15,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -23,11 +24,11 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.variable import Kind, unit_of
 from bristle.exports.described import plain
-from bristle.exports.drive import last_direction
+from bristle.exports.drive import behind_comments, last_direction, level_losses, levels_and_curves, rows_of
 from bristle.exports.effect import Drive
+from bristle.exports.targets import Product, Request
 from bristle.prediction.drive_table import SETTLED_SHARE, LevelValues, reversal_distance
-
-__all__ = ["Friction", "ax8000_text", "drive_of_objects", "friction_of", "sides_lost"]
+from bristle.prediction.drive_units import table_units
 
 STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
 TITLES = {STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate"}
@@ -41,7 +42,26 @@ class Friction(NamedTuple):
     spring: float
 
 
-def friction_of(model: Model, levels: LevelValues, fastest: float) -> Friction:
+def write(request: Request) -> Product:
+    """Return the objects with their values."""
+    curves, levels = levels_and_curves(request)
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    friction = _friction_of(request.model, levels, request.speed)
+    spring = (
+        "0x3144:01 turns 95 % of the friction over the distance of the model; that it does is not documented"
+        if friction.spring
+        else "0x3144:01 is not written: the model turns at once, and what the drive does with 0 is not documented"
+    )
+    notes = (
+        *level_losses(request.model, curves, levels, effort, turns=friction.spring > 0.0),
+        *_sides_lost(levels, effort.name, effort.si),
+        spring,
+    )
+    text = _text(friction, request.axis, request.model.kind, (*request.source.lines, *notes))
+    return Product({f"{request.name}.csv": text}, notes)
+
+
+def _friction_of(model: Model, levels: LevelValues, fastest: float) -> Friction:
     """Return the values of the objects: means of both directions; the spring turns 95 % over the distance of the model."""
     level, slope = (
         float(np.mean([value for value in pair if value is not None]))
@@ -51,7 +71,7 @@ def friction_of(model: Model, levels: LevelValues, fastest: float) -> Friction:
     return Friction(static, max(slope, 0.0), 2.0 * SETTLED_SHARE * static / distance if distance else 0.0)
 
 
-def sides_lost(levels: LevelValues, effort: str, si: float) -> tuple[str, ...]:
+def _sides_lost(levels: LevelValues, effort: str, si: float) -> tuple[str, ...]:
     """Return what objects without a direction and without a constant lose, a sentence each."""
     notes = []
     if levels.forward is not None and levels.backward is not None and levels.forward != levels.backward:
@@ -62,7 +82,7 @@ def sides_lost(levels: LevelValues, effort: str, si: float) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def ax8000_text(friction: Friction, axis: Axis | None, kind: Kind, comments: tuple[str, ...]) -> str:
+def _text(friction: Friction, axis: Axis | None, kind: Kind, comments: tuple[str, ...]) -> str:
     """Return the objects as CSV, in the units of the motor, behind comments."""
     rows = [
         f"{index},{_of_motor(value, index, axis):.9g},{_unit(index, axis, kind)},{TITLES[index]}"
@@ -74,13 +94,13 @@ def ax8000_text(friction: Friction, axis: Axis | None, kind: Kind, comments: tup
         "Units: those of object 0x3005:09 at its default. The compensation follows the feedforward velocity.",
         *comments,
     ]
-    return "\n".join([*(f"# {plain(line)}" for line in head), "object,value,unit,name", *rows, ""])
+    return behind_comments(head, "object,value,unit,name", *rows)
 
 
-def drive_of_objects(text: str, axis: Axis | None) -> Drive:
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     """Return what the drive computes from the objects: a spring that slips, and viscous friction."""
-    rows = [line.split(",") for line in text.splitlines() if line.startswith("0x")]
-    values = {index: float(value) / _of_motor(1.0, index, axis) for index, value, *_ in rows}
+    rows = rows_of(str(files[f"{request.name}.csv"]))
+    values = {index: float(value) / _of_motor(1.0, index, request.axis) for index, value, *_ in rows}
     static, dynamic, spring = (values.get(index, 0.0) for index in (STATIC, DYNAMIC, SPRING))
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:

@@ -1,24 +1,202 @@
-"""From kernels to the typed tree: names are resolved, types follow from those of the arguments, a function a type.
-
-What cannot be built is what a kernel must not contain: there is no other description of the subset. A kernel is built
-once for each combination of types that it is called with; a call of the dispatch goes to the kernel of the component
-whose parameters are handed on last. Loops, tuples and choices stay what they are: each target lowers what it lacks.
-"""
+"""From kernels to the typed tree: statements, and a function for each combination of types that a kernel is called with."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import ast
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core.dispatch import implementation_of, is_dispatch
-from bristle.exports.names import ascii_name
+from bristle.exports import tree
+from bristle.exports.expressions import Expressions, names_in
+from bristle.exports.printing import ascii_name
 from bristle.exports.scope import NotExportableError, definition_of
-from bristle.exports.statements import Translation
-from bristle.exports.tree import Function, Unit
-from bristle.exports.types import Struct, Type
+from bristle.exports.tree import INTEGER, REAL, VOID, Array, Struct, Type, walk
 
-__all__ = ["Builder"]
+PASSES = 8  # a variable turns from a truth to a whole number to a real one at most
+
+
+class Translation(Expressions):
+    """Translates one kernel for arguments of these types."""
+
+    def __init__(self, builder: Builder, kernel: Callable[..., Any], types: Sequence[Type]) -> None:
+        super().__init__(builder, kernel)
+        self._argument_types, self._result, self._changed, self._count = tuple(types), None, False, 0
+
+    def function(self, name: str) -> tree.Function:
+        """Return the kernel as a function of this name."""
+        definition = definition_of(self.kernel)
+        names = [argument.arg for argument in definition.args.args]
+        self.types = dict(zip(names, self._argument_types, strict=True))
+        self._refuse_loops_left(definition)
+        body: list[tree.Statement] = []
+        for _ in range(PASSES):
+            self._changed, self._count = False, 0
+            body = self._block(definition.body)
+            if not self._changed:
+                break
+        result: Type = VOID if self._result is None else self._result
+        if result != VOID and not _ends(definition.body):
+            raise self.refuse(definition.body[-1], "does not return a value on every way through it")
+        parameters = [tree.Variable(self.types[name], name) for name in names]
+        writes = any(isinstance(part, tree.Store) or (isinstance(part, tree.Call) and part.function.writes) for part in walk(body))
+        return tree.Function(name, self.kernel, parameters, result, body, _described(definition), writes)
+
+    # --- statements -----------------------------------------------------------------------------------------------
+
+    def _block(self, statements: Iterable[ast.stmt]) -> list[tree.Statement]:
+        return [line for statement in statements for line in self._statement(statement)]
+
+    def _statement(self, node: ast.stmt) -> list[tree.Statement]:
+        if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+            return []
+        translate = getattr(self, f"_do_{type(node).__name__.lower()}", None)
+        if translate is None:
+            raise self.refuse(node, f"{type(node).__name__} is outside the subset of Python that can be exported")
+        return translate(node)
+
+    def _do_expr(self, node: ast.Expr) -> list[tree.Statement]:
+        call = self.value(node.value)
+        if not isinstance(call, tree.Call):
+            raise self.refuse(node, "has no effect")
+        return [tree.Evaluate(call)]
+
+    def _do_return(self, node: ast.Return) -> list[tree.Statement]:
+        if node.value is None:
+            return [tree.Return(None)]
+        value = self.value(node.value)
+        common = value.type if self._result is None else self.unified(self._result, value.type, node)
+        self._changed |= common != self._result
+        self._result = common
+        return [tree.Return(self.coerced(value, common, node))]
+
+    def _do_if(self, node: ast.If) -> list[tree.Statement]:
+        return [tree.If(self.truth(node.test), self._block(node.body), self._block(node.orelse))]
+
+    def _do_while(self, node: ast.While) -> list[tree.Statement]:
+        if node.orelse:
+            raise self.refuse(node, "a loop has no else on other targets")
+        return [tree.While(self.truth(node.test), self._block(node.body))]
+
+    def _do_for(self, node: ast.For) -> list[tree.Statement]:
+        counts = node.iter
+        if not (isinstance(counts, ast.Call) and isinstance(counts.func, ast.Name) and counts.func.id == "range"):
+            raise self.refuse(node, "a for loop must run over range(...)")
+        if node.orelse or not isinstance(node.target, ast.Name) or not 1 <= len(counts.args) <= 2:
+            raise self.refuse(node, "a for loop has one name, a start and a stop, and no else")
+        bounds = [self.value(bound) for bound in counts.args]
+        if any(bound.type != INTEGER for bound in bounds):
+            raise self.refuse(node, "a range runs over whole numbers")
+        variable = self._variable(node.target.id, INTEGER, node)
+        start = bounds[0] if len(bounds) == 2 else self.value(ast.Constant(0))
+        return [tree.For(variable, start, bounds[-1], self._block(node.body))]
+
+    def _do_break(self, node: ast.Break) -> list[tree.Statement]:
+        return [tree.Break()]
+
+    def _do_continue(self, node: ast.Continue) -> list[tree.Statement]:
+        return [tree.Continue()]
+
+    def _do_assign(self, node: ast.Assign) -> list[tree.Statement]:
+        if len(node.targets) != 1:
+            raise self.refuse(node, "one value, one name: write two lines")
+        return self._assigned(node.targets[0], node.value, node)
+
+    def _do_annassign(self, node: ast.AnnAssign) -> list[tree.Statement]:
+        return [] if node.value is None else self._assigned(node.target, node.value, node)
+
+    def _do_augassign(self, node: ast.AugAssign) -> list[tree.Statement]:
+        before: Any = node.target
+        loaded = ast.copy_location(
+            ast.Name(before.id, ast.Load()) if isinstance(before, ast.Name) else ast.Subscript(before.value, before.slice, ast.Load()), node
+        )
+        return self._stored(node.target, self.combined(node.op, self.value(loaded), self.value(node.value), node), node)
+
+    def _assigned(self, target: ast.expr, value: ast.expr, node: ast.stmt) -> list[tree.Statement]:
+        if not isinstance(target, ast.Tuple):
+            return self._stored(target, self.value(value), node)
+        if isinstance(value, ast.Tuple) and len(value.elts) == len(target.elts):
+            return self._one_by_one(target.elts, value.elts, node)
+        value_tuple = self.value(value)
+        if not isinstance(value_tuple.type, Struct) or len(value_tuple.type.fields) != len(target.elts):
+            raise self.refuse(node, f"{len(target.elts)} names for something else")
+        statements: list[tree.Statement] = []
+        if not isinstance(value_tuple, tree.Variable):
+            held = self._held(value_tuple.type, node)
+            statements.append(tree.Assign(held, value_tuple))
+            value_tuple = tree.Variable(held.type, held.name)
+        assert isinstance(value_tuple.type, Struct)
+        for part, (name, kind) in zip(target.elts, value_tuple.type.fields, strict=True):
+            statements += self._stored(part, tree.Field(kind, value_tuple, name), node)
+        return statements
+
+    def _one_by_one(self, targets: list[ast.expr], values: list[ast.expr], node: ast.stmt) -> list[tree.Statement]:
+        """Return several names with their values at once: through other names where a value looks at one before it."""
+        later = [names_in(values[place + 1 :]) for place in range(len(values))]
+        written = [target.id if isinstance(target, ast.Name) else None for target in targets]
+        translated = [self.value(value) for value in values]
+        into_arrays = any(not isinstance(target, ast.Name) for target in targets)
+        reads = any(isinstance(part, tree.Index) for part in walk(*translated))
+        if not (into_arrays and reads) and not any(name in after for name, after in zip(written, later, strict=True)):
+            pairs = zip(targets, translated, strict=True)
+            return [step for target, value in pairs for step in self._stored(target, value, node)]
+        statements: list[tree.Statement] = []
+        held: list[tree.Variable] = []
+        for value in translated:
+            through = self._held(value.type, node)
+            statements.append(tree.Assign(through, value))
+            held.append(tree.Variable(through.type, through.name))
+        return statements + [step for target, value in zip(targets, held, strict=True) for step in self._stored(target, value, node)]
+
+    def _stored(self, target: ast.expr, value: tree.Expression, node: ast.stmt) -> list[tree.Statement]:
+        if isinstance(target, ast.Name):
+            if target.id == "_":
+                return [tree.Evaluate(value)] if isinstance(value, tree.Call) and value.function.writes else []
+            variable = self._variable(target.id, value.type, node)
+            return [tree.Assign(variable, self.coerced(value, variable.type, node))]
+        if not isinstance(target, ast.Subscript):
+            raise self.refuse(node, f"a value for {type(target).__name__}")
+        array, at = self.value(target.value), self.value(target.slice)
+        if not isinstance(array.type, Array) or at.type != INTEGER:
+            raise self.refuse(node, "only numbers of an array take a value, and their place is a whole number")
+        if not array.type.writable:
+            raise self.refuse(node, "writes into an array that it may only read: memory is written in commit only")
+        return [tree.Store(array, at, self.coerced(value, REAL, node))]
+
+    def _variable(self, name: str, kind: Type, node: ast.AST) -> tree.Variable:
+        if kind == VOID:
+            raise self.refuse(node, f"{name} takes what gives nothing")
+        common = self.unified(self.types[name], kind, node) if name in self.types else kind
+        self._changed |= self.types.get(name) != common
+        self.types[name] = common
+        return tree.Variable(common, name)
+
+    def _held(self, kind: Type, node: ast.AST) -> tree.Variable:
+        self._count += 1
+        return self._variable(f"held_{self._count}", kind, node)
+
+    def _refuse_loops_left(self, definition: ast.FunctionDef) -> None:
+        """Refuse to look at the name of a loop after the loop: targets count one farther, or less far."""
+        loops = [node for node in ast.walk(definition) if isinstance(node, ast.For) and isinstance(node.target, ast.Name)]
+        inside = {id(node) for loop in loops for node in ast.walk(loop) if isinstance(node, ast.Name)}
+        counted: set[str] = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
+        for node in ast.walk(definition):
+            if isinstance(node, ast.Name) and node.id in counted and id(node) not in inside:
+                raise self.refuse(node, f"{node.id} counts a loop and is looked at outside of it")
+
+
+def _ends(body: list[ast.stmt]) -> bool:
+    last = body[-1]
+    if isinstance(last, ast.If):
+        return bool(last.orelse) and _ends(last.body) and _ends(last.orelse)
+    endless = isinstance(last, ast.While) and isinstance(last.test, ast.Constant) and bool(last.test.value)
+    return isinstance(last, ast.Return) or (endless and not any(isinstance(node, ast.Break) for node in ast.walk(last)))
+
+
+def _described(definition: ast.FunctionDef) -> str:
+    return (ast.get_docstring(definition) or "").split("\n", 1)[0]
+
 
 FACE = frozenset(("effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"))
 """What the functions and types of an export are called, behind its name."""
@@ -30,14 +208,14 @@ class Builder:
     """Builds the functions of a unit as they are asked for."""
 
     constants: dict[tuple[str, float], float] = field(default_factory=dict)
-    unit: Unit = field(default_factory=Unit)
+    unit: tree.Unit = field(default_factory=tree.Unit)
 
     def __post_init__(self) -> None:
-        self._built: dict[tuple[Any, ...], Function] = {}
+        self._built: dict[tuple[Any, ...], tree.Function] = {}
         self._open: list[tuple[Any, ...]] = []
         self._names: set[str] = set()
 
-    def function(self, called: Callable[..., Any], types: Sequence[Type]) -> Function:
+    def function(self, called: Callable[..., Any], types: Sequence[Type]) -> tree.Function:
         """Return a kernel, or what the dispatch chooses, for arguments of these types."""
         kernel = self._chosen(called, types)
         key = (kernel, *types)
@@ -55,7 +233,7 @@ class Builder:
             raise NotExportableError(called, None, f"there is none for {name}")
         return kernel
 
-    def _build(self, kernel: Callable[..., Any], types: Sequence[Type]) -> Function:
+    def _build(self, kernel: Callable[..., Any], types: Sequence[Type]) -> tree.Function:
         # A model around a model around a model has one kernel for all of them, each time of other types.
         if (kernel, *types) in self._open or len(self._open) > DEEPEST:
             raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")

@@ -6,33 +6,52 @@ between them and the caller (the first position, inputs that are no numbers, sav
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bristle.core.variable import Kind, unit_of, variables_of
-from bristle.exports.c_code import Printer, number
-from bristle.exports.c_helpers import helpers_text
-from bristle.exports.c_parameters import CONSTANT, declared, literal, parameters_text, started
-from bristle.exports.c_saved import layout_of, saved_facts
-from bristle.exports.described import Source, parameter_table, plain, told
-from bristle.exports.identity import with_rights
-from bristle.exports.loops import loops_of
-from bristle.exports.rendering import rendered, version
-from bristle.exports.single import TOLERANCE, checkpoints
-from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, settled_subject
-from bristle.exports.tree import Function
-from bristle.exports.tunable import Tunable, tunable_of
-from bristle.exports.types import Struct
-from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of, walk_of
-from bristle.friction.resting import rest_rule
-from bristle.prediction.drive_units import CommandUnits
+import numpy as np
 
-__all__ = ["FLAGS", "CFiles", "c_files", "command_facts"]
+from bristle.core.variable import unit_of, variables_of
+from bristle.exports.c_code import Printer, number
+from bristle.exports.c_parts import CONSTANT, declared, helpers_text, literal, parameters_text, saved_facts, started
+from bristle.exports.described import Source, command_facts, meaning_of, parameter_table, plain, rendered, version, with_rights
+from bristle.exports.printing import loops_of
+from bristle.exports.subject import (
+    COMMIT,
+    COUNT,
+    FACTOR,
+    PART,
+    RESTS,
+    SEED,
+    TERM,
+    TRIAL,
+    Subject,
+    Walk,
+    arguments_left,
+    hash_of,
+    layout_of,
+    settled_subject,
+    subject_of,
+    walk_of,
+)
+from bristle.exports.targets import Product, Request
+from bristle.exports.tree import Function, Struct
+from bristle.exports.tunable import CONSTANTS, TOLERANCE, Tunable, checkpoints, single_note, tunable_of
+from bristle.friction.resting import rest_rule
+from bristle.prediction.drive_units import CommandUnits, command_units
 
 FLAGS = "-std=c99 -ffp-contract=off"
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+FILES = {
+    "{}.h": "c/header.h",
+    "{}.c": "c/source.c",
+    "{}_selftest.c": "c/selftest.c",
+    "CMakeLists.txt": "c/CMakeLists.txt",
+    "example_main.c": "c/example_main.c",
+    "README.md": "c/README.md",
+}
 EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
 
 
@@ -54,26 +73,16 @@ class CFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        facts = self._facts()
-        files = {
-            f"{self.name}.h": rendered("c/header.h", facts),
-            f"{self.name}.c": rendered("c/source.c", facts),
-            f"{self.name}_selftest.c": rendered("c/selftest.c", facts | self._walked()),
-            "CMakeLists.txt": rendered("c/CMakeLists.txt", facts),
-            "example_main.c": rendered("c/example_main.c", facts),
-            "README.md": rendered("c/README.md", facts),
-        }
-        return with_rights(files, self.source)
+        walk, subject = walk_of(self.subject, self.dt), self.subject
+        x = walk.positions(self.steps)
+        forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
+        walked = selftest_facts(walk, forces, single=self.scalar == "float")
+        return written_files(FILES, self.name, self._facts(), walked, self.source)
 
     def _facts(self) -> dict[str, Any]:
-        subject, model = self.subject, self.subject.model
-        tuned = tunable_of(model, self.fixed) if self.tunable else None
-        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
-        printer = self.printer(subject.unit, self.scalar, around)
-        definitions = printer.definitions()
-        step = self._step(printer, tuned)
-        helpers = helpers_text(printer.helpers, self.scalar, printer.integer, printer.inline)
-        component = model.component
+        subject, model, component = self.subject, self.subject.model, self.subject.model.component
+        meanings = variables_of(subject.motion.cls)
+        cycles = max(2, round(EXAMPLE_PERIOD / self.dt))
         return {
             "name": self.name,
             "guard": self.name.upper(),
@@ -86,26 +95,18 @@ class CFiles:
             "description": plain(component.description) + ".",
             "facts": self.source.lines,
             "table": parameter_table(model, self.source).rstrip(),
-            "unit_x": self._unit("length", "input"),
-            "unit_force": self._unit("force", "output"),
-            "scalar": self.scalar,
-            "state": self._state_lines(printer),
+            "unit_x": unit_of(component.input if subject.is_operator else "length", model.kind),
+            "unit_force": unit_of(component.output if subject.is_operator else "force", model.kind),
             "memory": subject.memory_size,
-            "signals": [printer.names.variable(name) for name in subject.signals],
-            "parameters": declared(tuned, printer) if tuned else [],
-            "definitions": definitions,
-            "helpers": helpers,
-            "data": self._data(printer, tuned),
-            "step": step,
-            "start": self._start(printer, tuned),
-            "zero": number(0.0, self.scalar),
             "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
-            "told_signals": [self._told(name) for name in subject.signals],
+            "told_signals": [meaning_of(meanings[name], model.kind) for name in subject.signals],
             "dt": repr(self.dt),
             "rate": f"{1.0 / self.dt:g}",
-            **self._saved(printer),
-            **self._example(),
-            "loops": loops_of(subject),
+            "amplitude": repr(EXAMPLE_STROKE),
+            "cycles": cycles,
+            "period": f"{cycles * self.dt:g}",
+            "every": max(1, 2 * cycles // EXAMPLE_LINES),
+            "loops": loops_of(subject.unit, subject.memory_size),
             "reference": component.reference,
             "velocity": VELOCITY[self.scalar],
             "single": self.scalar == "float",
@@ -116,34 +117,39 @@ class CFiles:
             "steps": self.steps,
             "model": model.name,
             "device": "",
-            "inline": printer.inline,
+            **self._code(),
         }
 
-    def _unit(self, quantity: str, of_operator: str) -> str:
-        model = self.subject.model
-        quantity = getattr(model.component, of_operator) if self.subject.is_operator else quantity
-        return unit_of(quantity, model.kind)
-
-    def _told(self, signal: str) -> str:
-        return told(variables_of(self.subject.motion.cls)[signal], self.subject.model.kind)
-
-    # --- what the structure of the axis holds ---------------------------------------------------------------------
-
-    def _state_lines(self, printer: Printer) -> list[str]:
-        variables, kind = variables_of(self.subject.state.cls), self.subject.model.kind
-        return [
-            f"{printer.named(part, printer.names.variable(name))}; /* {told(variables[name], kind)} */"
-            for name, part in self.subject.state.fields
+    def _code(self) -> dict[str, Any]:
+        """Return what is of the language: functions, data, and what the structure of the axis holds."""
+        subject, model = self.subject, self.subject.model
+        tuned = tunable_of(model, self.fixed) if self.tunable else None
+        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
+        printer = self.printer(subject.unit, self.scalar, around)
+        definitions, fields = printer.definitions(), [(printer.names.variable(name), part) for name, part in subject.state.fields]
+        meanings = variables_of(subject.state.cls).values()
+        start = [
+            f"axis->state.{name} = {literal(value, part, self.scalar)};" for (name, part), value in zip(fields, subject.virgin, strict=True)
         ]
-
-    def _start(self, printer: Printer, tuned: Tunable | None) -> list[str]:
-        lines = [
-            f"axis->state.{printer.names.variable(name)} = {literal(value, part, self.scalar)};"
-            for (name, part), value in zip(self.subject.state.fields, self.subject.virgin, strict=True)
-        ]
-        return lines + (started(tuned, printer) if tuned else [])
-
-    # --- the step -------------------------------------------------------------------------------------------------
+        used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
+        data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, self.name, tuned)
+        return {
+            "scalar": self.scalar,
+            "state": [
+                f"{printer.named(part, name)}; /* {meaning_of(variable, model.kind)} */"
+                for (name, part), variable in zip(fields, meanings, strict=True)
+            ],
+            "signals": [printer.names.variable(name) for name in subject.signals],
+            "parameters": declared(tuned, printer) if tuned else [],
+            "definitions": definitions,
+            "helpers": helpers_text(printer.helpers, self.scalar, printer.integer, printer.inline),
+            "data": data,
+            "step": self._step(printer, tuned),
+            "start": start + (started(tuned, printer) if tuned else []),
+            "zero": number(0.0, self.scalar),
+            "inline": printer.inline,
+            **saved_facts(printer, ("position", "force"), fields, subject.memory_size, layout_of(subject, self.scalar)),
+        }
 
     def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
@@ -163,8 +169,7 @@ class CFiles:
         }
         trial, arguments = _call(subject.trial, TRIAL[subject.is_operator], handed)
         commit, also = _call(subject.commit, COMMIT, handed)
-        commits = bool(subject.state.fields) or subject.commit.writes
-        needed = {*arguments, *also} if commits else set(arguments)
+        needed = {*arguments, *also} if subject.commits else set(arguments)
         structures = [line for name, (_, line) in handed.items() if line and name in needed]
         assert isinstance(subject.trial.result, Struct)
         lines = [
@@ -182,84 +187,39 @@ class CFiles:
         names = [printer.names.variable(name) for name, _ in subject.state.fields]
         return lines + [f"axis->state.{name} = after.{name};" for name in names]
 
-    def _data(self, printer: Printer, tuned: Tunable | None) -> str:
-        subject = self.subject
-        used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
-        if tuned is None and "p" not in used:
-            return ""
-        return parameters_text(subject.model.parameters, subject.parameters, printer, self.name, tuned)
 
-    # --- saving ---------------------------------------------------------------------------------------------------
-
-    def _saved(self, printer: Printer) -> dict[str, Any]:
-        state, size = self.subject.state, self.subject.memory_size
-        fields = [(printer.names.variable(name), part) for name, part in state.fields]
-        return saved_facts(printer, ("position", "force"), fields, size, layout_of(self.subject, self.scalar))
-
-    # --- self-test and example ------------------------------------------------------------------------------------
-
-    def _walked(self) -> dict[str, Any]:
-        walk = walk_of(self.subject, self.dt)
-        x, subject = walk.positions(self.steps), self.subject
-        forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
-        digest = hash_of(forces)
-        return {
-            "count": self.steps,
-            "scales": [repr(scale) for scale in walk.scales],
-            "seed": SEED,
-            "factor": FACTOR,
-            "term": TERM,
-            "rests": RESTS,
-            "part": PART,
-            "hash": f"0x{digest:016X}",
-            "hash_text": f"{digest:016x}",
-            "last": repr(float(forces[-1])),
-            **checkpoints(forces, single=self.scalar == "float"),
-        }
-
-    def _example(self) -> dict[str, Any]:
-        cycles = max(2, round(EXAMPLE_PERIOD / self.dt))
-        return {
-            "amplitude": repr(EXAMPLE_STROKE),
-            "cycles": cycles,
-            "period": f"{cycles * self.dt:g}",
-            "every": max(1, 2 * cycles // EXAMPLE_LINES),
-        }
+def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any], walked: dict[str, Any], source: Source) -> dict[str, str]:
+    """Return the text of each file by its name, from its template; that of the self-test is told of the walk, too."""
+    texts = {file: rendered(template, facts | walked if "selftest" in file else facts) for file, template in templates.items()}
+    return with_rights({file.format(name): text for file, text in texts.items()}, source)
 
 
-def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
-    """Return what is said of the units of a drive; None where nothing is known of them."""
-    if units is None:
-        return None
-    efforts = [units.effort, *units.others]
+def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
+    """Return what a self-test is told: how the walk is made, and the hash of the outputs along it."""
+    digest = hash_of(outputs)
     return {
-        "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
-        "efforts": [{"unit": plain(unit.name), "si": repr(unit.si), "macro": macro_of(unit.name)} for unit in efforts],
-        "unit_force": plain(unit_of("force", kind)),
-        "unit_x": plain(unit_of("length", kind)),
+        "count": outputs.size,
+        "scales": [repr(scale) for scale in walk.scales],
+        "seed": SEED,
+        "factor": FACTOR,
+        "term": TERM,
+        "rests": RESTS,
+        "part": PART,
+        "hash": f"0x{digest:016X}",
+        "hash_text": f"{digest:016x}",
+        "last": repr(float(outputs[-1])),
+        **checkpoints(outputs, single=single),
     }
 
 
-def macro_of(unit: str) -> str:
-    """Return a unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``."""
-    words = unit.replace("%", "percent").replace("*", "").replace("/", " per ")
-    return "_".join(re.findall(r"[A-Za-z0-9]+", plain(words))).upper()
-
-
-def c_files(
-    subject: Subject,
-    name: str,
-    source: Source,
-    dt: float,
-    *,
-    tunable: bool = False,
-    single: bool = False,
-    units: CommandUnits | None = None,
-) -> dict[str, str]:
-    """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
-    places = tunable_of(subject.model).places if tunable else ()
-    left = settled_subject(subject, places, single=single)
-    return CFiles(left, name, source, dt, tunable, "float" if single else "double", units=units).files()
+def write(request: Request) -> Product:
+    """Return the source, in double precision or in single."""
+    units = command_units(request.axis, request.model.kind) if request.model.component.family == "friction" else None
+    subject = subject_of(request.sampled, CONSTANTS if request.single else None)
+    places = tunable_of(subject.model).places if request.tunable else ()
+    left, scalar = settled_subject(subject, places, single=request.single), "float" if request.single else "double"
+    files = CFiles(left, request.name, request.source, request.dt, request.tunable, scalar, units=units).files()
+    return Product(dict(files), (single_note("force"),) if request.single else ())
 
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:

@@ -3,47 +3,78 @@
 from __future__ import annotations
 
 import math
+import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
-from bristle.exports.names import Names
-from bristle.exports.tree import (
-    Assign,
-    Binary,
-    Break,
-    Call,
-    Compare,
-    Constant,
-    Convert,
-    Evaluate,
-    Expression,
-    Field,
-    For,
-    Function,
-    If,
-    Index,
-    Intrinsic,
-    Logic,
-    Make,
-    Negative,
-    Not,
-    Return,
-    Select,
-    Statement,
-    Store,
-    Unit,
-    Variable,
-    While,
-    blocks_of,
-    walk,
+from bristle.exports import tree
+from bristle.exports.printing import INDENT, PRIMARY, UNARY, ascii_name, described, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
+
+WORDS_OF_C = """
+alignas alignof asm auto bool break case char const constexpr continue default do double else enum extern false float
+for goto if inline int long nullptr register restrict return short signed sizeof static static_assert struct switch
+thread_local true typedef typeof typeof_unqual union unsigned void volatile while
+"""
+WORDS_OF_CPP = """
+and and_eq bitand bitor catch char16_t char32_t char8_t class co_await co_return co_yield compl concept const_cast
+consteval constinit decltype delete dynamic_cast explicit export friend mutable namespace new noexcept not not_eq
+operator or or_eq private protected public reinterpret_cast requires static_cast template this throw try typeid typename
+using virtual wchar_t xor xor_eq
+"""
+# Macros of the headers that an export includes, beside those that MACROS finds by how they begin, and of compilers.
+MACROS_BY_NAME = """
+BIG_ENDIAN BYTE_ORDER DECIMAL_DIG FD_SETSIZE HUGE_VAL HUGE_VALF HUGE_VALL INFINITY LITTLE_ENDIAN MAXFLOAT MB_CUR_MAX
+NAN NFDBITS NULL PDP_ENDIAN RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED WUNTRACED errno far fd_set linux
+main math_errhandling near physadr quad signgam strtodf unix
+"""
+MACROS = re.compile(
+    r"(DBL|DEC\d*|EXIT|FLT|FP|INT|INT_\w+|INT\d+|INTMAX|INTPTR|LDBL|MATH|PTRDIFF|PTHREAD|SCHED|SIG_ATOMIC|SIZE|UINT_\w+"
+    r"|UINT\d+|UINTMAX|UINTPTR|WCHAR|WINT)_[A-Z0-9_]+|M_(E|LOG\w+|LN\w+|IVLN\w+|INVLN\w+|SQRT\w+|TWOPI|\w*PI(_[24])?)"
 )
-from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
+DEFINED = """
+ABSORBED Bits root with_sign magnitude next_below is_infinite is_nan is_finite least greatest mantissa_of exponent_of
+power_of_two whole_magnitude whole_least whole_greatest floor_divided floor_rest
+"""
+RESERVED = frozenset((WORDS_OF_C + WORDS_OF_CPP + MACROS_BY_NAME + DEFINED).split())
+"""What nothing is called: keywords of C and C++, macros of a system, and what a unit defines itself."""
 
-__all__ = ["Printer", "described", "needs_wide_integers", "number", "structures_of", "types_in", "wrapped"]
 
-INDENT = "    "
+class Names:
+    """The names of the structures of a unit, each its own: that of its class, behind its module where there are two."""
+
+    def __init__(self, structures: Sequence[Struct], functions: Iterable[str] = ()) -> None:
+        counted = Counter(kind.cls.__name__ for kind in structures)
+        self.structures: dict[Struct, str] = {}
+        self._functions = frozenset(functions)
+        used = {*RESERVED, *self._functions}
+        for kind in structures:
+            first = "Several" if kind.is_plain else kind.cls.__name__
+            if counted[first] > 1 and not kind.is_plain:
+                first = _camel(kind.cls.__module__.rpartition(".")[2]) + first
+            first = ascii_name(first)
+            name, count = first, 1
+            while name in used:
+                count += 1
+                name = f"{first}_{count}"
+            used.add(name)
+            self.structures[kind] = name
+
+    def variable(self, name: str) -> str:
+        """Return a name for a variable, an argument or a field: two names stay two, capitals are a difference."""
+        plain = name.rstrip("_")
+        if plain in RESERVED or name in self._functions or MACROS.fullmatch(plain):
+            return f"{name}_"
+        return f"part{name}" if name.startswith("_") else ascii_name(name)
+
+
+def _camel(module: str) -> str:
+    return "Own" if module.startswith("bristle_user_") else "".join(part.capitalize() for part in module.split("_"))
+
+
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
-PRIMARY, UNARY, SELECT = 16, 14, 2
+SELECT = 2
 BINDS = {
     "*": 13,
     "/": 13,
@@ -61,7 +92,6 @@ BINDS = {
     "and": 4,
     "or": 3,
 }
-LONGEST = 110
 ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but where code is to be small. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define ABSORBED static inline __attribute__((always_inline))
@@ -69,7 +99,6 @@ ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but w
 #define ABSORBED static inline
 #endif
 """
-BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
 
 
 def number(value: float, scalar: str = "double") -> str:
@@ -79,31 +108,6 @@ def number(value: float, scalar: str = "double") -> str:
     if math.isinf(value):
         return f"{'-' if value < 0 else ''}({scalar})INFINITY"
     return repr(float(value)) + ("f" if scalar == "float" else "")
-
-
-def needs_wide_integers(unit: Unit) -> bool:
-    """Return whether whole numbers of a unit leave 32 bits: those of the random numbers do."""
-    for part in walk(*[function.body for function in unit.functions]):
-        if isinstance(part, Binary) and part.operator in ("&", "^", ">>"):
-            return True
-        if isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31:
-            return True
-    return False
-
-
-def structures_of(types: Iterable[Type]) -> list[Struct]:
-    """Return the tuples among some types and inside of them, each after those that it holds."""
-    structures: dict[Struct, None] = {}
-
-    def add(kind: Type) -> None:
-        if isinstance(kind, Struct) and kind not in structures:
-            for _, part in kind.fields:
-                add(part)
-            structures[kind] = None
-
-    for kind in types:
-        add(kind)
-    return list(structures)
 
 
 class Printer:
@@ -118,7 +122,7 @@ class Printer:
     cleared = "{0}"
     """A structure of nothing but zeros."""
 
-    def __init__(self, unit: Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
+    def __init__(self, unit: tree.Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
         self.unit, self.scalar = unit, scalar
         self.integer = "int64_t" if needs_wide_integers(unit) else "int32_t"
         used = [kind for function in unit.functions for kind in types_in(function)]
@@ -155,7 +159,7 @@ class Printer:
         fields = [f"{INDENT}{self.named(part, self.names.variable(name))};" for name, part in kind.fields]
         return "\n".join(["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""])
 
-    def _function(self, function: Function) -> str:
+    def _function(self, function: tree.Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
         inline = self.absorbed if is_absorbed(function.source) else self.inline
         head = f"{inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
@@ -167,11 +171,11 @@ class Printer:
 class Body:
     """Prints the body of one function."""
 
-    def __init__(self, printer: Printer, function: Function) -> None:
+    def __init__(self, printer: Printer, function: tree.Function) -> None:
         self.printer, self.function, self.helpers = printer, function, printer.helpers
         self._declared = {parameter.name for parameter in function.parameters}
         self._at: dict[int, str] = {}
-        self._first: list[Variable] = []
+        self._first: list[tree.Variable] = []
         self._rounds = 0
 
     def lines(self) -> list[str]:
@@ -185,7 +189,7 @@ class Body:
     def _place_declarations(self) -> None:
         """Declare each variable with its first value where that comes before every look at it, else at the top."""
         arguments = {parameter.name for parameter in self.function.parameters}
-        assigned = [part.variable for part in walk(self.function.body) if isinstance(part, Assign)]
+        assigned = [part.variable for part in walk(self.function.body) if isinstance(part, tree.Assign)]
         for variable in {part.name: part for part in assigned if part.name not in arguments}.values():
             at = _first_value(self.function.body, variable.name)
             if at is None:
@@ -200,42 +204,42 @@ class Body:
 
     # --- statements -----------------------------------------------------------------------------------------------
 
-    def _block(self, block: list[Statement], indent: str) -> list[str]:
+    def _block(self, block: list[tree.Statement], indent: str) -> list[str]:
         return [line for statement in block for line in self._statement(statement, indent)]
 
-    def _statement(self, statement: Statement, indent: str) -> list[str]:
+    def _statement(self, statement: tree.Statement, indent: str) -> list[str]:
         inner = indent + INDENT
-        if isinstance(statement, Assign):
+        if isinstance(statement, tree.Assign):
             name = self._name(statement.variable.name)
             target = self.printer.named(statement.variable.type, name) if id(statement) in self._at else name
             return wrapped(f"{indent}{target} = {self._of(statement.value)};", indent)
-        if isinstance(statement, Store):
+        if isinstance(statement, tree.Store):
             place = f"{self._of(statement.array, PRIMARY)}[{self._of(statement.at)}]"
             return wrapped(f"{indent}{place} = {self._of(statement.value)};", indent)
-        if isinstance(statement, Evaluate):
+        if isinstance(statement, tree.Evaluate):
             return wrapped(f"{indent}(void){self._of(statement.call)};", indent)
-        if isinstance(statement, Return):
+        if isinstance(statement, tree.Return):
             value = "" if statement.value is None else f" {self._of(statement.value)}"
             return wrapped(f"{indent}return{value};", indent)
-        if isinstance(statement, If):
+        if isinstance(statement, tree.If):
             return self._if(statement, indent)
-        if isinstance(statement, For):
+        if isinstance(statement, tree.For):
             return self._for(statement, indent)
-        if isinstance(statement, While):
+        if isinstance(statement, tree.While):
             head = wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent)
             return [*head, *self._block(statement.body, inner), f"{indent}}}"]
-        return [f"{indent}{'break' if isinstance(statement, Break) else 'continue'};"]
+        return [f"{indent}{'break' if isinstance(statement, tree.Break) else 'continue'};"]
 
-    def _if(self, statement: If, indent: str) -> list[str]:
+    def _if(self, statement: tree.If, indent: str) -> list[str]:
         inner, test, first, second = indent + INDENT, statement.test, statement.body, statement.otherwise
         if not first:
-            test, first, second = Not(TRUTH, test), second, []
+            test, first, second = tree.Not(TRUTH, test), second, []
         lines = [*wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
         if second:
             lines += [f"{indent}}} else {{", *self._block(second, inner)]
         return [*lines, f"{indent}}}"]
 
-    def _for(self, statement: For, indent: str) -> list[str]:
+    def _for(self, statement: tree.For, indent: str) -> list[str]:
         self._rounds += 1
         name = f"round_{self._rounds}" if statement.variable.name == "_" else self._name(statement.variable.name)
         start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
@@ -244,14 +248,14 @@ class Body:
 
     # --- expressions ----------------------------------------------------------------------------------------------
 
-    def _of(self, expression: Expression, least: int = 0) -> str:
+    def _of(self, expression: tree.Expression, least: int = 0) -> str:
         text, binds = getattr(self, f"_{type(expression).__name__.lower()}")(expression)
         return text if binds >= least and binds > 0 else f"({text})"
 
     def _name(self, name: str) -> str:
         return self.printer.names.variable(name)
 
-    def _constant(self, e: Constant) -> tuple[str, int]:
+    def _constant(self, e: tree.Constant) -> tuple[str, int]:
         if e.type == TRUTH:
             return ("true" if e.value else "false"), PRIMARY
         text = number(float(e.value), self.printer.scalar) if e.type == REAL else str(int(e.value))
@@ -259,22 +263,22 @@ class Body:
             text = f"INT64_C({text})"
         return text, (UNARY - 1 if text.startswith("-") else PRIMARY)
 
-    def _variable(self, e: Variable) -> tuple[str, int]:
+    def _variable(self, e: tree.Variable) -> tuple[str, int]:
         return self._name(e.name), PRIMARY
 
-    def _field(self, e: Field) -> tuple[str, int]:
+    def _field(self, e: tree.Field) -> tuple[str, int]:
         return f"{self._of(e.of, PRIMARY)}.{self._name(e.name)}", PRIMARY
 
-    def _index(self, e: Index) -> tuple[str, int]:
+    def _index(self, e: tree.Index) -> tuple[str, int]:
         return f"{self._of(e.array, PRIMARY)}[{self._of(e.at)}]", PRIMARY
 
-    def _negative(self, e: Negative) -> tuple[str, int]:
+    def _negative(self, e: tree.Negative) -> tuple[str, int]:
         return f"-{self._of(e.of, UNARY + 1)}", UNARY
 
-    def _not(self, e: Not) -> tuple[str, int]:
+    def _not(self, e: tree.Not) -> tuple[str, int]:
         return f"!{self._of(e.of, UNARY)}", UNARY
 
-    def _binary(self, e: Binary) -> tuple[str, int]:
+    def _binary(self, e: tree.Binary) -> tuple[str, int]:
         if e.operator in ("//", "%"):
             helper = "floor_divided" if e.operator == "//" else "floor_rest"
             self.helpers |= {"floor_divided", helper}
@@ -284,29 +288,29 @@ class Body:
             return f"{self._of(e.left, PRIMARY)} {e.operator} {self._of(e.right, PRIMARY)}", binds
         return f"{self._of(e.left, binds)} {e.operator} {self._of(e.right, binds + 1)}", binds
 
-    def _compare(self, e: Compare) -> tuple[str, int]:
+    def _compare(self, e: tree.Compare) -> tuple[str, int]:
         tighter = BINDS["<"] + 1
         return f"{self._of(e.left, tighter)} {e.operator} {self._of(e.right, tighter)}", BINDS[e.operator]
 
-    def _logic(self, e: Logic) -> tuple[str, int]:
+    def _logic(self, e: tree.Logic) -> tuple[str, int]:
         joined = {"and": " && ", "or": " || "}[e.operator]
         return joined.join(self._of(part, BINDS["=="]) for part in e.parts), BINDS[e.operator]
 
-    def _select(self, e: Select) -> tuple[str, int]:
+    def _select(self, e: tree.Select) -> tuple[str, int]:
         return f"{self._of(e.test, BINDS['or'])} ? {self._of(e.first, 3)} : {self._of(e.second, 3)}", SELECT
 
-    def _convert(self, e: Convert) -> tuple[str, int]:
+    def _convert(self, e: tree.Convert) -> tuple[str, int]:
         return f"({self.printer.type_name(e.type)}){self._of(e.of, UNARY)}", UNARY
 
-    def _call(self, e: Call) -> tuple[str, int]:
+    def _call(self, e: tree.Call) -> tuple[str, int]:
         return f"{e.function.name}({', '.join(self._of(argument) for argument in e.arguments)})", PRIMARY
 
-    def _intrinsic(self, e: Intrinsic) -> tuple[str, int]:
+    def _intrinsic(self, e: tree.Intrinsic) -> tuple[str, int]:
         name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
         self.helpers.add(name)
         return f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})", PRIMARY
 
-    def _make(self, e: Make) -> tuple[str, int]:
+    def _make(self, e: tree.Make) -> tuple[str, int]:
         parts = ", ".join(self._of(part) for part in e.parts) or "0"
         return self.printer.structure_text(e.type, parts), PRIMARY
 
@@ -329,51 +333,26 @@ HELPED = {
 }
 
 
-def described(text: str) -> str:
-    """Return the first line of a docstring as a comment of C: in ASCII, without marks of typesetting."""
-    plain = text.replace(":math:", "").replace("`", "").replace("*/", "")
-    return plain.encode("ascii", "replace").decode()
-
-
-def types_in(function: Function) -> list[Type]:
-    """Return the types of a function, of its arguments and of all that it computes."""
-    inside = [part.type for part in walk(function.body) if isinstance(part, Expression)]
-    return [function.result, *(parameter.type for parameter in function.parameters), *inside]
-
-
-def _first_value(block: list[Statement], name: str) -> Assign | None:
+def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:
     """Return the assignment that comes before every other use of a name, and in a block around all of them."""
     using = [statement for statement in block if _uses(statement, name)]
     first = using[0]
-    if isinstance(first, Assign):
-        return first if not any(isinstance(p, Variable) and p.name == name for p in walk(first.value)) else None
+    if isinstance(first, tree.Assign):
+        return first if not any(isinstance(p, tree.Variable) and p.name == name for p in walk(first.value)) else None
     inside = [part for part in blocks_of(first) if any(_uses(statement, name) for statement in part)]
     if len(using) > 1 or len(inside) != 1 or _in_head(first, name):
         return None
     return _first_value(inside[0], name)
 
 
-def _uses(node: Statement | Expression, name: str) -> bool:
-    return any(isinstance(part, Variable) and part.name == name for part in walk(node))
+def _uses(node: tree.Statement | tree.Expression, name: str) -> bool:
+    return any(isinstance(part, tree.Variable) and part.name == name for part in walk(node))
 
 
-def _in_head(statement: Statement, name: str) -> bool:
-    heads: list[Expression] = []
-    if isinstance(statement, (If, While)):
+def _in_head(statement: tree.Statement, name: str) -> bool:
+    heads: list[tree.Expression] = []
+    if isinstance(statement, (tree.If, tree.While)):
         heads = [statement.test]
-    elif isinstance(statement, For):
+    elif isinstance(statement, tree.For):
         heads = [statement.start, statement.stop, statement.variable]
     return any(_uses(head, name) for head in heads) or not blocks_of(statement)
-
-
-def wrapped(line: str, indent: str) -> list[str]:
-    """Return a long line as several, broken after commas and before operators."""
-    lines: list[str] = []
-    while len(line) > LONGEST:
-        at = max(line.rfind(mark, len(indent) + 40, LONGEST) for mark in BREAKS)
-        if at < 0:
-            break
-        cut = at + 1 if line[at] == "," else at
-        lines.append(line[:cut])
-        line = f"{indent}{INDENT}{INDENT}{line[cut:].lstrip()}"
-    return [*lines, line]

@@ -7,17 +7,18 @@ neither: the file states its own, to be converted by hand.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.exports.drive import rows_of, said_of_units
 from bristle.exports.effect import Drive
+from bristle.exports.targets import Product, Request
 from bristle.plants.terms import TermedPlant, terms_of
-from bristle.prediction.drive_units import DriveUnit
-
-__all__ = ["MOST", "Wave", "cogging_notes", "cogging_text", "drive_of_harmonics", "waves_of"]
+from bristle.prediction.drive_units import DriveUnit, table_units
 
 MOST = 9
 
@@ -31,7 +32,15 @@ class Wave(NamedTuple):
     phase: float
 
 
-def waves_of(plant: Model | None) -> list[Wave]:
+def write(request: Request) -> Product:
+    """Return the harmonics."""
+    waves = _waves_of(request.plant)
+    efforts = table_units(request.axis, request.model.kind).efforts
+    notes = (*_left_out(waves, efforts[0]), *said_of_units(request.axis, efforts[0]))
+    return Product({f"{request.name}.csv": _text(waves, efforts, notes, request.source.lines)}, notes)
+
+
+def _waves_of(plant: Model | None) -> list[Wave]:
     """Return the cogging of a plant, the largest harmonic first."""
     terms = None if plant is None else terms_of(plant)
     if plant is None or terms is None or not terms.cosines.size:
@@ -50,7 +59,7 @@ def waves_of(plant: Model | None) -> list[Wave]:
     return sorted(waves, key=lambda wave: -wave.amplitude)
 
 
-def cogging_notes(waves: list[Wave], effort: DriveUnit) -> tuple[str, ...]:
+def _left_out(waves: list[Wave], effort: DriveUnit) -> tuple[str, ...]:
     """Return what of the cogging has no place in the file, in a sentence."""
     left = waves[MOST:]
     if not left:
@@ -60,9 +69,13 @@ def cogging_notes(waves: list[Wave], effort: DriveUnit) -> tuple[str, ...]:
     return (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {effort.name} in all",)
 
 
-def drive_of_harmonics(text: str, plant: Model, effort: DriveUnit) -> Drive:
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
     """Return what a drive computes from the harmonics at each position."""
-    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "order"))]
+    plant = request.plant
+    if plant is None:
+        return None
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    rows = rows_of(str(files[f"{request.name}.csv"]))
     turns = {turner: plant.values[f"{turner}_turn"] for *_, turner in rows}
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
@@ -75,7 +88,7 @@ def drive_of_harmonics(text: str, plant: Model, effort: DriveUnit) -> Drive:
     return drive
 
 
-def cogging_text(waves: list[Wave], efforts: tuple[DriveUnit, ...], notes: tuple[str, ...], facts: list[str]) -> str:
+def _text(waves: list[Wave], efforts: tuple[DriveUnit, ...], notes: tuple[str, ...], facts: list[str]) -> str:
     """Return the harmonics as CSV behind comments that say what phase and amplitude mean."""
     head = [
         "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",

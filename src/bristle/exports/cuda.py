@@ -13,15 +13,12 @@ from typing import Any
 from bristle.core.errors import InputError
 from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
-from bristle.exports.described import Source
-from bristle.exports.identity import with_rights
-from bristle.exports.rendering import rendered
-from bristle.exports.subject import Subject, settled_subject
+from bristle.exports.described import rendered, with_rights
+from bristle.exports.subject import settled_subject, subject_of
+from bristle.exports.targets import Product, Request
+from bristle.exports.tree import INTEGER, REAL, TRUTH, Struct, Type
 from bristle.exports.tunable import Tunable, tunable_of
-from bristle.exports.types import INTEGER, REAL, TRUTH, Struct, Type
 from bristle.friction.resting import HELD
-
-__all__ = ["cuda_files"]
 
 HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctypes.c_double), ("flags", ctypes.c_int32)]
 INTEGERS = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}
@@ -70,15 +67,16 @@ class CudaFiles(CFiles):
         return ctypes.sizeof(_structure([*HEAD, *state, *numbers]))
 
 
-def cuda_files(subject: Subject, name: str, source: Source, dt: float) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Return the files of a model in CUDA C++, text by name, and what is to be known of them."""
+def write(request: Request) -> Product:
+    """Return the source, and what of it is not that of C."""
+    subject, written = subject_of(request.sampled), (request.name, request.source, request.dt)
     notes = ("compile with --fmad=false: contracted products and sums give other bits",)
     try:
         places = tunable_of(subject.model, CudaFiles.fixed).places
     except InputError:
-        left = settled_subject(subject)
-        return CudaFiles(left, name, source, dt).files(), (*notes, "every lane has the parameters of the model")
-    return CudaFiles(settled_subject(subject, places), name, source, dt, tunable=True).files(), notes
+        files = CudaFiles(settled_subject(subject), *written).files()
+        return Product(dict(files), (*notes, "every lane has the parameters of the model"))
+    return Product(dict(CudaFiles(settled_subject(subject, places), *written, tunable=True).files()), notes)
 
 
 def _columns(tuned: Tunable) -> Iterable[str]:

@@ -1,28 +1,18 @@
-"""The cycle of a drive around a friction model, as a kernel: the first position, inputs that are no numbers, the step.
-
-It is written as text, because the state that it loads and keeps has the fields of the model, and is built into the tree
-as any kernel is. What lasts from cycle to cycle is an array: position, force, whether there was a position, whether one
-was refused, whether a force was no number, and the state.
-"""
+"""The step of friction, alone or on a plant, as a kernel whose text has the fields of the model: what lasts is an array."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
-from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core import dispatch
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
+from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.build import Builder
-from bristle.exports.prune import pruned
 from bristle.exports.scope import defined
-from bristle.exports.subject import Subject
-from bristle.exports.tree import Function, Unit
-from bristle.exports.types import INTEGER, REAL, Array
-
-__all__ = ["BEGUN", "FORCE", "OVERFLOW", "POSITION", "REFUSED", "STATE", "Cycle", "at_rest_of", "cycle_of"]
+from bristle.exports.subject import Subject, capacity_of
+from bristle.exports.tree import INTEGER, REAL, Array, Function, Struct, struct_type
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
 LARGEST = 1.7976931348623157e308
@@ -57,59 +47,107 @@ def at_rest(lasting, memory, x, p):
 """
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """The cycle of a model as a function of the tree, with what it lasts on."""
-
-    subject: Subject
-    unit: Unit
-    entry: Function
-    begin: np.ndarray
-
-
-def cycle_of(subject: Subject, builder: Builder | None = None) -> Cycle:
-    """Return the cycle of a model."""
-    fields = subject.state.fields
-    store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, (name, _) in enumerate(fields))
-    text = TEXT.format(load=_load(subject), store=store or "    lasting[REFUSED] = lasting[REFUSED]")
-    kernel = _defined("advanced", text, subject)
-    own = builder is None
-    builder = builder or Builder()
-    size = STATE + len(fields)
+def cycle_of(subject: Subject, builder: Builder) -> tuple[Function, np.ndarray]:
+    """Return the cycle of a model as a function of the tree, and what it lasts on before the first one."""
+    state, begin = subject.state, np.array([0.0] * STATE + [float(value) for value in subject.virgin])
+    store = stored(state, "after", STATE) if state.fields else "    lasting[REFUSED] = lasting[REFUSED]"
+    kernel = defined("advanced", TEXT.format(load=loaded(state, STATE), store=store), _scope(subject) | {"Motion": Motion})
     memory = Array(subject.memory_size, writable=True)
-    entry = builder.function(kernel, [Array(size, writable=True), memory, REAL, REAL, subject.parameters])
-    begin = np.zeros(size)
-    begin[STATE:] = [float(value) for value in subject.virgin]
-    return Cycle(subject, pruned(builder.unit, [entry]) if own else builder.unit, entry, begin)
+    return builder.function(kernel, [Array(begin.size, writable=True), memory, REAL, REAL, subject.parameters]), begin
 
 
 def at_rest_of(subject: Subject, builder: Builder) -> Function:
     """Return the force at a velocity, of which the sign is enough, where the contact is: nothing moves."""
-    kernel = _defined("at_rest", AT_REST.format(load=_load(subject)), subject)
+    kernel = defined("at_rest", AT_REST.format(load=loaded(subject.state, STATE)), _scope(subject) | {"Motion": Motion})
     lasting, memory = Array(STATE + len(subject.state.fields)), Array(subject.memory_size)
     return builder.function(kernel, [lasting, memory, REAL, subject.parameters])
 
 
-def _load(subject: Subject) -> str:
-    return ", ".join(
-        f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]" for i, (_, kind) in enumerate(subject.state.fields)
-    )
-
-
-def _defined(name: str, text: str, subject: Subject) -> Callable[..., Any]:
-    scope: dict[str, Any] = {
-        "__name__": __name__,
+def _scope(subject: Subject) -> dict[str, Any]:
+    return vars(dispatch) | {
+        **globals(),
         "State": subject.state.cls,
-        "Motion": Motion,
-        "friction_trial": friction_trial,
-        "friction_commit": friction_commit,
+        "Motion": subject.motion.cls,
         "NOMINAL_LOAD": NOMINAL_LOAD,
         "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE,
-        "POSITION": POSITION,
-        "FORCE": FORCE,
-        "BEGUN": BEGUN,
-        "REFUSED": REFUSED,
-        "OVERFLOW": OVERFLOW,
-        "LARGEST": LARGEST,
+        "Mechanism": Mechanism,
+        "mechanism": mechanism,
     }
-    return defined(name, text, scope)
+
+
+ALONG = """
+def stepped(lasting, memory, v, x, {signals}dt, p):
+    state = State({load})
+    force, move = friction_trial(state, memory, Motion(v, x, {around}), dt, p)
+    after = friction_commit(state, memory, move, p)
+{store}
+    return force
+"""
+DRIVEN = """
+def stepped(lasting, memory, effort, dt, q, p):
+    body, contact = PlantState({load_plant}), State({load})
+    before = Mechanism(body, contact, lasting[{at}], lasting[{at} + 1], lasting[{at} + 2], 0.0, 0.0)
+    after = mechanism(before, memory, effort, effort, 0.0, 0.0, dt, 1, q, p)
+{store}
+    lasting[{at}] = after.effort
+    lasting[{at} + 1] = after.slope
+    lasting[{at} + 2] = after.acceleration
+    lasting[{at} + 3] = lasting[{at} + 3] + after.failures
+    return after.force
+"""
+SOLVER = 4  # numbers that the solve keeps: effort, slope, acceleration, solves that failed
+
+
+class Core(NamedTuple):
+    """One step of an FMU as a function of the tree, with what it lasts on, and how many values each of that takes."""
+
+    subject: Subject
+    plant: Model | None
+    entry: Function
+    begin: np.ndarray
+    most: list[int]
+    parameters: dict[str, tuple[Model, Struct]]
+
+
+def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
+    """Return the step of a friction model, on a plant where one is given."""
+    scope = _scope(subject) | {"__name__": "bristle.exports.fmu_core"}  # by which its functions are named, and hashed
+    begin = [float(value) for value in subject.virgin]
+    parameters = {"p": (subject.model, subject.parameters)}
+    most = [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in subject.state.fields]
+    inputs = 2 + len(subject.signals)
+    if plant is None:
+        text = ALONG.format(
+            signals="".join(f"{name}, " for name in subject.signals),
+            around=", ".join(name if name in subject.signals else repr(usual) for name, usual in subject.usual.items()),
+            load=loaded(subject.state, 0),
+            store=stored(subject.state, "after", 0),
+        )
+    else:
+        body = plant.component.initial_state(plant.parameters)
+        plant_state, first = struct_type(body), len(body)
+        scope["PlantState"] = plant_state.cls
+        text = DRIVEN.format(
+            load_plant=loaded(plant_state, 0),
+            load=loaded(subject.state, first),
+            at=first + len(begin),
+            store=stored(plant_state, "after.plant", 0) + "\n" + stored(subject.state, "after.friction", first),
+        )
+        inputs, begin = 1, [float(value) for value in body] + begin + [0.0] * SOLVER
+        most = [0] * first + most + [0] * SOLVER
+        parameters = {"q": (plant, struct_type(plant.parameters))} | parameters
+    types = [Array(len(begin), writable=True), Array(subject.memory_size, writable=True), *[REAL] * (inputs + 1)]
+    entry = builder.function(defined("stepped", text, scope), [*types, *(kind for _, kind in parameters.values())])
+    return Core(subject, plant, entry, np.array(begin), most, parameters)
+
+
+def loaded(kind: Struct, at: int, array: str = "lasting") -> str:
+    """Return the text of the fields of a tuple as they are loaded from an array."""
+    numbers = [f"{array}[{at + i}]" for i in range(len(kind.fields))]
+    return ", ".join(f"int({n})" if part == INTEGER else n for n, (_, part) in zip(numbers, kind.fields, strict=True))
+
+
+def stored(kind: Struct, source: str, at: int, array: str = "lasting") -> str:
+    """Return the lines that store the fields of a tuple in an array."""
+    lines = [f"    {array}[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(kind.fields)]
+    return "\n".join(lines) or "    pass"

@@ -1,20 +1,32 @@
-"""What the files of an export say of the model: its parameters with units, ranges and intervals, and its source."""
+"""What the files of an export say of the model: parameters, source and licence, and a hash that tells it from others."""
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from functools import cache
+from importlib import resources
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
-from bristle.core.variable import Kind, Variable
-from bristle.exports.names import ascii_name
+from bristle.core.variable import Kind, Variable, unit_of
+from bristle.exports.printing import ascii_name
+from bristle.exports.scope import NotExportableError
+from bristle.exports.subject import subject_of
+from bristle.exports.tree import Array, Function, Node, Scalar, Struct, Unit
 
-__all__ = ["Source", "parameter_rows", "parameter_table", "plain", "told"]
+if TYPE_CHECKING:
+    import jinja2
+
+    from bristle.exports.law import Law
+    from bristle.prediction.drive_units import CommandUnits
 
 
 @dataclass(frozen=True)
@@ -33,7 +45,7 @@ class Source:
         return [*(plain(remark) for remark in self.remarks), *facts]
 
 
-def told(variable: Variable, kind: Kind) -> str:
+def meaning_of(variable: Variable, kind: Kind) -> str:
     """Return what a variable means, with its unit, for a comment."""
     unit = variable.unit(kind)
     return plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
@@ -61,6 +73,25 @@ def parameter_table(model: Model, source: Source) -> str:
     return "\n".join(lines)
 
 
+def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
+    """Return what is said of the units of a drive; None where nothing is known of them."""
+    if units is None:
+        return None
+    efforts = [units.effort, *units.others]
+    return {
+        "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
+        "efforts": [{"unit": plain(unit.name), "si": repr(unit.si), "macro": macro_of(unit.name)} for unit in efforts],
+        "unit_force": plain(unit_of("force", kind)),
+        "unit_x": plain(unit_of("length", kind)),
+    }
+
+
+def macro_of(unit: str) -> str:
+    """Return a unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``."""
+    words = unit.replace("%", "percent").replace("*", "").replace("/", " per ")
+    return "_".join(re.findall(r"[A-Za-z0-9]+", plain(words))).upper()
+
+
 def plain(text: str) -> str:
     """Return text in ASCII that ends no comment."""
     for mark, instead in (("µ", "u"), ("·", "*"), ("–", "-"), ("−", "-"), ("²", "^2"), ("*/", "* /"), ("/*", "/ *")):
@@ -84,3 +115,129 @@ def _range(variable: Any) -> str:
     if math.isinf(high):
         return f">= {low:g}"
     return f"<= {high:g}" if math.isinf(low) else f"{low:g} to {high:g}"
+
+
+def rendered(template: str, facts: dict[str, Any]) -> str:
+    """Return the text that a template gives with some facts."""
+    return _environment().get_template(template).render(facts)
+
+
+def version() -> str:
+    """Return the version of bristle."""
+    from bristle import __version__
+
+    return __version__
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    import jinja2
+
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("bristle.exports"), autoescape=False, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
+    )
+
+
+LICENCE = "BSD-3-Clause"
+"""Of the text that bristle writes, as SPDX names it."""
+COMMENTS = {
+    ".c": ("/* ", " */"),
+    ".h": ("/* ", " */"),
+    ".cu": ("/* ", " */"),
+    ".st": ("(* ", " *)"),
+    ".mjs": ("// ", ""),
+    ".xml": ("<!-- ", " -->"),
+    ".txt": ("# ", ""),
+    ".md": ("<!-- ", " -->"),
+}
+DIGITS = 12  # of a hash, where it tells versions apart
+
+
+def hash_of_model(model: Model) -> str:
+    """Return the SHA-256 of a friction model or an operator; empty where its kernels are not known as a tree."""
+    try:
+        subject = subject_of(model)
+    except NotExportableError:
+        return ""
+    start = [subject.virgin, float(subject.memory_size)]
+    return _digest(model.name, model.kind, subject.unit.functions, start, model.parameters)
+
+
+def hash_on_plant(friction: str, plant: Model, unit: Unit) -> str:
+    """Return the SHA-256 of a plant with its friction, from the hash of that and the functions of both."""
+    return _digest(friction, plant.name, plant.kind, unit.functions, plant.parameters)
+
+
+def hash_of_law(law: Law) -> str:
+    """Return the SHA-256 of a control law whose parameters are fixed, in double precision."""
+    start = [law.lasting, law.memory, law.dt, float(law.samples_ahead)]
+    return _digest(law.controller.name, law.controller.kind, law.unit.functions, start, law.p)
+
+
+def model_version(source: Source) -> str:
+    """Return the version of an exported model: that of bristle, and what its hash begins with."""
+    return f"{version()}+{source.model_hash[:DIGITS]}" if source.model_hash else version()
+
+
+@cache
+def licence_text() -> str:
+    """Return the licence of the text that bristle writes."""
+    return (resources.files("bristle.exports") / "templates" / "shared" / "LICENSE.txt").read_text(encoding="ascii")
+
+
+def copyright_line() -> str:
+    """Return whose the text is that bristle writes."""
+    return next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
+
+
+def rights_lines(source: Source, ending: str) -> list[str]:
+    """Return the licence of the text of a file and the hash of its model as comments of the language it ends in."""
+    opening, closing = COMMENTS[ending]
+    lines = [
+        f"SPDX-License-Identifier: {LICENCE}",
+        f"{copyright_line()}: the text that bristle {version()} wrote.",
+        "The model and its numbers are yours.",
+    ]
+    lines += [f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else []
+    return [f"{opening}{line}{closing}" for line in lines]
+
+
+def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
+    """Return texts, by the names of their files, that begin with their licence and the hash of their model."""
+    return {name: _headed(text, rights_lines(source, PurePosixPath(name).suffix)) for name, text in files.items()}
+
+
+def _headed(text: str, lines: list[str]) -> str:
+    first, _, rest = text.partition("\n")
+    return "\n".join([first, *lines, rest] if first.startswith("<?xml") else [*lines, text])
+
+
+def _digest(*parts: Any) -> str:
+    digest = hashlib.sha256()
+    for word in _words(parts):
+        digest.update(word.encode() + b"\0")
+    return digest.hexdigest()
+
+
+def _words(part: Any) -> Iterator[str]:
+    """Give what a part of a model is made of, so that two differ where their models do."""
+    if isinstance(part, Function):
+        yield from _words([part.name, part.parameters, part.result, part.body])
+    elif isinstance(part, Node):
+        yield type(part).__name__
+        for field in fields(part):
+            value = getattr(part, field.name)
+            yield from _words(value.name if isinstance(value, Function) else value)
+    elif isinstance(part, Struct):
+        yield from _words([part.cls.__name__, part.fields])
+    elif isinstance(part, (Array, Scalar)):
+        yield repr(part)
+    elif isinstance(part, np.ndarray):
+        yield from _words(part.tolist())
+    elif isinstance(part, Iterable) and not isinstance(part, str):
+        yield "("
+        for inner in part:
+            yield from _words(inner)
+        yield ")"
+    else:
+        yield part.hex() if isinstance(part, float) else repr(part)

@@ -13,13 +13,17 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.tabular import library
 from bristle.exports.mjcf import mjcf_attributes
-
-__all__ = ["draws_files"]
+from bristle.exports.targets import Product, Request
 
 MOST = 1_000_000
 """Rows of a table: it is made whole, in the memory."""
-SEED = 0
+USUAL, SEED = 1000, 0
 MASS, OFFSET = "M", "offset"
+
+
+def write(request: Request) -> Product:
+    """Return the tables."""
+    return Product(*draws_files(request.model, request.plant, request.drawn, request.draws or USUAL, request.name))
 
 
 def draws_files(

@@ -7,7 +7,7 @@ symmetric one no direction. Each loss is a number: of the model, or in the units
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,36 +19,17 @@ from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.core.variable import unit_of
 from bristle.exports.described import plain
+from bristle.exports.targets import Product, Request
 from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
-from bristle.prediction.drive_table import LevelValues, placed, resolved_side, reversal_distance
-from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, units_of
+from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error
+from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, log_units, table_units, units_of
 
 if TYPE_CHECKING:
     from bristle.exports.effect import Drive
-    from bristle.exports.target import Request
 
-__all__ = [
-    "AT_REST",
-    "Side",
-    "curve_of",
-    "drive_of_sides",
-    "drive_of_table",
-    "drive_of_values",
-    "error_on_log",
-    "last_direction",
-    "level_losses",
-    "losses",
-    "mean_side",
-    "memory_lost",
-    "said_of_units",
-    "side_of",
-    "table_text",
-    "values_text",
-]
-
-FEWEST, MOST = 2, 1000
+FEWEST, MOST, VALUES = 2, 1000, 3  # entries of one direction; points of a table that are gravity, levels and viscous friction
 VISCOUS = "force*time/length"
 ROUNDING = 1e-9  # of the largest force: a difference that is none
 MEANINGS = {
@@ -66,6 +47,58 @@ AT_REST = {
     ("levels", "middle"): "at rest: output gravity",
 }
 """Outputs of a drive at rest, by kind of file and rule."""
+
+
+def write(request: Request) -> Product:
+    """Return a curve, or gravity, level and viscous friction for each direction, and the inertia."""
+    if request.points == VALUES:
+        return _values(request)
+    if not 2 * FEWEST <= request.points <= 2 * MOST:
+        raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
+    forward, backward = sides = [side_of(request.model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
+    units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
+    effort = units.efforts[0]
+    against = "the effort column of the log runs against its position column, and so does the table in its units"
+    notes = (
+        AT_REST["table", request.rest],
+        *(() if signs[0] * signs[1] > 0.0 else (against,)),
+        *losses(request.model, forward, backward, effort, symmetric=False),
+        *error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}),
+        *said_of_units(request.axis, effort),
+    )
+    head = (*request.source.lines, *notes)
+    files: dict[str, str | bytes] = {f"{request.name}.csv": _curve_text(sides, units.log, signs, head)}
+    if units.drive is not None:
+        # A drive counts effort as it counts positions; a column of the log may run against both.
+        files[f"{request.name}_drive.csv"] = _curve_text(sides, units.drive, (signs[0], signs[0]), head)
+        notes = (*notes, f"{request.name}_drive.csv: {units.drive.effort.name} over {units.drive.velocity.name}")
+    return Product(files, notes)
+
+
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
+    """Return what a drive computes from the file in the units of the drive, or of the log where those are all."""
+    units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
+    if request.points == VALUES:
+        return _drive_of_values(str(files[f"{request.name}.csv"]), request, units)
+    if units.drive is not None:
+        return _drive_of_curve(str(files[f"{request.name}_drive.csv"]), units.drive, (signs[0], signs[0]), request.rest)
+    return _drive_of_curve(str(files[f"{request.name}.csv"]), units.log, signs, request.rest)
+
+
+def _values(request: Request) -> Product:
+    """Return gravity, level and viscous friction for each direction, and the inertia."""
+    curves, levels = levels_and_curves(request)
+    units, fastest = table_units(request.axis, request.model.kind), request.speed
+    slopes = {1.0: levels.viscous_forward or 0.0, -1.0: levels.viscous_backward or 0.0}
+    forces = {1.0: (levels.forward or 0.0) + levels.constant, -1.0: (levels.backward or 0.0) - levels.constant}
+    notes = (
+        AT_REST["levels", request.rest],
+        *level_losses(request.model, curves, levels, units.efforts[0]),
+        *error_on_log(request, {way: np.array([[0.0, force], [fastest, force + slopes[way] * fastest]]) for way, force in forces.items()}),
+        *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
+        *said_of_units(request.axis, units.efforts[0]),
+    )
+    return Product({f"{request.name}.csv": _values_text(levels, request, units, (*request.source.lines, *notes))}, notes)
 
 
 @dataclass(frozen=True)
@@ -174,8 +207,6 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     """Return how far a table is from the model along the log that was given, in a sentence."""
     if request.log is None:
         return ()
-    from bristle.prediction.drive_units import log_units
-    from bristle.prediction.table_error import table_error
 
     effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
     scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
@@ -186,30 +217,40 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     return (f"largest error of the table against the model on {which} {largest}; {rms} root mean square",)
 
 
-def table_text(forward: Side, backward: Side, units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]) -> str:
+def levels_and_curves(request: Request) -> tuple[dict[float, np.ndarray], LevelValues]:
+    """Return the steady friction by direction, and the levels with viscous friction that describe it."""
+    curves = {way: curve_of(request.model, way, request.speed) for way in (1.0, -1.0)}
+    return curves, levels_of(request.plant, request.model, curves)
+
+
+def behind_comments(remarks: Iterable[str], *lines: str) -> str:
+    """Return lines of a file behind remarks as comments."""
+    return "\n".join([*(f"# {plain(remark)}" for remark in remarks), *lines, ""])
+
+
+def rows_of(text: str) -> list[list[str]]:
+    """Return the cells of a table behind its comments and its head."""
+    return [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]
+
+
+def _curve_text(sides: Sequence[Side], units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]) -> str:
     """Return a table over both directions as CSV, velocity ascending, behind comments."""
+    forward, backward = sides
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
     turned = [(signs[0] * v, signs[1] * f) for v, f in (rows if signs[0] > 0.0 else rows[::-1])]
     lines = [f"{units.velocity.of(v):.9g},{units.effort.of(f):.9g}" for v, f in turned]
-    head = [f"velocity [{units.velocity.name}],effort [{units.effort.name}]"]
-    return "\n".join([*(f"# {plain(remark)}" for remark in remarks), *head, *lines, ""])
+    return behind_comments(remarks, f"velocity [{units.velocity.name}],effort [{units.effort.name}]", *lines)
 
 
-def drive_of_table(text: str, units: LogUnits, signs: tuple[float, float], rest: str) -> Drive:
+def _drive_of_curve(text: str, units: LogUnits, signs: tuple[float, float], rest: str) -> Drive:
     """Return what a drive computes from a table: straight lines between entries, at rest by the rule of the file."""
-    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "velocity"))]
-    velocity, effort = np.array(rows, dtype=float).T
+    velocity, effort = np.array(rows_of(text), dtype=float).T
     velocity, effort = signs[0] * units.velocity.si * velocity, signs[1] * units.effort.si * effort
     sides = {}
     for way in (1.0, -1.0):
         own = np.signbit(velocity) == (way < 0.0)
         order = np.argsort(np.abs(velocity[own]))
         sides[way] = np.column_stack([np.abs(velocity[own]), way * effort[own]])[order]
-    return drive_of_sides(sides, rest)
-
-
-def drive_of_sides(sides: Mapping[float, np.ndarray], rest: str) -> Drive:
-    """Return what a drive computes from speed and force by direction, and a rule at rest."""
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = np.diff(x, prepend=x[:1]) / dt
@@ -235,7 +276,7 @@ def _direction(velocity: np.ndarray) -> np.ndarray:
     return np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
 
 
-def values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str], *, inertia: bool) -> str:
+def _values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str]) -> str:
     """Return gravity, level and viscous friction for each direction and, where it is known, the inertia, as CSV.
 
     Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
@@ -247,18 +288,17 @@ def values_text(levels: LevelValues, request: Request, units: TableUnits, remark
     rows = [(name, value, unit) for unit in units.efforts for name, value in named.items()]
     slopes = DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0), *units_of(VISCOUS, request.axis, request.model.kind)
     rows += [(name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))]
-    rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if inertia else []
+    rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if levels.inertia else []
     lines = [f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}" for name, value, unit in rows if value is not None]
-    return "\n".join([*(f"# {plain(remark)}" for remark in remarks), "value,amount,unit,meaning", *lines, ""])
+    return behind_comments(remarks, "value,amount,unit,meaning", *lines)
 
 
-def drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
+def _drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
     """Return what a drive computes from gravity, levels and viscous friction, with a field for each."""
     kind, sign = request.model.kind, column_signs(request.axis)[0]
     si_of = {unit.name: unit.si for unit in (*units.efforts, *units_of(VISCOUS, request.axis, kind))}
     si_of[unit_of(VISCOUS, kind)] = 1.0
-    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "value,"))]
-    values = {name: float(amount) * si_of[unit] for name, amount, unit, _ in rows if unit in si_of}
+    values = {name: float(amount) * si_of[unit] for name, amount, unit, _ in rows_of(text) if unit in si_of}
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = sign * np.diff(x, prepend=x[:1]) / dt

@@ -33,21 +33,6 @@ from bristle.simulation.compensation import settling
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with
 
-__all__ = [
-    "TIMES",
-    "Along",
-    "Compensated",
-    "Drive",
-    "Effect",
-    "Limits",
-    "driven_by",
-    "effect_in_force",
-    "effect_in_loop",
-    "fed_by",
-    "sliding_level",
-    "turning_distance",
-]
-
 Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
 """``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""

@@ -22,11 +22,9 @@ from bristle.exports.effect import (
     sliding_level,
     turning_distance,
 )
-from bristle.exports.target import Request
+from bristle.exports.targets import Request
 from bristle.friction import with_presliding
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment
-
-__all__ = ["effect_of_files", "effect_of_law", "loop_for", "samples_ahead"]
 
 FASTEST = 0.1  # [m/s or rad/s] of an axis of which no speed is known
 REACHED = 0.1  # time to the largest velocity of an axis whose friction and inertia tell no acceleration [s]

@@ -11,30 +11,12 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.dispatch import is_dispatch
 from bristle.core.exponent import exponent, mantissa, power_of_two
 from bristle.core.packing import unowned
+from bristle.exports import tree
 from bristle.exports.scope import NotExportableError, global_value, is_kernel, is_named_tuple
-from bristle.exports.tree import (
-    Binary,
-    Call,
-    Compare,
-    Constant,
-    Convert,
-    Expression,
-    Field,
-    Index,
-    Intrinsic,
-    Logic,
-    Make,
-    Negative,
-    Not,
-    Select,
-    Variable,
-)
-from bristle.exports.types import INTEGER, REAL, TRUTH, Array, Scalar, Struct, Type, struct_of, tuple_of
+from bristle.exports.tree import INTEGER, REAL, TRUTH, Array, Scalar, Struct, Type, struct_of, tuple_of
 
 if TYPE_CHECKING:
     from bristle.exports.build import Builder
-
-__all__ = ["Expressions", "unified"]
 
 OF_REALS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 OF_WHOLES = {
@@ -77,24 +59,24 @@ class Expressions:
         """Return the error that says why the kernel cannot be built."""
         return NotExportableError(self.kernel, node, reason)
 
-    def value(self, node: ast.expr) -> Expression:
+    def value(self, node: ast.expr) -> tree.Expression:
         """Return an expression with its type."""
         translate = getattr(self, f"_{type(node).__name__.lower()}", None)
         if translate is None:
             raise self.refuse(node, f"{type(node).__name__} is outside the subset of Python that can be exported")
         return translate(node)
 
-    def truth(self, node: ast.expr) -> Expression:
+    def truth(self, node: ast.expr) -> tree.Expression:
         """Return an expression as what is asked for by ``if``: whether it is not zero."""
         return self._as_truth(self.value(node), node)
 
-    def coerced(self, value: Expression, target: Type, node: ast.AST | None) -> Expression:
+    def coerced(self, value: tree.Expression, target: Type, node: ast.AST | None) -> tree.Expression:
         """Return an expression as one of another type."""
         if value.type == target:
             return value
-        if isinstance(value, Make) and isinstance(target, Struct) and len(value.parts) == len(target.fields):
+        if isinstance(value, tree.Make) and isinstance(target, Struct) and len(value.parts) == len(target.fields):
             parts = [self.coerced(part, kind, node) for part, (_, kind) in zip(value.parts, target.fields, strict=True)]
-            return Make(target, parts)
+            return tree.Make(target, parts)
         if target in NUMBERS and value.type in NUMBERS and NUMBERS.index(value.type) > NUMBERS.index(target):
             return _converted(value, target)
         if isinstance(value.type, Array) and isinstance(target, Array) and value.type.size == target.size:
@@ -103,65 +85,65 @@ class Expressions:
 
     # --- names and places -----------------------------------------------------------------------------------------
 
-    def _name(self, node: ast.Name) -> Expression:
+    def _name(self, node: ast.Name) -> tree.Expression:
         if node.id in self.types:
-            return Variable(self.types[node.id], node.id)
+            return tree.Variable(self.types[node.id], node.id)
         value = global_value(self.kernel, node.id)
         if isinstance(value, float):
             value = self.builder.constants.get((node.id, value), value)
         return self._constant_of(value, node, node.id)
 
-    def _constant(self, node: ast.Constant) -> Expression:
+    def _constant(self, node: ast.Constant) -> tree.Expression:
         return self._constant_of(node.value, node, repr(node.value))
 
-    def _constant_of(self, value: Any, node: ast.expr, name: str) -> Expression:
+    def _constant_of(self, value: Any, node: ast.expr, name: str) -> tree.Expression:
         if isinstance(value, bool):
-            return Constant(TRUTH, value)
+            return tree.Constant(TRUTH, value)
         if isinstance(value, int):
-            return Constant(INTEGER, value)
+            return tree.Constant(INTEGER, value)
         if isinstance(value, float):
-            return Constant(REAL, value)
+            return tree.Constant(REAL, value)
         if isinstance(value, (list, dict, set, bytearray)):
             raise self.refuse(node, f"{name} is a global that can change")
         raise self.refuse(node, f"{name} is neither a number, an argument, nor a variable that has a value here")
 
-    def _attribute(self, node: ast.Attribute) -> Expression:
+    def _attribute(self, node: ast.Attribute) -> tree.Expression:
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
             module = global_value(self.kernel, node.value.id)
             if module is math:
                 return self._constant_of(getattr(math, node.attr, None), node, f"math.{node.attr}")
         of = self.value(node.value)
         if isinstance(of.type, Array) and node.attr == "size":
-            return Constant(INTEGER, of.type.size)
+            return tree.Constant(INTEGER, of.type.size)
         return self._field(of, node.attr, node)
 
-    def _field(self, of: Expression, name: str, node: ast.expr) -> Expression:
+    def _field(self, of: tree.Expression, name: str, node: ast.expr) -> tree.Expression:
         place = of.type.place(name) if isinstance(of.type, Struct) else -1
         if place < 0 or not isinstance(of.type, Struct):
             raise self.refuse(node, f"{_in_words(of.type)} has no {name}")
-        return Field(of.type.fields[place][1], of, name)
+        return tree.Field(of.type.fields[place][1], of, name)
 
-    def _subscript(self, node: ast.Subscript) -> Expression:
+    def _subscript(self, node: ast.Subscript) -> tree.Expression:
         of = self.value(node.value)
         if isinstance(node.slice, ast.Slice):
             raise self.refuse(node, "a part of an array is outside the subset: hand on where it begins")
         at = self.value(node.slice)
         if isinstance(of.type, Struct):
-            if not isinstance(at, Constant) or not -len(of.type.fields) <= at.value < len(of.type.fields):
+            if not isinstance(at, tree.Constant) or not -len(of.type.fields) <= at.value < len(of.type.fields):
                 raise self.refuse(node, "which field of a tuple it is must be a number written here")
             return self._field(of, of.type.fields[int(at.value)][0], node)
         if not isinstance(of.type, Array) or at.type != INTEGER:
             raise self.refuse(node, "only an array has numbers by place, and a place is a whole number")
-        if isinstance(at, Constant) and at.value < 0:
-            at = Constant(INTEGER, of.type.size + at.value)
-        return Index(REAL, of, at)
+        if isinstance(at, tree.Constant) and at.value < 0:
+            at = tree.Constant(INTEGER, of.type.size + at.value)
+        return tree.Index(REAL, of, at)
 
     # --- arithmetic -----------------------------------------------------------------------------------------------
 
-    def _binop(self, node: ast.BinOp) -> Expression:
+    def _binop(self, node: ast.BinOp) -> tree.Expression:
         return self.combined(node.op, self.value(node.left), self.value(node.right), node)
 
-    def combined(self, by: ast.operator, left: Expression, right: Expression, node: ast.AST) -> Expression:
+    def combined(self, by: ast.operator, left: tree.Expression, right: tree.Expression, node: ast.AST) -> tree.Expression:
         """Return two numbers combined by an operator."""
         if isinstance(by, ast.Pow):
             raise self.refuse(node, "** differs between targets: write a * a, or power(x, y)")
@@ -175,47 +157,47 @@ class Expressions:
             raise self.refuse(node, f"{type(by).__name__} of {kind} numbers is outside the subset")
         kind = REAL if real else INTEGER
         left, right = _converted(left, kind), _converted(right, kind)
-        if not real and isinstance(left, Constant) and isinstance(right, Constant):
-            return Constant(INTEGER, COMPUTED[symbol](int(left.value), int(right.value)))
-        return Binary(kind, symbol, left, right)
+        if not real and isinstance(left, tree.Constant) and isinstance(right, tree.Constant):
+            return tree.Constant(INTEGER, COMPUTED[symbol](int(left.value), int(right.value)))
+        return tree.Binary(kind, symbol, left, right)
 
-    def _unaryop(self, node: ast.UnaryOp) -> Expression:
+    def _unaryop(self, node: ast.UnaryOp) -> tree.Expression:
         of = self.value(node.operand)
         if isinstance(node.op, ast.Not):
-            return Not(TRUTH, self._as_truth(of, node))
+            return tree.Not(TRUTH, self._as_truth(of, node))
         if of.type not in NUMBERS or isinstance(node.op, ast.Invert):
             raise self.refuse(node, f"{type(node.op).__name__} of {_in_words(of.type)}")
         of = _converted(of, INTEGER) if of.type == TRUTH else of
         if isinstance(node.op, ast.UAdd):
             return of
-        return Constant(of.type, -of.value) if isinstance(of, Constant) else Negative(of.type, of)
+        return tree.Constant(of.type, -of.value) if isinstance(of, tree.Constant) else tree.Negative(of.type, of)
 
-    def _compare(self, node: ast.Compare) -> Expression:
+    def _compare(self, node: ast.Compare) -> tree.Expression:
         values = [self.value(part) for part in (node.left, *node.comparators)]
         if any(not _is_plain(value) for value in values[1:-1]):
             raise self.refuse(node, "give what stands in the middle of two comparisons a name")
-        tests: list[Expression] = []
+        tests: list[tree.Expression] = []
         for by, left, right in zip(node.ops, values, values[1:], strict=False):
             if type(by) not in COMPARED or left.type not in NUMBERS or right.type not in NUMBERS:
                 raise self.refuse(node, f"{type(by).__name__} of {_in_words(left.type)} and {_in_words(right.type)}")
             kind = REAL if REAL in (left.type, right.type) else INTEGER
-            tests.append(Compare(TRUTH, COMPARED[type(by)], _converted(left, kind), _converted(right, kind)))
-        return tests[0] if len(tests) == 1 else Logic(TRUTH, "and", tests)
+            tests.append(tree.Compare(TRUTH, COMPARED[type(by)], _converted(left, kind), _converted(right, kind)))
+        return tests[0] if len(tests) == 1 else tree.Logic(TRUTH, "and", tests)
 
-    def _boolop(self, node: ast.BoolOp) -> Expression:
+    def _boolop(self, node: ast.BoolOp) -> tree.Expression:
         parts = [self.value(part) for part in node.values]
         if any(part.type != TRUTH for part in parts):
             raise self.refuse(node, "and, or join truths: write a comparison")
-        return Logic(TRUTH, "and" if isinstance(node.op, ast.And) else "or", parts)
+        return tree.Logic(TRUTH, "and" if isinstance(node.op, ast.And) else "or", parts)
 
-    def _ifexp(self, node: ast.IfExp) -> Expression:
+    def _ifexp(self, node: ast.IfExp) -> tree.Expression:
         first, second = self.value(node.body), self.value(node.orelse)
         kind = self.unified(first.type, second.type, node)
-        return Select(kind, self.truth(node.test), self.coerced(first, kind, node), self.coerced(second, kind, node))
+        return tree.Select(kind, self.truth(node.test), self.coerced(first, kind, node), self.coerced(second, kind, node))
 
-    def _tuple(self, node: ast.Tuple) -> Expression:
+    def _tuple(self, node: ast.Tuple) -> tree.Expression:
         parts = [self.value(part) for part in node.elts]
-        return Make(tuple_of([part.type for part in parts]), parts)
+        return tree.Make(tuple_of([part.type for part in parts]), parts)
 
     def unified(self, first: Type, second: Type, node: ast.AST | None) -> Type:
         """Return the type that holds values of both types."""
@@ -224,16 +206,16 @@ class Expressions:
             raise self.refuse(node, f"is {_in_words(first)} here and {_in_words(second)} there")
         return kind
 
-    def _as_truth(self, value: Expression, node: ast.AST) -> Expression:
+    def _as_truth(self, value: tree.Expression, node: ast.AST) -> tree.Expression:
         if value.type == TRUTH:
             return value
         if value.type not in NUMBERS:
             raise self.refuse(node, f"{_in_words(value.type)} is no truth")
-        return Compare(TRUTH, "!=", value, _converted(Constant(INTEGER, 0), value.type))
+        return tree.Compare(TRUTH, "!=", value, _converted(tree.Constant(INTEGER, 0), value.type))
 
     # --- calls ----------------------------------------------------------------------------------------------------
 
-    def _call(self, node: ast.Call) -> Expression:
+    def _call(self, node: ast.Call) -> tree.Expression:
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.refuse(node, "arguments are passed by position, one by one")
         if isinstance(node.func, ast.Attribute):
@@ -248,15 +230,15 @@ class Expressions:
         if called is unowned:
             return arguments[0]
         if called in IN_BITS:
-            return Intrinsic(REAL, IN_BITS[called], [self.coerced(arguments[0], REAL, node)])
+            return tree.Intrinsic(REAL, IN_BITS[called], [self.coerced(arguments[0], REAL, node)])
         if is_named_tuple(called):
             return self._tuple_made(called, arguments, node)
         if not is_kernel(called) and not (callable(called) and is_dispatch(called)):
             raise self.refuse(node, f"{name} is not a kernel")
         function = self.builder.function(called, [argument.type for argument in arguments])
-        return Call(function.result, function, arguments)
+        return tree.Call(function.result, function, arguments)
 
-    def _tuple_made(self, cls: Any, arguments: list[Expression], node: ast.AST) -> Expression:
+    def _tuple_made(self, cls: Any, arguments: list[tree.Expression], node: ast.AST) -> tree.Expression:
         missing = cls._fields[len(arguments) :]
         if len(arguments) > len(cls._fields) or any(name not in cls._field_defaults for name in missing):
             raise self.refuse(node, f"{cls.__name__} has {len(cls._fields)} fields: {', '.join(cls._fields)}")
@@ -267,9 +249,9 @@ class Expressions:
             arguments = [*arguments, self._constant_of(default, ast.Constant(default), name)]
         kind = struct_of(cls, [argument.type for argument in arguments])
         parts = [self.coerced(part, target, node) for part, (_, target) in zip(arguments, kind.fields, strict=True)]
-        return Make(kind, parts)
+        return tree.Make(kind, parts)
 
-    def _math(self, function: ast.Attribute, node: ast.Call) -> Expression:
+    def _math(self, function: ast.Attribute, node: ast.Call) -> tree.Expression:
         owner = function.value
         module = isinstance(owner, ast.Name) and owner.id not in self.types and global_value(self.kernel, owner.id)
         if module is not math:
@@ -277,11 +259,11 @@ class Expressions:
         if function.attr not in OF_MATH:
             raise self.refuse(node, f"math.{function.attr} may raise, or round otherwise on another target: use bristle.core.mathematics")
         arguments = [self.coerced(self.value(argument), REAL, node) for argument in node.args]
-        return Intrinsic(OF_MATH[function.attr], CALLED.get(function.attr, function.attr), arguments)
+        return tree.Intrinsic(OF_MATH[function.attr], CALLED.get(function.attr, function.attr), arguments)
 
-    def _builtin(self, name: str, arguments: list[Expression], node: ast.Call) -> Expression:
+    def _builtin(self, name: str, arguments: list[tree.Expression], node: ast.Call) -> tree.Expression:
         if name == "len" and len(arguments) == 1 and isinstance(arguments[0].type, Array):
-            return Constant(INTEGER, arguments[0].type.size)
+            return tree.Constant(INTEGER, arguments[0].type.size)
         if not arguments or any(argument.type not in NUMBERS for argument in arguments):
             raise self.refuse(node, f"{name} takes numbers")
         if name in ("int", "float"):
@@ -289,12 +271,12 @@ class Expressions:
         kind = REAL if any(argument.type == REAL for argument in arguments) else INTEGER
         values = [_converted(argument, kind) for argument in arguments]
         if name == "abs":
-            return Intrinsic(kind, "abs", values[:1])
+            return tree.Intrinsic(kind, "abs", values[:1])
         if name not in ("min", "max") or len(values) < 2:
             raise self.refuse(node, f"{name} is outside the subset, or takes more than one number")
         least = values[0]
         for value in values[1:]:
-            least = Intrinsic(kind, name, [least, value])
+            least = tree.Intrinsic(kind, name, [least, value])
         return least
 
 
@@ -315,18 +297,18 @@ def unified(first: Type, second: Type) -> Type | None:
     return None
 
 
-def _converted(value: Expression, target: Scalar) -> Expression:
+def _converted(value: tree.Expression, target: Scalar) -> tree.Expression:
     if value.type == target:
         return value
-    if isinstance(value, Constant):
-        return Constant(target, float(value.value) if target == REAL else int(value.value))
-    return Convert(target, value)
+    if isinstance(value, tree.Constant):
+        return tree.Constant(target, float(value.value) if target == REAL else int(value.value))
+    return tree.Convert(target, value)
 
 
-def _is_plain(value: Expression) -> bool:
+def _is_plain(value: tree.Expression) -> bool:
     """Return whether an expression costs nothing to look at twice."""
-    of = value.of if isinstance(value, (Field, Negative)) else value
-    return isinstance(of, (Variable, Constant)) or (of is not value and _is_plain(of))
+    of = value.of if isinstance(value, (tree.Field, tree.Negative)) else value
+    return isinstance(of, (tree.Variable, tree.Constant)) or (of is not value and _is_plain(of))
 
 
 def _in_words(kind: Type) -> str:

@@ -15,9 +15,8 @@ from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
-from bristle.exports.own import load_target_file
-from bristle.exports.target import Product, Request, Target
-from bristle.exports.writing import files_for, law_for, name_for
+from bristle.exports.targets import Product, Request, Target
+from bristle.exports.writing import files_for, law_for, load_target_file, name_for
 from bristle.logs.log import Log
 
 if TYPE_CHECKING:

@@ -6,42 +6,109 @@ platform.
 
 from __future__ import annotations
 
+import importlib.util
 import io
+import platform
+import subprocess
+import sys
+import tempfile
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from bristle.core.contracts import Model
-from bristle.exports.described import Source
-from bristle.exports.fmu_build import Library, libraries
-from bristle.exports.fmu_content import Content, content_of
-from bristle.exports.fmu_description import FLAGS, Description, build_text
-from bristle.exports.fmu_document import page_text
+from bristle.exports.c import FLAGS
+from bristle.exports.described import Source, hash_on_plant, licence_text
+from bristle.exports.fmu_content import Content, Setting, content_of
+from bristle.exports.fmu_description import build_text, description_text, page_text
 from bristle.exports.fmu_law import content_of_law
 from bristle.exports.fmu_source import HEADERS, header_text, source_text
-from bristle.exports.identity import hash_on_plant, licence_text
 from bristle.exports.law import Law
+from bristle.exports.proof import compiler
 from bristle.exports.subject import subject_of
+from bristle.exports.targets import Product, Request
 from bristle.friction.resting import rest_rule
 
-__all__ = ["Setting", "fmu_files", "law_fmu_files"]
+PATIENCE = 600.0  # [s]; zig builds the library of a platform once
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform: its folder in FMI 2.0, empty where that has none, and in 3.0; its name for zig; its library."""
+
+    fmi_2: str
+    fmi_3: str
+    triple: str
+    suffix: str
+
+
+PLATFORMS = {
+    ("linux", "x86_64"): Platform("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
+    ("linux", "aarch64"): Platform("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+    ("win32", "amd64"): Platform("win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
+    ("darwin", "x86_64"): Platform("darwin64", "x86_64-darwin", "x86_64-macos", ".dylib"),
+    ("darwin", "arm64"): Platform("", "aarch64-darwin", "aarch64-macos", ".dylib"),
+}
+
+
+@dataclass(frozen=True)
+class Library:
+    """A library of an FMU: where it lies inside, and its bytes; or why there is none."""
+
+    place: str
+    content: bytes
+    problem: str = ""
+
+
+def zig() -> list[str]:
+    """Return the command of the compiler for other platforms; empty where it is not installed."""
+    return [sys.executable, "-m", "ziglang", "cc"] if importlib.util.find_spec("ziglang") else []
+
+
+def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
+    """Return the libraries that can be built here."""
+    local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
+    built = []
+    for machine, target in PLATFORMS.items():
+        folder = target.fmi_2 if fmi == 2 else target.fmi_3
+        if not folder:
+            continue
+        if machine == local and own:
+            command = [own, "-fPIC", "-fvisibility=hidden"]
+        elif across:
+            command = [*across, "-g0", "-target", target.triple, *([] if machine[0] == "win32" else ["-fPIC"])]
+        else:
+            continue
+        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{target.suffix}"))
+    return built
+
+
+def _library(command: list[str], name: str, sources: Mapping[str, str], place: str) -> Library:
+    with tempfile.TemporaryDirectory(prefix="bristle-fmu-") as folder:
+        for file, text in sources.items():
+            (Path(folder) / file).write_text(text, encoding="utf-8")
+        output = Path(folder) / Path(place).name
+        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name]
+        line += [] if output.suffix == ".dll" else ["-lm"]
+        try:
+            ran = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return Library(place, b"", type(error).__name__)
+        if ran.returncode or not output.is_file():
+            return Library(place, b"", (ran.stderr.strip().splitlines() or ["no reason given"])[0])
+        return Library(place, output.read_bytes())
+
 
 LICENCE = "LICENSE.txt"
 WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same files give the same archive
 
 
-@dataclass(frozen=True)
-class Setting:
-    """How an FMU is written."""
+def write(request: Request, *, fmi: int) -> Product:
+    """Return one FMU of the friction, and another one of friction and plant."""
+    friction, alone, plant = request.model, request.sampled, request.plant
+    setting = Setting(request.name, request.source, request.dt, fmi)
 
-    name: str
-    source: Source
-    step: float
-    fmi: int
-
-
-def fmu_files(friction: Model, alone: Model, plant: Model | None, setting: Setting) -> tuple[dict[str, str | bytes], tuple[str, ...]]:
-    """Return the FMUs of a friction model, and what is to be said of them."""
     written: dict[str, str | bytes] = {}
     notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
     if rest_rule(alone):
@@ -63,41 +130,35 @@ def fmu_files(friction: Model, alone: Model, plant: Model | None, setting: Setti
         source = replace(setting.source, model_hash=model_hash)
         written[f"{name}.fmu"], remarks = _archive(content, replace(setting, name=name, source=source))
         notes += [text for text in remarks if text not in notes]
-    return written, tuple(notes)
+    return Product(written, tuple(notes))
 
 
-def law_fmu_files(law: Law, setting: Setting) -> tuple[dict[str, str | bytes], tuple[str, ...]]:
-    """Return the FMU of a control law, whose internal step is its sample time, and what is to be said of it."""
-    content = content_of_law(law, setting.name, setting.source)
-    archive, remarks = _archive(content, setting)
-    notes = f"the internal step is the sample time, {setting.step:g} s: the bits are those of the law at this step"
-    return {f"{setting.name}.fmu": archive}, (notes, *remarks)
+def write_law(law: Law, name: str, source: Source, *, fmi: int) -> Product:
+    """Return the FMU of a control law, whose internal step is its sample time."""
+    archive, remarks = _archive(content_of_law(law, name, source), Setting(name, source, law.dt, fmi))
+    note = f"the internal step is the sample time, {law.dt:g} s: the bits are those of the law at this step"
+    return Product({f"{name}.fmu": archive}, (note, *remarks))
 
 
 def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
-    name, source, fmi = setting.name, setting.source, setting.fmi
-    text, token = source_text(content, name, source, setting.step, fmi)
+    """Return an archive, and what is to be said of it: of platforms, too."""
+    name, fmi = setting.name, setting.fmi
+    text, token = source_text(content, setting)
     sources = {f"{name}.c": text} | {header: header_text(header) for header in HEADERS[fmi]}
-    described = Description(name, content.title, content.kind, content.ports, setting.step, token, source)
     built = libraries(name, sources, fmi)
-    inside: dict[str, str | bytes] = {"modelDescription.xml": described.text(fmi)}
-    inside["documentation/index.html"] = page_text(content, name, source, setting.step, fmi)
-    inside["documentation/licenses/license.txt"] = licence_text()
-    inside |= {f"sources/{file}": text for file, text in sources.items()}
-    inside[f"sources/{LICENCE}"] = header_text(LICENCE)
-    if fmi == 3:
-        inside["sources/buildDescription.xml"] = build_text(name)
-    inside |= {library.place: library.content for library in built if not library.problem}
-    return _zipped(inside), (*content.notes, *_remarks(built))
-
-
-def _remarks(built: list[Library]) -> list[str]:
-    """Return which platforms there are libraries for."""
+    inside: dict[str, str | bytes] = {
+        "modelDescription.xml": description_text(content, setting, token),
+        "documentation/index.html": page_text(content, setting),
+        "documentation/licenses/license.txt": licence_text(),
+        **{f"sources/{file}": text for file, text in sources.items()},
+        f"sources/{LICENCE}": header_text(LICENCE),
+        **({"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}),
+        **{library.place: library.content for library in built if not library.problem},
+    }
     platforms = [library.place.split("/")[1] for library in built if not library.problem]
-    notes = [f"no library for {library.place.split('/')[1]}: {library.problem}" for library in built if library.problem]
-    if not platforms:
-        return [*notes, f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"]
-    return [*notes, f"libraries for {', '.join(platforms)}"]
+    lacking = [f"no library for {library.place.split('/')[1]}: {library.problem}" for library in built if library.problem]
+    none = f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"
+    return _zipped(inside), (*content.notes, *lacking, f"libraries for {', '.join(platforms)}" if platforms else none)
 
 
 def _zipped(inside: Mapping[str, str | bytes]) -> bytes:

@@ -13,18 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core import dispatch
 from bristle.core.contracts import Model, Motion
-from bristle.core.dispatch import friction_arrival, friction_commit, friction_flow, friction_piece, friction_rate, plant_rate
 from bristle.core.variable import Variable, variables_of
 from bristle.engine.motion import FARTHER, SLOW
 from bristle.exports.build import Builder
-from bristle.exports.fmu_core import Core, loaded, most_of, stored
+from bristle.exports.cycle import Core, loaded, stored
 from bristle.exports.scope import defined
-from bristle.exports.subject import Subject, piece_of
-from bristle.exports.tree import Function
-from bristle.exports.types import INTEGER, REAL, Array, Struct, type_of
-
-__all__ = ["Exchange", "exchange_of", "why_not"]
+from bristle.exports.subject import Subject, capacity_of, piece_of
+from bristle.exports.tree import INTEGER, REAL, Array, Function, Struct, type_of
 
 # An importer finds an event where an indicator changes its sign, on either side of it as rounding has it: this much
 # beyond, the next piece is another one for certain.
@@ -78,9 +75,9 @@ class Exchange:
     held: tuple[int, ...]
 
     @property
-    def has_events(self) -> bool:
-        """Whether something holds from event to event."""
-        return bool(self.held)
+    def functions(self) -> tuple[Function, ...]:
+        """Rates between events, what begins a piece, and what commits."""
+        return self.flowing, self.begun, self.arrived
 
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
@@ -157,17 +154,11 @@ class _Texts:
         self.v, x = ("body.v", "body.x") if plant is not None else ("v", "x")
         self.around = ", ".join([x, *map(str, around.values())])
         self.motion = f"Motion({self.v}, {self.around})"
-        self.scope: dict[str, Any] = {
+        self.scope = vars(dispatch) | {
             "__name__": __name__,
             "State": subject.state.cls,
             "Contact": contact.cls,
             "Motion": subject.motion.cls,
-            "friction_flow": friction_flow,
-            "friction_rate": friction_rate,
-            "friction_piece": friction_piece,
-            "friction_arrival": friction_arrival,
-            "friction_commit": friction_commit,
-            "plant_rate": plant_rate,
             "BEYOND": BEYOND,
         }
         self.scope |= {} if piece is None else {"Piece": piece.cls}
@@ -188,7 +179,7 @@ class _Texts:
         """
         if self.piece is None:
             return []
-        most = [most_of(self.subject, name) + 1 if kind == INTEGER else 0 for name, kind in self.piece.fields]
+        most = [capacity_of(name, self.subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in self.piece.fields]
         return most + [0] * len(self.contact.fields)
 
     def flowing(self, sizes: list[float], distance: float) -> str:

@@ -14,33 +14,15 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
+from bristle.exports import tree
 from bristle.exports.described import Source
-from bristle.exports.fmu_content import Content
-from bristle.exports.fmu_variables import INPUT, OUTPUT, PARAMETER, TIME, Port, Ports, parameter_ports
+from bristle.exports.fmu_content import INPUT, OUTPUT, PARAMETER, TIME, Content, Port, Ports, parameter_ports
 from bristle.exports.law import Law, law_of
 from bristle.exports.law_described import INPUTS, law_facts
 from bristle.exports.prune import pruned
-from bristle.exports.tree import (
-    Assign,
-    Call,
-    Compare,
-    Constant,
-    Convert,
-    Expression,
-    Field,
-    Function,
-    Index,
-    Make,
-    Return,
-    Statement,
-    Store,
-    Unit,
-)
-from bristle.exports.tree import Variable as Named
+from bristle.exports.subject import capacity_of
+from bristle.exports.tree import INTEGER, REAL, TRUTH, Array, Struct, Type
 from bristle.exports.tunable import settled_law, tunable_law
-from bristle.exports.types import INTEGER, REAL, TRUTH, Array, Struct, Type
-
-__all__ = ["content_of_law"]
 
 BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
 ORDER = (
@@ -61,7 +43,7 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     facts = law_facts(law, name, source)
     title = f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]"
     ahead = [f"{name}[1..{law.samples_ahead}]" for name in law.inputs if name.endswith("_ahead")]
-    unit = pruned(Unit([*law.unit.functions, entry]), [entry])
+    unit = pruned(tree.Unit([*law.unit.functions, entry]), [entry])
     lines = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
     changed = np.any(law.memory) and law.tunable
     return Content(
@@ -75,7 +57,7 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
         {"p": (law.p, law.types[1])},
         begin,
         law.memory,
-        _most(law),
+        [2, *_most(law.types[0], law.memory_size)],
         f"{law.types[0].fields} {law.memory_size} {law.dt!r}",
         lines,
         (ORDER, FIRST, *([AHEAD.format(names=" and ".join(ahead))] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}."),
@@ -93,68 +75,70 @@ def _tuned(law: Law) -> tuple[Law, str]:
     return tuned, ""
 
 
-def _stepped(law: Law) -> tuple[Function, np.ndarray]:
+def _stepped(law: Law) -> tuple[tree.Function, np.ndarray]:
     """Return the step of an FMU around that of a law, and what lasts before the first one."""
     begin = np.array([0.0, *_numbers(law.lasting)])
     lasting, state, now = Array(begin.size, writable=True), law.types[0], law.entry.result
     places = count(1)
-    arguments: list[Expression] = []
+    arguments: list[tree.Expression] = []
     for parameter in law.entry.parameters:
         if parameter.name == "lasting":
             arguments.append(_loaded(state, lasting, places))
         elif parameter.name == "begun":
-            arguments.append(Compare(TRUTH, "!=", _at(lasting, BEGUN), Constant(REAL, 0.0)))
+            arguments.append(tree.Compare(TRUTH, "!=", _at(lasting, BEGUN), tree.Constant(REAL, 0.0)))
         else:
-            arguments.append(Named(parameter.type, parameter.name))
-    body: list[Statement] = [
-        Assign(Named(now, "now"), Call(now, law.entry, arguments)),
-        Store(Named(lasting, "lasting"), Constant(INTEGER, BEGUN), Constant(REAL, 1.0)),
+            arguments.append(tree.Variable(parameter.type, parameter.name))
+    body: list[tree.Statement] = [
+        tree.Assign(tree.Variable(now, "now"), tree.Call(now, law.entry, arguments)),
+        tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, BEGUN), tree.Constant(REAL, 1.0)),
         *_stored(state, ("_1",), now, lasting, count(1)),
-        Return(_part(now, ("_0",))),
+        tree.Return(_part(now, ("_0",))),
     ]
-    handed = [Named(parameter.type, parameter.name) for parameter in law.entry.parameters if parameter.name not in ("lasting", "begun")]
-    return Function("law_stepped", _stepped, [Named(lasting, "lasting"), *handed], REAL, body, writes=True), begin
+    handed = [
+        tree.Variable(parameter.type, parameter.name) for parameter in law.entry.parameters if parameter.name not in ("lasting", "begun")
+    ]
+    return tree.Function("law_stepped", _stepped, [tree.Variable(lasting, "lasting"), *handed], REAL, body, writes=True), begin
 
 
-def _at(lasting: Array, place: int) -> Index:
-    return Index(REAL, Named(lasting, "lasting"), Constant(INTEGER, place))
+def _at(lasting: Array, place: int) -> tree.Index:
+    return tree.Index(REAL, tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, place))
 
 
-def _part(now: Type, path: tuple[str, ...]) -> Expression:
+def _part(now: Type, path: tuple[str, ...]) -> tree.Expression:
     """Return a part of what the law gave; no node of a tree stands in two places."""
     if not path:
-        return Named(now, "now")
+        return tree.Variable(now, "now")
     outer = _part(now, path[:-1])
     inside = outer.type
     assert isinstance(inside, Struct)
-    return Field(inside.fields[inside.place(path[-1])][1], outer, path[-1])
+    return tree.Field(inside.fields[inside.place(path[-1])][1], outer, path[-1])
 
 
-def _loaded(kind: Struct, lasting: Array, places: Iterator[int]) -> Make:
-    parts: list[Expression] = []
+def _loaded(kind: Struct, lasting: Array, places: Iterator[int]) -> tree.Make:
+    parts: list[tree.Expression] = []
     for _, part in kind.fields:
         if isinstance(part, Struct):
             parts.append(_loaded(part, lasting, places))
         else:
             parts.append(_of_type(part, _at(lasting, next(places))))
-    return Make(kind, parts)
+    return tree.Make(kind, parts)
 
 
-def _of_type(kind: Type, number: Index) -> Expression:
+def _of_type(kind: Type, number: tree.Index) -> tree.Expression:
     if kind == TRUTH:
-        return Compare(TRUTH, "!=", number, Constant(REAL, 0.0))
-    return number if kind == REAL else Convert(kind, number)
+        return tree.Compare(TRUTH, "!=", number, tree.Constant(REAL, 0.0))
+    return number if kind == REAL else tree.Convert(kind, number)
 
 
-def _stored(kind: Struct, path: tuple[str, ...], now: Type, lasting: Array, places: Iterator[int]) -> Iterator[Statement]:
+def _stored(kind: Struct, path: tuple[str, ...], now: Type, lasting: Array, places: Iterator[int]) -> Iterator[tree.Statement]:
     for name, part in kind.fields:
         inner = (*path, name)
         if isinstance(part, Struct):
             yield from _stored(part, inner, now, lasting, places)
         else:
             field = _part(now, inner)
-            number = field if part == REAL else Convert(REAL, field)
-            yield Store(Named(lasting, "lasting"), Constant(INTEGER, next(places)), number)
+            number = field if part == REAL else tree.Convert(REAL, field)
+            yield tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, next(places)), number)
 
 
 def _numbers(value: Any) -> Iterator[float]:
@@ -162,17 +146,13 @@ def _numbers(value: Any) -> Iterator[float]:
         yield from _numbers(part) if hasattr(part, "_fields") else (float(part),)
 
 
-def _most(law: Law) -> tuple[int, ...]:
-    """Return how many values each whole number that lasts can take; turning points have room in pairs in the memory."""
-    return (2, *_most_of(law.types[0], law.memory_size // 2 or 2**31))
-
-
-def _most_of(kind: Struct, depth: int) -> Iterator[int]:
+def _most(kind: Struct, memory_size: int) -> Iterator[int]:
+    """Give how many values each whole number that lasts can take, 0 for a real one."""
     for name, part in kind.fields:
         if isinstance(part, Struct):
-            yield from _most_of(part, depth)
+            yield from _most(part, memory_size)
         else:
-            yield {TRUTH: 2, INTEGER: depth if name == "depth" else 2**31}.get(part, 0)  # type: ignore[call-overload]
+            yield 2 if part == TRUTH else capacity_of(name, memory_size) if part == INTEGER else 0
 
 
 def _ports(law: Law, source: Source, constant_note: str) -> Ports:

@@ -14,21 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from bristle.exports.c_code import Printer, number, wrapped
-from bristle.exports.c_helpers import helpers_text
-from bristle.exports.c_parameters import array_text, assembled, declared, initial_value
-from bristle.exports.described import Source, plain
-from bristle.exports.fmu_content import Content
-from bristle.exports.fmu_description import FLAGS
+from bristle.exports.c import FLAGS
+from bristle.exports.c_code import Printer, number
+from bristle.exports.c_parts import array_text, assembled, declared, helpers_text, initial_value
+from bristle.exports.described import plain, rendered, version, with_rights
+from bristle.exports.fmu_content import START, Content, Ports, Setting
 from bristle.exports.fmu_exchange import Exchange
-from bristle.exports.fmu_variables import START, Ports
-from bristle.exports.identity import with_rights
-from bristle.exports.rendering import rendered, version
-from bristle.exports.tree import Function
-from bristle.exports.types import Array
-from bristle.exports.walk import digest_of
-
-__all__ = ["HEADERS", "header_text", "source_text"]
+from bristle.exports.printing import wrapped
+from bristle.exports.subject import digest_of
+from bristle.exports.tree import Array, Function
 
 HEADERS = {
     2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
@@ -37,34 +31,34 @@ HEADERS = {
 DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 
 
-def source_text(content: Content, name: str, source: Source, step: float, fmi: int) -> tuple[str, str]:
+def source_text(content: Content, setting: Setting) -> tuple[str, str]:
     """Return the source, and the token that tells it from every other one."""
-    facts = _facts(content, name, source, step, fmi)
+    facts = _facts(content, setting)
     token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
     token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
-    file = f"{name}.c"
-    return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, source)[file], token
+    file = f"{setting.name}.c"
+    return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[file], token
 
 
-def _facts(content: Content, name: str, source: Source, step: float, fmi: int) -> dict[str, object]:
+def _facts(content: Content, setting: Setting) -> dict[str, object]:
     exchange, ports = content.exchange, content.ports
     printer = Printer(content.unit, "double", [kind for _, kind in content.values.values()])
     definitions = printer.definitions()
     data, handed = _data(content, printer)
     listed, size = ports.listed, content.memory.size
-    layout = f"{name} {content.layout} {[port.name for port in listed]}"
+    layout = f"{setting.name} {content.layout} {[port.name for port in listed]}"
     starts = [i for i, port in enumerate(listed) if port.role == START]
     meanings = [plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed]
     return {
         "title": plain(content.title),
         "version": version(),
-        "facts": [*source.lines, *content.tables],
+        "facts": [*setting.source.lines, *content.tables],
         "flags": FLAGS,
-        "fmi": fmi,
+        "fmi": setting.fmi,
         "helpers": helpers_text(printer.helpers, "double", printer.integer),
         "definitions": definitions,
         "data": data,
-        "step": number(step),
+        "step": number(setting.step),
         "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
         "roles": [port.role for port in listed],
         "lowest": [number(port.range[0]) for port in listed],
@@ -81,7 +75,7 @@ def _facts(content: Content, name: str, source: Source, step: float, fmi: int) -
         "output_at": ports.place(content.output),
         "shown": [(at, place) for place, at in enumerate(starts)],
         "stepping": _called(content.entry, ports, handed),
-        "absent": _absent(fmi, exchange is not None),
+        "absent": _absent(setting.fmi, exchange is not None),
         "exchange": None if exchange is None else _exchanged(exchange, ports, handed),
     }
 
@@ -103,7 +97,7 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     """Return the parameters in C, and how each argument for them is handed on."""
     texts, handed = [], {}
     exchange = content.exchange
-    entries = [content.entry, *(() if exchange is None else (exchange.flowing, exchange.begun, exchange.arrived))]
+    entries = [content.entry, *(() if exchange is None else exchange.functions)]
     needed = {parameter.name for entry in entries for parameter in entry.parameters}
     for argument, (values, kind) in content.values.items():
         if argument not in needed:

@@ -18,20 +18,83 @@ from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
 from bristle.core.errors import InputError
-from bristle.core.experiment import Variant
+from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
-from bristle.exports.law_load import Load, loads_of
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
-from bristle.exports.single import CONSTANTS, refuse_parameters_beyond_single
-from bristle.exports.tree import Function, Unit
-from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
+from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Unit, struct_type, type_of
+from bristle.exports.tunable import CONSTANTS, refuse_parameters_beyond_single
+from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
-from bristle.plants.terms import effort_at, gravity_at
+from bristle.plants import inertia
+from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
 
-__all__ = ["Fed", "Inputs", "Law", "law_of"]
+
+class Gravity(NamedTuple):
+    """Gravity of a link [N or N*m], of a plant without cogging."""
+
+    g_sin: float
+    g_cos: float
+
+
+class Load(NamedTuple):
+    """An effort along the desired motion: of inertia, and of the place; what its parameters begin with."""
+
+    prefix: str
+    mass: float
+    place: Any
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All numbers that it depends on."""
+        return (self.mass, *(float(number) for part in self.place or () for number in np.atleast_1d(part)))
+
+    def text(self, before: str, after: str) -> str:
+        """Return it as text between two samples, by their places among those ahead; the present one has none."""
+        parts = []
+        if self.mass:
+            parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
+        if self.place:
+            kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
+            middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
+            parts.append(f"{kernel_name}({middle}, p.{self.prefix}place)")
+        return " + ".join(parts) or "0.0"
+
+
+def _ahead(name: str, place: str) -> str:
+    ahead = f"{'place' if name == 'position' else name}_ahead[{place}]"
+    return name if not place else f"({ahead} if i > 0 else {name})" if "i" in place else ahead
+
+
+def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
+    """Return what is fed forward beside friction, and what passes through it: the same one where both are."""
+    fed = Load("", float(feedforward.mass), _place(feedforward.plant))
+    carries = feedforward.carries
+    if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
+        return fed, fed
+    if _base(carries) is not inertia:
+        raise InputError(
+            "carries more than inertia, gravity and cogging, which is not exported",
+            path="feedforward.carries",
+            value=carries.name,
+            mend="Leave it out: what is fed forward passes on then",
+        )
+    carried = Load("carried_", float(carries.values["M"]), _place(carries))
+    return fed, fed if carried.numbers == fed.numbers and not apart else carried
+
+
+def _base(plant: Model) -> Any:
+    return plant.component.inner if isinstance(plant.parameters, Termed) else plant.component
+
+
+def _place(plant: Model | None) -> Any:
+    """Return what the effort of a plant depends on at a place; None for nothing."""
+    place = place_of(plant)
+    if place.waves.size:
+        return place
+    return Gravity(place.g_sin, place.g_cos) if place.g_sin or place.g_cos else None
 
 
 class Fed(NamedTuple):
@@ -161,7 +224,7 @@ class Law:
     @property
     def types(self) -> tuple[Struct, Struct]:
         """Types of what lasts and of the parameters."""
-        return _struct(type_of(self.lasting)), _struct(type_of(self.p))
+        return struct_type(self.lasting), struct_type(self.p)
 
     @property
     def memory_size(self) -> int:
@@ -305,8 +368,3 @@ def _defined(text: str, component: Any) -> Callable[..., Any]:
         "gravity_at": gravity_at,
     }
     return defined("command", text, scope)
-
-
-def _struct(kind: Any) -> Struct:
-    assert isinstance(kind, Struct)
-    return kind

@@ -8,18 +8,12 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.variable import unit_of
-from bristle.exports.c import command_facts
-from bristle.exports.described import Source, parameter_table, plain
-from bristle.exports.law import Inputs, Law
-from bristle.exports.law_load import loads_of
-from bristle.exports.loops import loops_of
-from bristle.exports.rendering import version
-from bristle.exports.subject import subject_of
-from bristle.exports.walk import SCALES, Walk, walk_of
+from bristle.exports.described import Source, command_facts, parameter_table, plain, version
+from bristle.exports.law import Inputs, Law, loads_of
+from bristle.exports.printing import loops_of
+from bristle.exports.subject import SCALES, Walk, subject_of, walk_of
 from bristle.friction.level import rises_with_effort
 from bristle.prediction.drive_units import command_units
-
-__all__ = ["INPUTS", "PER_VELOCITY", "law_facts", "law_walk"]
 
 WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
 PER_VELOCITY = 100.0
@@ -68,7 +62,7 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
             for name in law.inputs
         ],
         "drive": command_facts(command_units(variant.axis, kind), kind),
-        "loops": loops_of(law),
+        "loops": loops_of(law.unit, law.memory_size),
         "single": law.single,
         "tunable": law.tunable,
     }

@@ -10,12 +10,10 @@ import math
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.exports.described import Source, parameter_table, plain
-from bristle.exports.rendering import version
+from bristle.exports.described import Source, parameter_table, plain, version
+from bristle.exports.targets import Product, Request
 from bristle.friction import base_of
 from bristle.friction.slots import directional, variations_of
-
-__all__ = ["MODELS_OF_MUJOCO", "mjcf_attributes", "mjcf_notes", "mjcf_text"]
 
 MODELS_OF_MUJOCO = ("lugre", "coulomb", "viscous", "coulomb_viscous")
 STEP = 1e-4  # [s]
@@ -41,6 +39,12 @@ Take a step that is short beside what the bristles need, {time:.2g} s.
 {actuators}  </actuator>
 {keyframe}</mujoco>
 """
+
+
+def write(request: Request) -> Product:
+    """Return the scene."""
+    text = mjcf_text(request.model, request.name, request.source, request.mass)
+    return Product({f"{request.name}.xml": text}, _notes(request.model))
 
 
 def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
@@ -91,7 +95,7 @@ def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:
     return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values} | inertial
 
 
-def mjcf_notes(model: Model) -> tuple[str, ...]:
+def _notes(model: Model) -> tuple[str, ...]:
     """Return what MuJoCo does otherwise, a sentence each."""
     base = base_of(model.component).name
     notes = ["the scene takes the integrator Euler: implicitfast errs far more with LuGre"] if base == "lugre" else []

@@ -1,14 +1,14 @@
-"""Parts of a PLC program as XML of PLCopen (TC6, version 2.01), which programming systems import."""
+"""Parts of a PLC program as XML of PLCopen (TC6, version 2.01) and as files of TwinCAT 3."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import uuid
+from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
 
-from bristle.exports.rendering import version
-from bristle.exports.st_parts import INDENT, Array, Pou, Record, Variable
-
-__all__ = ["NAMESPACE", "project_text"]
+from bristle.exports.described import Source, rights_lines, version
+from bristle.exports.st_parts import INDENT, Array, Pou, Record, Variable, declaration_text, part_text
 
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
@@ -91,3 +91,42 @@ def _add(parent: Element, tag: str, /, **attributes: str) -> Element:
 
 def _named(name: str) -> str:
     return f"{{{NAMESPACE}}}{name}"
+
+
+HEAD = """<?xml version="1.0" encoding="utf-8"?>
+<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.12">
+"""
+POU = """  <POU Name={name} Id={id} SpecialFunc="None">
+    <Declaration>{declaration}</Declaration>
+    <Implementation>
+      <ST>{body}</ST>
+    </Implementation>
+  </POU>
+"""
+DUT = """  <DUT Name={name} Id={id}>
+    <Declaration>{declaration}</Declaration>
+  </DUT>
+"""
+TAIL = "</TcPlcObject>\n"
+
+
+def twincat_files(parts: Iterable[Array | Record | Pou], source: Source) -> dict[str, str]:
+    """Return the text of a file for each part, by its name: ``.TcPOU`` of a POU, ``.TcDUT`` of a data type.
+
+    A part has the same identifier in each export of its name: one that is exported again replaces it in a project.
+    """
+    rights = "\n".join([*rights_lines(source, ".st"), ""])
+    return {f"{part.name}.{'TcPOU' if isinstance(part, Pou) else 'TcDUT'}": _twincat_text(part, rights) for part in parts}
+
+
+def _twincat_text(part: Array | Record | Pou, rights: str) -> str:
+    names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
+    if not isinstance(part, Pou):
+        return HEAD + DUT.format(**names, declaration=_as_cdata(rights + part_text(part))) + TAIL
+    body = _as_cdata("\n".join([*part.body, ""]))
+    return HEAD + POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body) + TAIL
+
+
+def _as_cdata(text: str) -> str:
+    """Return text that a reader of XML takes as it stands."""
+    return f"<![CDATA[{text.replace(']]>', ']]]]><![CDATA[>')}]]>"

@@ -13,8 +13,6 @@ from bristle.exports.c import FLAGS, CFiles
 from bristle.exports.described import Source
 from bristle.exports.subject import settled_subject, subject_of
 
-__all__ = ["builds", "compiler", "proved"]
-
 STEPS, DT, NAME = 400, 1e-3, "model"
 PATIENCE = 120.0  # [s]
 

@@ -10,8 +10,6 @@ from collections.abc import Iterable
 
 from bristle.exports.tree import Assign, Call, Evaluate, For, Function, If, Node, Statement, Unit, Variable, While, walk
 
-__all__ = ["pruned"]
-
 
 def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
     """Return a unit with what the roots need.

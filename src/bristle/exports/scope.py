@@ -13,8 +13,6 @@ from typing import Any
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernels
 
-__all__ = ["NotExportableError", "defined", "definition_of", "global_value", "is_kernel", "is_named_tuple"]
-
 
 class NotExportableError(InputError):
     """A kernel is outside the part of Python that every target can hold; says where and why."""

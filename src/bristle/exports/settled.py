@@ -14,39 +14,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from bristle.exports import tree
 from bristle.exports.expressions import COMPUTED
 from bristle.exports.prune import pruned
-from bristle.exports.tree import (
-    Assign,
-    Binary,
-    Call,
-    Compare,
-    Constant,
-    Convert,
-    Evaluate,
-    Expression,
-    Field,
-    For,
-    Function,
-    If,
-    Index,
-    Intrinsic,
-    Logic,
-    Make,
-    Negative,
-    Not,
-    Return,
-    Select,
-    Statement,
-    Store,
-    Unit,
-    Variable,
-    While,
-    walk,
-)
-from bristle.exports.types import INTEGER, REAL, TRUTH, Struct, Type
-
-__all__ = ["Fact", "fact_of", "settled"]
+from bristle.exports.tree import INTEGER, REAL, TRUTH, Struct, Type, walk
 
 Fact = Any
 """What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
@@ -88,7 +59,9 @@ def fact_of(value: Any, kind: Type, unknown: Iterable[tuple[str, ...]] = (), pat
     return int(value) if kind in (INTEGER, TRUTH) else None
 
 
-def settled(unit: Unit, roots: Sequence[Function], facts: Mapping[str, Fact], *, single: bool = False) -> tuple[Unit, list[Function]]:
+def settled(
+    unit: tree.Unit, roots: Sequence[tree.Function], facts: Mapping[str, Fact], *, single: bool = False
+) -> tuple[tree.Unit, list[tree.Function]]:
     """Return a unit, and its roots, for arguments of which something is known.
 
     Parameters
@@ -107,7 +80,7 @@ def settled(unit: Unit, roots: Sequence[Function], facts: Mapping[str, Fact], *,
         facts = {name: _narrowed(fact) for name, fact in facts.items()}
     written = [settling.function(root, [facts.get(p.name) for p in root.parameters])[0] for root in roots]
     names: set[str] = set()
-    left = pruned(Unit(settling.functions), written)
+    left = pruned(tree.Unit(settling.functions), written)
     for function in left.functions:
         name, count = function.name, 1
         while name in names:
@@ -121,11 +94,11 @@ def settled(unit: Unit, roots: Sequence[Function], facts: Mapping[str, Fact], *,
 class _Settling:
     def __init__(self, *, single: bool) -> None:
         self.single = single
-        self.functions: list[Function] = []
-        self._written: dict[tuple[int, tuple[Fact, ...]], tuple[Function, Fact]] = {}
-        self._variants: dict[int, list[Function]] = {}  # of one kernel, by any of its functions
+        self.functions: list[tree.Function] = []
+        self._written: dict[tuple[int, tuple[Fact, ...]], tuple[tree.Function, Fact]] = {}
+        self._variants: dict[int, list[tree.Function]] = {}  # of one kernel, by any of its functions
 
-    def function(self, function: Function, fact: Sequence[Fact]) -> tuple[Function, Fact]:
+    def function(self, function: tree.Function, fact: Sequence[Fact]) -> tuple[tree.Function, Fact]:
         """Return a function for what is known of its arguments, and what is known of its result."""
         key = (id(function), tuple(fact))
         if key not in self._written:
@@ -145,7 +118,7 @@ class _Settling:
 class _Body:
     """Settles the body of one function."""
 
-    def __init__(self, settling: _Settling, function: Function, fact: Sequence[Fact]) -> None:
+    def __init__(self, settling: _Settling, function: tree.Function, fact: Sequence[Fact]) -> None:
         self.settling, self.function = settling, function
         self._arguments = dict(zip([p.name for p in function.parameters], fact, strict=True))
         self._facts: dict[str, Fact] = {}
@@ -160,12 +133,12 @@ class _Body:
             common = _common(common, result)
         return common
 
-    def settled(self) -> list[Statement]:
+    def settled(self) -> list[tree.Statement]:
         """Return the statements that are left."""
         body, size, before = self.function.body, 0, -1
         while size != before:
             before = size
-            self._values = Counter(part.variable.name for part in walk(body) if isinstance(part, (Assign, For)))
+            self._values = Counter(part.variable.name for part in walk(body) if isinstance(part, (tree.Assign, tree.For)))
             self._facts = {name: fact for name, fact in self._arguments.items() if name not in self._values}
             self._results = []
             body = self._block(body)
@@ -174,133 +147,133 @@ class _Body:
 
     # --- statements -----------------------------------------------------------------------------------------------
 
-    def _block(self, block: list[Statement]) -> list[Statement]:
-        left: list[Statement] = []
+    def _block(self, block: list[tree.Statement]) -> list[tree.Statement]:
+        left: list[tree.Statement] = []
         for statement in block:
             left += self._statement(statement)
-            if left and isinstance(left[-1], Return):
+            if left and isinstance(left[-1], tree.Return):
                 break
         return left
 
-    def _statement(self, s: Statement) -> list[Statement]:
-        if isinstance(s, Assign):
+    def _statement(self, s: tree.Statement) -> list[tree.Statement]:
+        if isinstance(s, tree.Assign):
             value, fact = self._of(s.value)
             if self._values[s.variable.name] == 1:
                 self._facts[s.variable.name] = fact
-            return [Assign(s.variable, value)]
-        if isinstance(s, Store):
-            return [Store(self._of(s.array)[0], self._of(s.at)[0], self._of(s.value)[0])]
-        if isinstance(s, Evaluate):
-            return [Evaluate(self._of(s.call)[0])]
-        if isinstance(s, Return):
+            return [tree.Assign(s.variable, value)]
+        if isinstance(s, tree.Store):
+            return [tree.Store(self._of(s.array)[0], self._of(s.at)[0], self._of(s.value)[0])]
+        if isinstance(s, tree.Evaluate):
+            return [tree.Evaluate(self._of(s.call)[0])]
+        if isinstance(s, tree.Return):
             if s.value is None:
                 return [s]
             value, fact = self._of(s.value)
             self._results.append(fact)
-            return [Return(value)]
-        if isinstance(s, For):
-            return [For(s.variable, self._of(s.start)[0], self._of(s.stop)[0], self._block(s.body))]
-        if isinstance(s, (If, While)):
+            return [tree.Return(value)]
+        if isinstance(s, tree.For):
+            return [tree.For(s.variable, self._of(s.start)[0], self._of(s.stop)[0], self._block(s.body))]
+        if isinstance(s, (tree.If, tree.While)):
             return self._asking(s)
         return [s]
 
-    def _asking(self, s: If | While) -> list[Statement]:
+    def _asking(self, s: tree.If | tree.While) -> list[tree.Statement]:
         test, fact = self._of(s.test)
-        if isinstance(s, While):
-            return [] if fact is not None and not fact else [While(test, self._block(s.body))]
+        if isinstance(s, tree.While):
+            return [] if fact is not None and not fact else [tree.While(test, self._block(s.body))]
         if fact is None:
-            return [If(test, self._block(s.body), self._block(s.otherwise))]
+            return [tree.If(test, self._block(s.body), self._block(s.otherwise))]
         return self._block(s.body if fact else s.otherwise)
 
     # --- expressions ----------------------------------------------------------------------------------------------
 
-    def _of(self, e: Expression) -> tuple[Expression, Fact]:
+    def _of(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return an expression that is left, and what is known of it."""
         left, fact = getattr(self, f"_{type(e).__name__.lower()}")(e)
-        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, Constant):
+        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, tree.Constant):
             return left, fact
         if _writes(left):
             return left, fact
-        return Constant(e.type, bool(fact) if e.type == TRUTH else int(fact)), fact
+        return tree.Constant(e.type, bool(fact) if e.type == TRUTH else int(fact)), fact
 
-    def _constant(self, e: Constant) -> tuple[Expression, Fact]:
+    def _constant(self, e: tree.Constant) -> tuple[tree.Expression, Fact]:
         return e, self._written(e.type, e.value)
 
-    def _variable(self, e: Variable) -> tuple[Expression, Fact]:
+    def _variable(self, e: tree.Variable) -> tuple[tree.Expression, Fact]:
         return e, self._facts.get(e.name)
 
-    def _field(self, e: Field) -> tuple[Expression, Fact]:
+    def _field(self, e: tree.Field) -> tuple[tree.Expression, Fact]:
         of, fact = self._of(e.of)
         assert isinstance(e.of.type, Struct)
-        return Field(e.type, of, e.name), None if fact is None else fact[e.of.type.place(e.name)]
+        return tree.Field(e.type, of, e.name), None if fact is None else fact[e.of.type.place(e.name)]
 
-    def _index(self, e: Index) -> tuple[Expression, Fact]:
-        return Index(e.type, self._of(e.array)[0], self._of(e.at)[0]), None
+    def _index(self, e: tree.Index) -> tuple[tree.Expression, Fact]:
+        return tree.Index(e.type, self._of(e.array)[0], self._of(e.at)[0]), None
 
-    def _negative(self, e: Negative) -> tuple[Expression, Fact]:
+    def _negative(self, e: tree.Negative) -> tuple[tree.Expression, Fact]:
         of, fact = self._of(e.of)
-        return Negative(e.type, of), self._computed(e.type, lambda value: -value, [e.of.type], [fact])
+        return tree.Negative(e.type, of), self._computed(e.type, lambda value: -value, [e.of.type], [fact])
 
-    def _not(self, e: Not) -> tuple[Expression, Fact]:
+    def _not(self, e: tree.Not) -> tuple[tree.Expression, Fact]:
         of, fact = self._of(e.of)
-        return Not(e.type, of), None if fact is None else int(not fact)
+        return tree.Not(e.type, of), None if fact is None else int(not fact)
 
-    def _binary(self, e: Binary) -> tuple[Expression, Fact]:
+    def _binary(self, e: tree.Binary) -> tuple[tree.Expression, Fact]:
         sides = [self._of(e.left), self._of(e.right)]
         by = (OF_REALS if e.type == REAL else COMPUTED)[e.operator]
         fact = self._computed(e.type, by, [e.left.type, e.right.type], [side[1] for side in sides])
-        return Binary(e.type, e.operator, sides[0][0], sides[1][0]), fact
+        return tree.Binary(e.type, e.operator, sides[0][0], sides[1][0]), fact
 
-    def _compare(self, e: Compare) -> tuple[Expression, Fact]:
+    def _compare(self, e: tree.Compare) -> tuple[tree.Expression, Fact]:
         sides, by = [self._of(e.left), self._of(e.right)], COMPARED[e.operator]
         fact = self._computed(e.type, by, [e.left.type, e.right.type], [side[1] for side in sides])
-        return Compare(e.type, e.operator, sides[0][0], sides[1][0]), fact
+        return tree.Compare(e.type, e.operator, sides[0][0], sides[1][0]), fact
 
-    def _logic(self, e: Logic) -> tuple[Expression, Fact]:
+    def _logic(self, e: tree.Logic) -> tuple[tree.Expression, Fact]:
         ending = e.operator == "or"
-        parts: list[Expression] = []
+        parts: list[tree.Expression] = []
         for part in e.parts:
             left, fact = self._of(part)
             if fact is None:
                 parts.append(left)
             elif bool(fact) == ending:
                 # What comes later is not looked at; what came before decides nothing, and writes nothing.
-                return Constant(TRUTH, ending), int(ending)
+                return tree.Constant(TRUTH, ending), int(ending)
         if not parts:
-            return Constant(TRUTH, not ending), int(not ending)
-        return (parts[0] if len(parts) == 1 else Logic(e.type, e.operator, parts)), None
+            return tree.Constant(TRUTH, not ending), int(not ending)
+        return (parts[0] if len(parts) == 1 else tree.Logic(e.type, e.operator, parts)), None
 
-    def _select(self, e: Select) -> tuple[Expression, Fact]:
+    def _select(self, e: tree.Select) -> tuple[tree.Expression, Fact]:
         test, fact = self._of(e.test)
         if fact is not None:
             return self._of(e.first if fact else e.second)
         first, second = self._of(e.first), self._of(e.second)
-        return Select(e.type, test, first[0], second[0]), _common(first[1], second[1])
+        return tree.Select(e.type, test, first[0], second[0]), _common(first[1], second[1])
 
-    def _convert(self, e: Convert) -> tuple[Expression, Fact]:
+    def _convert(self, e: tree.Convert) -> tuple[tree.Expression, Fact]:
         of, fact = self._of(e.of)
         to = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
-        return Convert(e.type, of), self._computed(e.type, to, [e.of.type], [fact])
+        return tree.Convert(e.type, of), self._computed(e.type, to, [e.of.type], [fact])
 
-    def _call(self, e: Call) -> tuple[Expression, Fact]:
+    def _call(self, e: tree.Call) -> tuple[tree.Expression, Fact]:
         arguments = [self._of(argument) for argument in e.arguments]
         function, fact = self.settling.function(e.function, [argument[1] for argument in arguments])
         number = _only_constant(function)
         if number is not None and not any(_writes(argument[0]) for argument in arguments):
             return number, fact
-        return Call(e.type, function, [argument[0] for argument in arguments]), fact
+        return tree.Call(e.type, function, [argument[0] for argument in arguments]), fact
 
-    def _intrinsic(self, e: Intrinsic) -> tuple[Expression, Fact]:
+    def _intrinsic(self, e: tree.Intrinsic) -> tuple[tree.Expression, Fact]:
         arguments = [self._of(argument) for argument in e.arguments]
         fact = None
         if e.name in EXACT:
             kinds = [argument.type for argument in e.arguments]
             fact = self._computed(e.type, EXACT[e.name], kinds, [argument[1] for argument in arguments])
-        return Intrinsic(e.type, e.name, [argument[0] for argument in arguments]), fact
+        return tree.Intrinsic(e.type, e.name, [argument[0] for argument in arguments]), fact
 
-    def _make(self, e: Make) -> tuple[Expression, Fact]:
+    def _make(self, e: tree.Make) -> tuple[tree.Expression, Fact]:
         parts = [self._of(part) for part in e.parts]
-        return Make(e.type, [part[0] for part in parts]), _of_fields(part[1] for part in parts)
+        return tree.Make(e.type, [part[0] for part in parts]), _of_fields(part[1] for part in parts)
 
     # --- numbers --------------------------------------------------------------------------------------------------
 
@@ -320,16 +293,16 @@ class _Body:
             return None
 
 
-def _only_constant(function: Function) -> Constant | None:
+def _only_constant(function: tree.Function) -> tree.Constant | None:
     """Return the number that a function gives whatever it is called with; None where it does anything else."""
     match function.body:
-        case [Return(Constant() as number)]:
+        case [tree.Return(tree.Constant() as number)]:
             return number
     return None
 
 
-def _writes(e: Expression) -> bool:
-    return any(isinstance(part, Call) and part.function.writes for part in walk(e))
+def _writes(e: tree.Expression) -> bool:
+    return any(isinstance(part, tree.Call) and part.function.writes for part in walk(e))
 
 
 def _narrowed(fact: Fact) -> Fact:

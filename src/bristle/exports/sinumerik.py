@@ -22,18 +22,19 @@ References
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind
 from bristle.exports.described import plain
-from bristle.exports.drive import last_direction
+from bristle.exports.drive import curve_of, last_direction, memory_lost
 from bristle.exports.effect import Drive
-
-__all__ = ["drive_of_data", "sinumerik_text", "start_values"]
+from bristle.exports.effect_of import loop_for
+from bristle.exports.targets import Product, Request
+from bristle.prediction.drive_units import table_units
 
 CONTROLLER = "cascade"
 UNIT = {"translational": ("mm/min", 1e-3 / 60.0), "rotational": ("rev/min", 2.0 * math.pi / 60.0)}
@@ -42,7 +43,16 @@ UNITS_MANUAL = "Commissioning Manual CNC Part 1, table 10-2, 11/2006, 6FC5397-2A
 START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
 
 
-def start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | None]:
+def write(request: Request) -> Product:
+    """Return the machine data."""
+    forward, backward = [curve_of(request.model, way, request.speed) for way in (1.0, -1.0)]
+    values = _start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    notes = ("start values, to be tuned by the circularity test", *memory_lost(request.model, forward, backward, effort))
+    return Product({f"{request.name}.txt": _text(request.model, values, notes, request.source.lines)}, notes)
+
+
+def _start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | None]:
     """Return the pulse of velocity [m/s or rad/s], and its time constant [s]; None where the loop does not tell it."""
     controller = None if axis is None else axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
@@ -57,12 +67,15 @@ def start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | Non
     return turns_by / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
 
 
-def drive_of_data(text: str, axis: Axis, kind: Kind) -> Drive | None:
-    """Return the effort that the pulses command through the velocity loop; None where no time constant is written.
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
+    """Return the effort that the pulses command through the velocity loop, from each reversal on.
 
-    A pulse begins where the desired motion reverses; one before it goes on to its end.
+    None where no loop is known, or no time constant is written.
     """
-    lines = [line.split() for line in text.splitlines() if not line.startswith(";")]
+    axis, kind = request.axis, request.model.kind
+    if axis is None or loop_for(request) is None:
+        return None
+    lines = [line.split() for line in str(files[f"{request.name}.txt"]).splitlines() if not line.startswith(";")]
     values = {name.removeprefix("$MA_"): float(value) for _, name, value, *_ in lines if _}
     if "FRICT_COMP_TIME" not in values or axis.controller is None:
         return None
@@ -80,7 +93,7 @@ def drive_of_data(text: str, axis: Axis, kind: Kind) -> Drive | None:
     return drive
 
 
-def sinumerik_text(model: Model, values: tuple[float, float | None], notes: tuple[str, ...], facts: list[str]) -> str:
+def _text(model: Model, values: tuple[float, float | None], notes: tuple[str, ...], facts: list[str]) -> str:
     """Return the machine data, one a line, with what they mean and where that is written as comments."""
     pulse, lasts = values
     unit, si = UNIT[model.kind]

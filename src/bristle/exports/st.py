@@ -10,20 +10,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from bristle.core.variable import unit_of, variables_of
-from bristle.exports.described import Source, parameter_table, plain, told
-from bristle.exports.loops import loops_of
-from bristle.exports.rendering import version
-from bristle.exports.single import TOLERANCE
+from bristle.exports.described import Source, meaning_of, parameter_table, plain, version
+from bristle.exports.printing import loops_of
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
-from bristle.exports.st_names import LREAL, REAL, Names, real_literal
+from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, commented, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_parts import Pou, Variable, commented
 from bristle.exports.st_project import (
     FARTHEST,
     FARTHEST_OF_OPERATOR,
     Judged,
     Project,
+    Tuned,
     answers,
     body_lines,
     bounds,
@@ -32,15 +30,12 @@ from bristle.exports.st_project import (
     set_lines,
     walk_facts,
 )
-from bristle.exports.st_tuned import Tuned
-from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, settled_subject
-from bristle.exports.tunable import tunable_of
-from bristle.exports.types import Array, Struct
-from bristle.exports.walk import COUNT, Walk, walk_of
+from bristle.exports.subject import COMMIT, COUNT, TRIAL, Subject, Walk, arguments_left, settled_subject, subject_of, walk_of
+from bristle.exports.targets import Product, Request
+from bristle.exports.tree import Array, Struct
+from bristle.exports.tunable import CONSTANTS, TOLERANCE, single_note, tunable_of
 from bristle.friction.resting import rest_rule
-from bristle.prediction.drive_units import CommandUnits
-
-__all__ = ["st_files"]
+from bristle.prediction.drive_units import CommandUnits, command_units
 
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
@@ -110,7 +105,7 @@ class StFiles:
             "count": COUNT,
             "operator": operator,
             "table": commented(parameter_table(model, self.source).rstrip()),
-            "loops": loops_of(self.subject),
+            "loops": loops_of(self.subject.unit, self.subject.memory_size),
             "unit_in": self._units()[0],
             "unit_out": self._units()[1],
             "input": IN[operator],
@@ -137,8 +132,7 @@ class StFiles:
         tried = subject.trial.result
         assert isinstance(tried, Struct)
         trial = arguments_left(subject.trial, TRIAL[operator])
-        commits = bool(subject.state.fields) or subject.commit.writes
-        commit = arguments_left(subject.commit, COMMIT) if commits else []
+        commit = arguments_left(subject.commit, COMMIT) if subject.commits else []
         needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
         handed = {
             "dt": printer.narrowed("period"),
@@ -159,7 +153,7 @@ class StFiles:
             "trial": call_text(printer, subject.trial, [handed.get(name, name) for name in trial], "tried"),
             "tried": printer.widened(f"tried.{printer.field(tried, '_0')}"),
             "within": printer.helper(WITHIN, LREAL),
-            "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after") if commits else "",
+            "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after") if subject.commits else "",
             "state": bool(subject.state.fields),
             "signals": list(signals.values()),
             **self._bounds,
@@ -173,7 +167,7 @@ class StFiles:
         }
         own = [Variable(name, printer.type_name(kind)) for key, (name, kind) in held.items() if key in needed]
         own += [Variable("tried", printer.type_name(tried))]
-        own += [Variable("after", printer.type_name(subject.state))] if commits else []
+        own += [Variable("after", printer.type_name(subject.state))] if subject.commits else []
         further = tuned.inputs(printer) if tuned else []
         variables = (*self._interface(signals, further), *own, *self._flags(memory=bool(facts["memory"])))
         return Pou("FUNCTION_BLOCK", self.name, "", variables, body_lines("st/block.st", facts))
@@ -190,7 +184,7 @@ class StFiles:
             ]
         for signal, name in signals.items():
             usual = real_literal(self.subject.usual[signal])
-            first.append(Variable(name, "LREAL", told(motion[signal], kind), "VAR_INPUT", usual))
+            first.append(Variable(name, "LREAL", meaning_of(motion[signal], kind), "VAR_INPUT", usual))
         answer = f"its answer [{unit_out}]" if operator else f"mean friction force of the last step [{unit_out}]"
         return [*first, *further, *requests("a virgin contact, nothing came yet"), *answers(OUT[operator], answer, self.units)]
 
@@ -238,17 +232,14 @@ class StFiles:
         return Pou("PROGRAM", f"{self.name}_selftest", "", variables, body)
 
 
-def st_files(
-    subject: Subject,
-    name: str,
-    source: Source,
-    dt: float,
-    *,
-    tunable: bool = False,
-    single: bool = False,
-    units: CommandUnits | None = None,
-) -> dict[str, str]:
-    """Return the files of a model in Structured Text; in single precision, of a subject with its constants."""
-    places = tunable_of(subject.model).places if tunable else ()
-    left = settled_subject(subject, places, single=single)
-    return StFiles(left, name, source, dt, tunable, single, units).files()
+def write(request: Request) -> Product:
+    """Return the function block, its self-test, both as XML, and as files of TwinCAT 3."""
+    checked(request.name)
+    subject = subject_of(request.sampled, CONSTANTS if request.single else None)
+    places = tunable_of(subject.model).places if request.tunable else ()
+    units = None if subject.is_operator else command_units(request.axis, request.model.kind)
+    left = settled_subject(subject, places, single=request.single)
+    files = StFiles(left, request.name, request.source, request.dt, request.tunable, request.single, units).files()
+    notes = ["the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0"]
+    notes += [single_note(OUT[subject.is_operator])] if request.single else []
+    return Product(dict(files), tuple(notes))

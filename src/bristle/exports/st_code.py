@@ -9,38 +9,19 @@ from __future__ import annotations
 
 import math
 
-from bristle.exports.c_code import described, needs_wide_integers, structures_of, types_in
+from bristle.exports import tree
+from bristle.exports.printing import described, needs_wide_integers, structures_of, types_in
 from bristle.exports.st_expressions import BINDS, RESULT, Values, is_safe
-from bristle.exports.st_names import BELOW_ZERO, LREAL, Names, real_literal, structure_name
-from bristle.exports.st_parts import INDENT, Pou, Record
+from bristle.exports.st_parts import BELOW_ZERO, INDENT, LREAL, Names, Pou, Record, real_literal, structure_name
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Variable as Declared
-from bristle.exports.tree import (
-    Assign,
-    Break,
-    Call,
-    Constant,
-    Evaluate,
-    Expression,
-    For,
-    Function,
-    If,
-    Not,
-    Return,
-    Statement,
-    Store,
-    Unit,
-    While,
-)
-from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
-
-__all__ = ["RESULT", "Printer"]
+from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
 
 
 class Printer:
     """Prints the functions of one unit."""
 
-    def __init__(self, unit: Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL) -> None:
+    def __init__(self, unit: tree.Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL) -> None:
         self.unit, self.scalar = unit, scalar
         self.integer = "LINT" if needs_wide_integers(unit) else "DINT"
         used = [*(kind for function in unit.functions for kind in types_in(function)), *also]
@@ -58,11 +39,11 @@ class Printer:
         arrays = [ArrayPart(self.array(size, of), max(size, 1), of) for size, of in sorted(self._arrays)]
         return [*arrays, *(self._record(kind) for kind in self.structures)], functions
 
-    def function(self, function: Function) -> str:
+    def function(self, function: tree.Function) -> str:
         """Return the name of a function."""
         return self._public.of(("function", id(function)), function.name)
 
-    def body(self, function: Function) -> Body:
+    def body(self, function: tree.Function) -> Body:
         """Return what prints a function, and knows what its arguments are called."""
         return self._bodies.setdefault(id(function), Body(self, function))
 
@@ -126,43 +107,43 @@ class Body(Values):
 
     # --- statements -----------------------------------------------------------------------------------------------
 
-    def _block(self, block: list[Statement]) -> None:
+    def _block(self, block: list[tree.Statement]) -> None:
         for statement in block:
             self._statement(statement)
 
-    def _statement(self, s: Statement) -> None:
-        if isinstance(s, Assign):
+    def _statement(self, s: tree.Statement) -> None:
+        if isinstance(s, tree.Assign):
             self._into(self._variable_name(s.variable), s.value, s.variable.name)
-        elif isinstance(s, Store):
+        elif isinstance(s, tree.Store):
             place = f"{self._in_place(s.array)}[{self._place(s.at)}]"
             self._line(f"{place} := {self._of(s.value)};")
-        elif isinstance(s, Evaluate):
-            assert isinstance(s.call, Call)
+        elif isinstance(s, tree.Evaluate):
+            assert isinstance(s.call, tree.Call)
             self._into(self._aside(s.call.type), s.call)
-        elif isinstance(s, Return):
+        elif isinstance(s, tree.Return):
             self._return(s)
-        elif isinstance(s, If):
+        elif isinstance(s, tree.If):
             self._if(s)
-        elif isinstance(s, For):
+        elif isinstance(s, tree.For):
             self._for(s)
-        elif isinstance(s, While):
+        elif isinstance(s, tree.While):
             self._while(s)
         else:
-            self._line("EXIT;" if isinstance(s, Break) else "CONTINUE;")
+            self._line("EXIT;" if isinstance(s, tree.Break) else "CONTINUE;")
 
-    def _return(self, s: Return) -> None:
+    def _return(self, s: tree.Return) -> None:
         if s.value is not None:
             isolated = isinstance(s.value.type, Struct)
             self._into(RESULT if isolated else self.printer.function(self.function), s.value)
         self._line("RETURN;")
 
-    def _if(self, s: If) -> None:
+    def _if(self, s: tree.If) -> None:
         test, first, second = s.test, s.body, s.otherwise
         if not first:
-            test, first, second = Not(TRUTH, test), second, []
+            test, first, second = tree.Not(TRUTH, test), second, []
         self._line(f"IF {self._of(test)} THEN")
         self._inner(first)
-        while len(second) == 1 and isinstance(second[0], If) and second[0].body and is_safe(second[0].test):
+        while len(second) == 1 and isinstance(second[0], tree.If) and second[0].body and is_safe(second[0].test):
             self._line(f"ELSIF {self._of(second[0].test)} THEN")
             self._inner(second[0].body)
             second = second[0].otherwise
@@ -171,15 +152,15 @@ class Body(Values):
             self._inner(second)
         self._line("END_IF;")
 
-    def _inner(self, block: list[Statement]) -> None:
+    def _inner(self, block: list[tree.Statement]) -> None:
         with self._inside():
             self._block(block)
 
-    def _for(self, s: For) -> None:
+    def _for(self, s: tree.For) -> None:
         """Print a loop over whole numbers as WHILE: MATIEC skips a FOR loop that has one pass."""
         counter = self._aside(INTEGER) if s.variable.name == "_" else self._variable_name(s.variable)
         last = self._one_less(s.stop)
-        if not isinstance(s.stop, Constant):
+        if not isinstance(s.stop, tree.Constant):
             held = self._aside(INTEGER)
             self._line(f"{held} := {last};")
             last = held
@@ -190,18 +171,18 @@ class Body(Values):
             self._block(s.body)
         self._line("END_WHILE;")
 
-    def _one_less(self, number: Expression) -> str:
+    def _one_less(self, number: tree.Expression) -> str:
         """Return the text of a whole number, less one."""
-        if isinstance(number, Constant):
-            return self._of(Constant(INTEGER, int(number.value) - 1))
+        if isinstance(number, tree.Constant):
+            return self._of(tree.Constant(INTEGER, int(number.value) - 1))
         return f"{self._of(number, BINDS['-'])} - 1"
 
-    def _while(self, s: While) -> None:
+    def _while(self, s: tree.While) -> None:
         safe = is_safe(s.test)
         self._line(f"WHILE {self._of(s.test) if safe else 'TRUE'} DO")
         with self._inside():
             if not safe:
-                self._line(f"IF {self._of(Not(TRUTH, s.test))} THEN")
+                self._line(f"IF {self._of(tree.Not(TRUTH, s.test))} THEN")
                 self._line(f"{INDENT}EXIT;")
                 self._line("END_IF;")
             self._block(s.body)

@@ -12,10 +12,7 @@ import re
 from collections.abc import Callable, Collection
 from typing import Any
 
-from bristle.exports.st_names import LARGEST_WRITTEN, LREAL, REAL, real_literal
-from bristle.exports.st_parts import Pou, Variable
-
-__all__ = ["WITHIN", "helpers_of"]
+from bristle.exports.st_parts import LARGEST_WRITTEN, LREAL, REAL, Pou, Variable, real_literal
 
 LARGEST_POWER, USUAL_POWER = {LREAL: 512, REAL: 64}, 32
 WHOLE_POWERS = {LREAL: (-1022, 1023), REAL: (-126, 127)}

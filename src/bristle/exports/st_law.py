@@ -8,17 +8,16 @@ from typing import Any
 from bristle.exports.described import Source, plain
 from bristle.exports.law import Law
 from bristle.exports.law_described import INPUTS, PER_VELOCITY, law_facts, law_walk
-from bristle.exports.single import TOLERANCE
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
-from bristle.exports.st_names import LREAL, REAL, Names, real_literal
+from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, commented, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_parts import Pou, Variable, commented
 from bristle.exports.st_project import (
     FARTHEST,
     FARTHEST_OF_LAW,
     Judged,
     Project,
+    Tuned,
     answers,
     body_lines,
     bounds,
@@ -27,13 +26,10 @@ from bristle.exports.st_project import (
     set_lines,
     walk_facts,
 )
-from bristle.exports.st_tuned import Tuned
-from bristle.exports.tunable import settled_law, tunable_law
-from bristle.exports.types import Array, Struct
-from bristle.exports.walk import COUNT
+from bristle.exports.subject import COUNT
+from bristle.exports.tree import Array, Struct
+from bristle.exports.tunable import TOLERANCE, settled_law, tunable_law
 from bristle.prediction.drive_units import command_units
-
-__all__ = ["st_law_files"]
 
 OWN = (
     *INPUTS,
@@ -168,4 +164,5 @@ class StLawFiles:
 
 def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     """Return the files of a control law in Structured Text, text by name."""
+    checked(name)
     return StLawFiles(settled_law(law), name, source).files()

@@ -1,11 +1,129 @@
-"""Parts of a PLC program, as text of the language and as XML alike: data types, and what has variables and a body."""
+"""Names, literals and parts of a PLC program: capitals are no difference, and the words of every maker are taken."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["INDENT", "Array", "Pou", "Record", "Variable", "commented", "declaration_text", "part_text", "used_of"]
+import numpy as np
+
+from bristle.core.errors import InputError
+from bristle.exports.printing import ascii_name
+from bristle.exports.tree import Struct
+
+# Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
+# compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
+WORDS = """
+abs abstract access acos action add adr and and_then any any_bit any_date any_int any_num any_real array asin at atan
+atan2 average begin bitadr bool by byte bytes cal calc calcn cdt char class concat configuration constant continue cos
+ct ctd ctu ctud cu data data_block date date_and_time db db_specific delay delete derivative diffeq dint div do dt
+dword else elsif end end_case end_if enum eq exit exp expt extends f_edge f_trig false fb fc final finally find for
+from function function_block ge get global goto gravel gt hysteresis if implements in index ini initial_step insert
+int integral interface internal interval iref is jmp jmpc jmpcn label lag1 ld ldate ldn ldt ldword le left len library
+limit ln log lreal lt ltime ltod lword max method mid min mod mode move mul mux namespace ne nil non_retain not null
+ob object of on or or_else organization out output override package parameter persistent pi pid pointer pou private
+program property protected pt public pv r_edge r_trig ramp read_only read_write real ref ref_to reference region
+repeat replace res resource ret retain retc retcn return right rol ror round rs rtc s1 sel sema set shl shr sign sin
+single sint sizeof sqrt sr st start step stn stop string struct sub sum super sys tan task test then this time timer
+title to tod tof ton tp transfer transition true trunc tstring type type_of udint uint ulint union until using usint
+value var var_access var_config var_external var_global var_in_out var_input var_output var_stat var_temp variant
+version void wchar weigh while with word wstring xor
+"""
+RESERVED = frozenset(WORDS.split())
+LREAL, REAL = "LREAL", "REAL"
+SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
+LARGEST_PRODUCT = 16777215.0 * 2.0**1000  # MATIEC folds constants of single precision: none of more digits fits
+LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
+NO_NUMBER_WRITTEN = 3e37  # stands for what is no number: it is given by what has no answer, and looked for by name
+BELOW_ZERO = {LREAL: 2.0**-1000, REAL: 2.0**-120}  # the language cannot tell -0.0 from 0.0
+STEP = 100  # powers of two that a longer one is made of
+
+
+def checked(name: str) -> None:
+    """Refuse a name that a block cannot have.
+
+    Raises
+    ------
+    InputError
+        If it is a word of the language, or has an underscore at its end or two in a row.
+    """
+    if name in RESERVED or len(name) <= SHORT or name.endswith("_") or "__" in name:
+        raise InputError(
+            "cannot be the name of a function block",
+            path="name",
+            value=name,
+            allowed="three letters or more, no word of Structured Text, no two underscores in a row, none at the end",
+        )
+
+
+class Names:
+    """The names of one place, each used once whatever its capitals; `prefix` is before all of them."""
+
+    def __init__(self, used: Iterable[str] = (), prefix: str = "") -> None:
+        self._prefix, self._used = prefix, {name.lower() for name in used}
+        self._names: dict[object, str] = {}
+
+    def of(self, key: object, proposal: str) -> str:
+        """Return the name of something: the one that is proposed, or one like it."""
+        if key not in self._names:
+            self._names[key] = self.new(proposal)
+        return self._names[key]
+
+    def new(self, proposal: str) -> str:
+        """Return a name that nothing else has."""
+        first = self._prefix + re.sub("_+", "_", ascii_name(proposal)).strip("_")
+        if first[0].isdigit():
+            first = f"part_{first}"
+        if len(first) <= SHORT or first.lower() in RESERVED:
+            first = f"v_{first}"
+        name, count = first, 1
+        while name.lower() in self._used:
+            count += 1
+            name = f"{first}_{count}"
+        self._used.add(name.lower())
+        return name
+
+
+def structure_name(kind: Struct) -> str:
+    """Return what a tuple is called."""
+    return "Several" if kind.is_plain else kind.cls.__name__
+
+
+def real_literal(value: float, scalar: str = LREAL) -> str:
+    """Return a real number, to the bit; a very large or small one as an exact product of powers of two.
+
+    There is neither an infinite number to be written nor what is none: other numbers stand for them, beyond all that
+    the model computes with. The largest double, which only bounds what is finite, loses its last digits. One of single
+    precision is written with its type: compilers read others as double.
+    """
+    if value != value:
+        return _plain(NO_NUMBER_WRITTEN, scalar)
+    if abs(value) == float("inf"):
+        return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN, scalar)
+    if value == 0.0 or 1.0 / LARGEST_WRITTEN <= abs(value) <= LARGEST_WRITTEN:
+        return _plain(value, scalar)
+    factors, left = [], math.copysign(min(abs(value), LARGEST_PRODUCT), value)
+    power = 2.0 ** (STEP if abs(value) > 1.0 else -STEP)
+    while not 2.0**-STEP <= abs(left) <= 2.0**STEP:
+        left /= power
+        factors.append(_plain(power, scalar))
+    return f"({' * '.join([_plain(left, scalar), *factors])})"
+
+
+def _plain(value: float, scalar: str) -> str:
+    text = repr(value) if scalar == LREAL else str(np.float32(abs(value)))
+    mantissa, _, exponent = text.partition("e")
+    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
+    number = f"{mantissa}E{int(exponent)}" if exponent else mantissa
+    return number if scalar == LREAL else f"{'-' if value < 0.0 else ''}{scalar}#{number}"
+
+
+def whole_literal(value: int) -> str:
+    """Return a whole number; one beyond 32 bits with its type."""
+    return str(value) if abs(value) < 2**31 else f"LINT#{value}"
+
 
 INDENT = "    "
 ENDS = {"FUNCTION": "END_FUNCTION", "FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "PROGRAM": "END_PROGRAM"}

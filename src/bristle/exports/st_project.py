@@ -9,39 +9,71 @@ from typing import Any
 
 import numpy as np
 
-from bristle.exports.c_code import wrapped
-from bristle.exports.described import Source, plain
-from bristle.exports.identity import with_rights
-from bristle.exports.plcopen import project_text
-from bristle.exports.rendering import rendered
-from bristle.exports.single import CHECKPOINT, TOLERANCE, checkpoints
+from bristle.exports.described import Source, meaning_of, plain, rendered, with_rights
+from bristle.exports.plcopen import project_text, twincat_files
+from bristle.exports.printing import wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_names import LREAL, REAL, real_literal, whole_literal
-from bristle.exports.st_parts import INDENT, Array, Pou, Variable, part_text, used_of
-from bristle.exports.tcpou import twincat_files
-from bristle.exports.tree import Function
-from bristle.exports.types import REAL as NUMBER
-from bristle.exports.types import TRUTH, Struct, Type
-from bristle.exports.types import Array as ArrayType
-from bristle.exports.walk import FACTOR, PART, RESTS, SEED, TERM, Walk
+from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, part_text, real_literal, used_of, whole_literal
+from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
+from bristle.exports.tree import REAL as NUMBER
+from bristle.exports.tree import TRUTH, Function, Struct, Type
+from bristle.exports.tree import Array as ArrayType
+from bristle.exports.tunable import CHECKPOINT, TOLERANCE, Tunable, bounds_of, checkpoints
 from bristle.prediction.drive_units import CommandUnits
 
-__all__ = [
-    "FARTHEST",
-    "FARTHEST_OF_LAW",
-    "FARTHEST_OF_OPERATOR",
-    "Judged",
-    "Project",
-    "answers",
-    "body_lines",
-    "bounds",
-    "call_text",
-    "requests",
-    "set_lines",
-    "total_of",
-    "walk_facts",
-]
+Key = tuple[str, int | None]
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """The inputs of a block that are its parameters; each number of an array is an input of its own."""
+
+    tunable: Tunable
+    names: dict[Key, str]
+
+    @classmethod
+    def of(cls, tunable: Tunable, names: Names) -> Tuned:
+        """Return the inputs, whose names nothing else of the block has."""
+        return cls(
+            tunable,
+            {
+                (name, place): names.of(("parameter", name, place), name if place is None else f"{name}_{place + 1}")
+                for name, place, _ in tunable.numbers()
+            },
+        )
+
+    def inputs(self, printer: Printer) -> list[Variable]:
+        """Return the declarations."""
+        declared = []
+        for name, place, value in self.tunable.numbers():
+            variable, kind = self.tunable.variables[name], self.tunable.kind
+            allowed = plain(variable.allowed(kind))
+            meaning = meaning_of(variable, kind) + (f", {allowed}" if allowed else "")
+            declared.append(Variable(self.names[name, place], printer.scalar, meaning, "VAR_INPUT", printer.real(value)))
+        return declared
+
+    def ranges(self, printer: Printer) -> Iterator[str]:
+        """Give a condition for each number: that it is in its range."""
+        farthest = {LREAL: 1e30, REAL: 1e15}[printer.scalar]
+        for name, place, compared in bounds_of(self.tunable):
+            tests = [
+                f"({self.names[name, place]} {operator} {printer.real(min(max(bound, -farthest), farthest))})"
+                for operator, bound in compared
+            ]
+            yield " AND ".join(tests)
+
+    def lines(self, place: str, kind: Struct, printer: Printer, path: tuple[str, ...] = ()) -> Iterator[str]:
+        """Give the lines that hand the inputs on to where kernels look for them."""
+        for name, part in kind.fields:
+            at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
+            if isinstance(part, Struct):
+                yield from self.lines(at, part, printer, inner)
+            elif inner in self.tunable.places:
+                parameter = self.tunable.places[inner]
+                numbers = range(part.size) if isinstance(part, ArrayType) else (None,)
+                yield from (f"{at}{'' if i is None else f'[{i}]'} := {self.names[parameter, i]};" for i in numbers)
+
 
 FARTHEST = 1e30
 """What goes out beyond it, or comes in, is taken for no number."""

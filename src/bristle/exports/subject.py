@@ -1,8 +1,9 @@
-"""What is exported: a friction model or a hysteresis operator, as functions of the tree and the data around them."""
+"""What is exported, a friction model or a hysteresis operator, as functions of the tree; and the walk of its self-test."""
 
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,10 +17,7 @@ from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, is_kernel
 from bristle.exports.settled import fact_of, settled
-from bristle.exports.tree import Function, Unit
-from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
-
-__all__ = ["COMMIT", "TRIAL", "Subject", "arguments_left", "kernels_of", "piece_of", "settled_subject", "subject_of"]
+from bristle.exports.tree import REAL, Array, Function, Struct, Type, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""
@@ -56,6 +54,11 @@ class Subject:
     def usual(self) -> dict[str, float]:
         """What friction may depend on besides the motion, with the value of each where nobody tells it."""
         return self.motion.cls._field_defaults
+
+    @property
+    def commits(self) -> bool:
+        """Whether a step leaves anything to be kept."""
+        return bool(self.state.fields) or self.commit.writes
 
     @property
     def is_operator(self) -> bool:
@@ -97,8 +100,8 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
         if not is_kernel(function):
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
     builder = Builder(constants or {})
-    parameters = _struct(type_of(model.parameters))
-    state = _struct(type_of(component.initial_state(model.parameters)))
+    parameters = struct_type(model.parameters)
+    state = struct_type(component.initial_state(model.parameters))
     moved = motion_with(_surroundings(model))
     motion = struct_of(moved, [REAL] * len(moved._fields))
     size = component.memory_size(model.parameters)
@@ -114,12 +117,11 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
 
 def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
     """Return what is exported with all left out that its parameters decide, but for those at some paths."""
-    commits = bool(subject.state.fields) or subject.commit.writes
-    roots = [subject.trial, subject.commit] if commits else [subject.trial]
+    roots = [subject.trial, subject.commit] if subject.commits else [subject.trial]
     fact = fact_of(subject.model.parameters, subject.parameters, unknown)
     named = {argument_of(subject.trial, TRIAL[subject.is_operator], "p"), argument_of(subject.commit, COMMIT, "p")}
     unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
-    return replace(subject, unit=unit, trial=written[0], commit=written[1] if commits else subject.commit)
+    return replace(subject, unit=unit, trial=written[0], commit=written[1] if subject.commits else subject.commit)
 
 
 def _surroundings(model: Model) -> tuple[Surrounding, ...]:
@@ -137,16 +139,21 @@ def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:
     return [arguments[parameter.name] for parameter in function.parameters]
 
 
-def _struct(kind: Type) -> Struct:
-    assert isinstance(kind, Struct)
-    return kind
-
-
 def _move_of(result: Type, trial: Callable[..., Any]) -> Struct:
     parts = [kind for _, kind in result.fields] if isinstance(result, Struct) and result.is_plain else []
     if len(parts) == 2 and parts[0] == REAL and isinstance(parts[1], Struct):
         return parts[1]
     raise NotExportableError(trial, None, "returns something else than (force, move), move a NamedTuple of scalars")
+
+
+def layout_of(subject: Subject, scalar: str) -> str:
+    """Return what tells the saved bytes of a friction model or an operator from those of another one."""
+    return f"{subject.model.name} {scalar} {subject.state.fields} {subject.memory_size}"
+
+
+def capacity_of(name: str, memory_size: int) -> int:
+    """Return how many values a whole number of the state takes, from 0 on: as many turning points as there is room."""
+    return memory_size // 2 if name.endswith("depth") and memory_size else 2**31
 
 
 def kernels_of(model: Model) -> list[Function]:
@@ -170,8 +177,70 @@ def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
     kernel = subject.model.component.piece
     memory = Array(subject.memory_size)
     begun = builder.function(kernel, [subject.state, memory, subject.motion, subject.parameters]).result
-    parts = [kind for _, kind in begun.fields] if isinstance(begun, Struct) else []
-    if len(parts) != 2 or not all(isinstance(part, Struct) for part in parts):
+    parts = [kind for _, kind in begun.fields if isinstance(kind, Struct)] if isinstance(begun, Struct) else []
+    if len(parts) != 2 or not isinstance(begun, Struct) or len(begun.fields) != 2:
         raise NotExportableError(kernel, None, "returns something else than (contact, piece), NamedTuples of scalars")
-    contact, piece = (_struct(part) for part in parts)
-    return contact, piece
+    return parts[0], parts[1]
+
+
+COUNT, SEED, FACTOR, TERM = 2000, 20260, 1664525, 1013904223
+SCALES = (0.05, 0.5, 5.0, 50.0)
+"""The longest steps of each part of the walk, over the distance at which pre-sliding ends."""
+PART, RESTS = 125, 16  # steps of one scale on end; one step in so many has length 0
+FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
+FARTHEST = {False: 1.0, True: 1e6}  # input of an operator: a force of an inverse, a field of a magnet
+USUAL, SLOW = 1e-6, 1e6  # distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Positions at equal time steps."""
+
+    scales: tuple[float, ...]
+    dt: float
+
+    def positions(self, count: int = COUNT) -> np.ndarray:
+        """Return the position at each sample [m or rad]; the first one is 0."""
+        x = np.zeros(count)
+        bits, at = SEED, 0.0
+        for k in range(1, count):
+            bits = (bits * FACTOR + TERM) % 2**32
+            if (bits >> 8) % RESTS:
+                at = at + ((bits >> 16) - 32768.0) * self.scales[(k // PART) % len(self.scales)]
+            x[k] = at
+        return x
+
+
+def walk_of(subject: Subject, dt: float) -> Walk:
+    """Return the walk that leads a model through its pre-sliding and far beyond."""
+    reach = presliding_distance(subject)
+    return Walk(tuple(scale * reach / 32768.0 for scale in SCALES), dt)
+
+
+def hash_of(forces: Iterable[float]) -> int:
+    """Return the hash of the bytes of some numbers, lowest byte first."""
+    return digest_of(b"".join(struct.pack("<d", force) for force in forces))
+
+
+def digest_of(content: bytes) -> int:
+    """Return the 64-bit hash of Fowler, Noll and Vo (1a) of some bytes."""
+    digest = FNV_OFFSET
+    for byte in content:
+        digest = ((digest ^ byte) * FNV_PRIME) % 2**64
+    return digest
+
+
+def presliding_distance(subject: Subject) -> float:
+    """Return over which distance a virgin contact, moved slowly, reaches half of its largest force [m or rad]."""
+    component, p, state = subject.model.component, subject.model.parameters, subject.virgin
+    memory, forces, at = component.new_memory(p), [], 0.0
+    farther = np.geomspace(1e-12, FARTHEST[subject.is_operator], 120)
+    for x in farther.tolist():
+        inputs = (x,) if subject.is_operator else (Motion((x - at) / SLOW, x), SLOW)
+        force, move = component.trial(state, memory, *inputs, p)
+        if not math.isfinite(force):
+            break
+        state, at = component.commit(state, memory, move, p), x
+        forces.append(abs(force))
+    reached = np.array(forces) >= 0.5 * max(forces)
+    return float(farther[np.argmax(reached)]) if max(forces) > 0.0 and not reached[0] else USUAL

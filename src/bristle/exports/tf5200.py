@@ -12,6 +12,7 @@ References
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,21 +20,44 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS
-from bristle.exports.drive import Side, last_direction
+from bristle.exports.drive import Side, error_on_log, last_direction, losses, mean_side, side_of
 from bristle.exports.effect import Drive
+from bristle.exports.effect_of import loop_for, samples_ahead
+from bristle.exports.targets import Product, Request
+from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import reversal_distance
-from bristle.prediction.drive_units import DriveUnit
-
-__all__ = ["ROUNDED", "as_written", "current_unit", "delay_lost", "drive_of_list", "merged", "tf5200_text"]
+from bristle.prediction.drive_units import DriveUnit, table_units
 
 MOST, SCALE_OF_ONE, LONGEST_DELAY, MOST_AHEAD = 20, 1000, 10, 4
-DELAY_UNIT = {"translational": 1e-7, "rotational": math.radians(1e-4)}
+DELAY_UNIT = {"translational": ("0.1 um", 1e-7), "rotational": ("0.0001 deg", math.radians(1e-4))}
 SPEED_UNIT = {"translational": ("um/s", 1e-6), "rotational": ("0.001 deg/s", math.radians(1e-3))}
 PER_MILLE = "0.1 % of rated"
 
 
-def current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
+def write(request: Request) -> Product:
+    """Return the list of compensation values."""
+    model = request.model
+    forward, backward = [side_of(model, way, request.speed, request.points) for way in (1.0, -1.0)]
+    effort = table_units(request.axis, model.kind).efforts[0]
+    constant = offset_of(model.component.variables, model.values)
+    current = _current_unit(request.axis, effort)
+    mean = merged(mean_side(forward, backward, request.points), current, model.kind)
+    speed = SPEED_UNIT[model.kind][1]
+    written = np.array([[_whole(v, speed) * speed, float(_whole(f, current.si)) * current.si] for v, f in mean.entries.tolist()])
+    delay = round(reversal_distance(model, float(mean.curve[-1, 0])) / DELAY_UNIT[model.kind][1])
+    too_long = f"position_delay is {LONGEST_DELAY}, where its range ends: friction takes {delay} x {DELAY_UNIT[model.kind][0]} to turn"
+    notes = (
+        *losses(model, forward, backward, effort, symmetric=True),
+        f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}",
+        *((too_long,) if delay > LONGEST_DELAY else ()),
+        *error_on_log(request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}),
+    )
+    ahead = samples_ahead(loop_for(request))
+    text = _text(model, mean, current, (delay, ahead), [*request.source.lines, *notes])
+    return Product({f"{request.name}.txt": text}, notes)
+
+
+def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
     """Return the unit of the currents, 0.1 % of rated."""
     if axis is not None and axis.rated:
         return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
@@ -48,23 +72,21 @@ def current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
     return DriveUnit(PER_MILLE, 0.1 * effort.si)
 
 
-ROUNDED = f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}"
-"""By how much currents are rounded."""
-
-
-def drive_of_list(text: str, kind: str, current: DriveUnit) -> Drive:
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     """Return what the control computes from the list: compensation by the commanded velocity, weighted at reversals.
 
     The current decays over ``reversal_lookahead`` cycles before a reversal and is built up over ``position_delay``
     behind it; through a stop without a reversal it stays (P-COMP-00043, P-COMP-00044).
     """
-    rows = (line.split() for line in text.splitlines() if not line.startswith("#"))
+    kind = request.model.kind
+    current = _current_unit(request.axis, table_units(request.axis, kind).efforts[0])
+    rows = (line.split() for line in str(files[f"{request.name}.txt"]).splitlines() if not line.startswith("#"))
     values = {key.removeprefix("frict_comp."): float(value) for key, value in rows}
     entries = range(int(values["table_entries"]))
     speeds = SPEED_UNIT[kind][1] * np.array([values[f"table[{i}].in"] for i in entries])
     scale = values["scaling_factor"] / SCALE_OF_ONE * current.si
     forces = scale * np.array([values[f"table[{i}].out"] for i in entries])
-    distance, cycles = DELAY_UNIT[kind] * values["position_delay"], int(values["reversal_lookahead"])
+    distance, cycles = DELAY_UNIT[kind][1] * values["position_delay"], int(values["reversal_lookahead"])
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = np.diff(x, prepend=x[:1]) / dt
@@ -84,45 +106,25 @@ def drive_of_list(text: str, kind: str, current: DriveUnit) -> Drive:
 def merged(side: Side, current: DriveUnit, kind: str) -> Side:
     """Return a side without the entries that rounding makes equal to both of their neighbours, or puts at one speed."""
     unit = SPEED_UNIT[kind][1]
-    written = [(_whole(v, unit), _out(f, current)) for v, f in side.entries.tolist()]
+    written = [(_whole(v, unit), _whole(f, current.si)) for v, f in side.entries.tolist()]
     apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
     neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)
     numbers = [k for k, low, high in neighbours if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]]
     return replace(side, entries=side.entries[numbers])
 
 
-def delay_lost(model: Model, side: Side) -> tuple[str, ...]:
-    """Return how far the delay is from what the model asks for, in a sentence; none where its range holds it."""
-    delay = _delay(model, side)
-    if delay <= LONGEST_DELAY:
-        return ()
-    unit = _unit_of_delay(model.kind)
-    return (f"position_delay is {LONGEST_DELAY}, where its range ends: friction takes {delay} x {unit} to turn",)
-
-
-def _delay(model: Model, side: Side) -> int:
-    return round(reversal_distance(model, float(side.curve[-1, 0])) / DELAY_UNIT[model.kind])
-
-
-def as_written(entries: np.ndarray, current: DriveUnit, kind: str) -> np.ndarray:
-    """Return entries as the list has them, rounded, in SI."""
-    unit = SPEED_UNIT[kind][1]
-    return np.array([[_whole(v, unit) * unit, float(_out(f, current)) * current.si] for v, f in entries.tolist()])
-
-
-def tf5200_text(model: Model, side: Side, current: DriveUnit, ahead: int, notes: tuple[str, ...], facts: list[str]) -> str:
+def _text(model: Model, side: Side, current: DriveUnit, delay_and_ahead: tuple[int, int], remarks: list[str]) -> str:
     """Return the list of compensation values, with what it loses and where it comes from as comments."""
     if len(side.entries) > MOST:
         raise InputError("are more entries than the list takes", path="points", value=len(side.entries), allowed=f"{MOST} or fewer")
     unit, unit_si = SPEED_UNIT[model.kind]
-    delay = _delay(model, side)
+    delay, ahead = delay_and_ahead
     head = [
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
-        *facts,
-        *notes,
+        *remarks,
         f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your drive reports.",
         "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
-        f"position_delay: 95 % of the force has turned after {delay} of its units ({_unit_of_delay(model.kind)}); its "
+        f"position_delay: 95 % of the force has turned after {delay} of its units ({DELAY_UNIT[model.kind][0]}); its "
         f"range ends at {LONGEST_DELAY}.",
         f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at {MOST_AHEAD}.",
     ]
@@ -135,18 +137,10 @@ def tf5200_text(model: Model, side: Side, current: DriveUnit, ahead: int, notes:
         ("delay_cycles", "0"),
     ]
     for i, (v, f) in enumerate(side.entries.tolist()):
-        rows += [(f"table[{i}].in", f"{_whole(v, unit_si)}"), (f"table[{i}].out", _out(f, current))]
+        rows += [(f"table[{i}].in", f"{_whole(v, unit_si)}"), (f"table[{i}].out", str(_whole(f, current.si)))]
     lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows]
     return "\n".join([*lines, ""])
 
 
 def _whole(value: float, unit: float) -> int:
     return round(value / unit)
-
-
-def _out(force: float, current: DriveUnit) -> str:
-    return str(_whole(force, current.si))
-
-
-def _unit_of_delay(kind: str) -> str:
-    return "0.1 um" if kind == KINDS[0] else "0.0001 deg"

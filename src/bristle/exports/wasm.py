@@ -21,30 +21,22 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.exports.build import Builder
-from bristle.exports.c_code import needs_wide_integers
-from bristle.exports.c_saved import capacity_of, layout_of
-from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, cycle_of
-from bristle.exports.described import Source, parameter_table
-from bristle.exports.fmu_core import core_of
-from bristle.exports.identity import with_rights
+from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, core_of, cycle_of
+from bristle.exports.described import parameter_table, rendered, version, with_rights
+from bristle.exports.printing import needs_wide_integers
 from bristle.exports.prune import pruned
-from bristle.exports.rendering import rendered, version
-from bristle.exports.subject import Subject
-from bristle.exports.tree import Call, Function, Unit, walk
+from bristle.exports.subject import FNV_OFFSET, FNV_PRIME, Subject, capacity_of, digest_of, layout_of, subject_of
+from bristle.exports.targets import Product, Request
+from bristle.exports.tree import INTEGER, REAL, Array, Call, Function, Struct, Type, Unit, struct_type, walk
 from bristle.exports.tunable import tunable_of
-from bristle.exports.types import INTEGER, REAL, Array, Struct, Type, type_of
-from bristle.exports.walk import FNV_OFFSET, FNV_PRIME, digest_of
-from bristle.exports.wasm_binary import CALL, END, F64, GET, I32, I64, LOAD, TRUNCATE_32, TRUNCATE_64, Types, flat, leb, signed_leb, vector
+from bristle.exports.wasm_binary import OP, Types, emitted, flat, leb, signed_leb, vector
 from bristle.exports.wasm_code import Code
 from bristle.friction import unvaried
 from bristle.friction.resting import rest_rule
 
-__all__ = ["ALONE", "Module", "Part", "module_of", "module_of_parts", "wasm_files"]
-
 PAGE, FIRST = 65536, 8
 ALONE, PACKED = 500, 60  # parts of the tree that running a function where it is called may add
 VARYING = frozenset({"place", "rise", "slot", "around"})  # of what kernels receive: what lets them vary
-TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
 
 @dataclass(frozen=True)
@@ -65,7 +57,7 @@ class _Memory:
 
     def __init__(self, unit: Unit, functions: list[Function]) -> None:
         self.functions = functions
-        self.integer = I64 if needs_wide_integers(unit) else I32
+        self.integer = "i64" if needs_wide_integers(unit) else "i32"
         self.numbers: list[float] = [0.0] * (FIRST // 8)
         self.pushed: dict[str, bytes] = {}
         self.addresses: dict[str, dict[tuple[str, ...], int]] = {}
@@ -96,12 +88,11 @@ class _Memory:
     def _leaf(self, kind: Type, value: Any, place: int | None) -> bytes:
         """Return the instructions that push a number: itself where it is whole and fixed, an array by its address."""
         if place is None:
-            return (b"\x41" if self.integer == I32 else b"\x42") + signed_leb(int(value))
-        load = b"\x41" + signed_leb(place)
+            return emitted(f"{self.integer}.const", signed_leb(int(value)))
+        load = emitted("i32.const", signed_leb(place))
         if isinstance(kind, Array):
             return load
-        load += bytes([LOAD, 3, 0])
-        return load if kind == REAL else load + bytes(TRUNCATE_32 if self.integer == I32 else TRUNCATE_64)
+        return load + (OP["load"] if kind == REAL else emitted("load", f"{self.integer}.truncate"))
 
 
 def module_of(
@@ -114,13 +105,14 @@ def module_of(
 ) -> Module:
     """Return a friction model as a module of WebAssembly."""
     builder = Builder()
-    cycle, core = cycle_of(subject, builder), None if plant is None else core_of(subject, plant, builder)
-    roots = {"advance": cycle.entry} if core is None else {"advance": cycle.entry, "step": core.entry}
+    entry, begin = cycle_of(subject, builder)
+    core = None if plant is None else core_of(subject, plant, builder)
+    roots = {"advance": entry} if core is None else {"advance": entry, "step": core.entry}
     roots |= {name: build(builder) for name, build in (others or {}).items()}
     unit = pruned(builder.unit, list(roots.values()))
     layout = _Memory(unit, _called(unit, list(roots.values()), added))
     size = max(subject.memory_size, 1)
-    places = {"lasting": layout.add(cycle.begin), "memory": layout.add(np.zeros(size))}
+    places = {"lasting": layout.add(begin), "memory": layout.add(np.zeros(size))}
     begins = dict.fromkeys(roots, places)
     if core is not None:
         begins["step"] = {"lasting": layout.add(core.begin), "memory": layout.add([0] * size)}
@@ -153,9 +145,7 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
     begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
     entries, addresses = {}, {}
     for name, part in parts.items():
-        kind = type_of(part.model.parameters)
-        assert isinstance(kind, Struct)
-        layout.place("p", part.model, kind)
+        layout.place("p", part.model, struct_type(part.model.parameters))
         entries[name] = _entry(part.entry, layout, begins[name])
         addresses[name] = begins[name] | {"places": _places(part.model, layout.addresses["p"])}
     return _binary(entries, layout), addresses
@@ -189,7 +179,7 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     bodies = [Code(function, numbers, types, integer).body() for function in functions]
     bodies += entries.values()
     kinds = [types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer)) for f in functions] + [
-        types.index([F64, F64], [F64])
+        types.index(["f64", "f64"], ["f64"])
     ] * len(entries)
     image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
@@ -198,18 +188,19 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     return b"".join(
         [
             b"\0asm\1\0\0\0",
-            _section(TYPE, [b"\x60" + vector([bytes([n]) for n in t]) + vector([bytes([n]) for n in g]) for t, g in types.listed]),
-            _section(FUNCTION, [leb(kind) for kind in kinds]),
-            _section(MEMORY, [b"\0" + leb(pages)]),
-            _section(EXPORT, exports),
-            _section(CODE, bodies),
-            _section(DATA, [b"\0\x41" + signed_leb(0) + bytes([END]) + leb(len(image)) + image]),
+            _section("types", [b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g]) for t, g in types.listed]),
+            _section("functions", [leb(kind) for kind in kinds]),
+            _section("memories", [b"\0" + leb(pages)]),
+            _section("exports", exports),
+            _section("code", bodies),
+            _section("data", [b"\0" + emitted("i32.const", signed_leb(0), "end") + leb(len(image)) + image]),
         ]
     )
 
 
-def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | bytes]:
+def write(request: Request) -> Product:
     """Return the module of a friction model, and the script that loads it."""
+    subject, name, source = subject_of(request.sampled), request.name, request.source
     module, state = module_of(subject, added=ALONE), subject.state.fields
     facts = {
         "name": name,
@@ -235,16 +226,16 @@ def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | b
         "FNV_PRIME": FNV_PRIME,
     }
     script = with_rights({f"{name}.mjs": rendered("wasm/module.mjs", facts)}, source)
-    return {f"{name}.wasm": module.binary, **script}
+    return Product({f"{name}.wasm": module.binary, **script})
 
 
 def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:
     """Return the code of an exported function: position, or effort, and time step in, force out."""
-    pushed = layout.pushed | {name: b"\x41" + signed_leb(place) for name, place in begin.items()}
-    pushed |= {"x": bytes([GET, 0]), "effort": bytes([GET, 0]), "dt": bytes([GET, 1])}
+    pushed = layout.pushed | {name: emitted("i32.const", signed_leb(place)) for name, place in begin.items()}
+    pushed |= {"x": emitted("get", leb(0)), "effort": emitted("get", leb(0)), "dt": emitted("get", leb(1))}
     number = next(number for number, function in enumerate(layout.functions) if function is root)
     content = b"\0" + b"".join(pushed[parameter.name] for parameter in root.parameters)
-    content += bytes([CALL]) + leb(number) + bytes([END])
+    content += emitted("call", leb(number), "end")
     return leb(len(content)) + content
 
 
@@ -270,9 +261,9 @@ def _ranges(model: Model) -> dict[str, list[float | None]]:
     return {name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}
 
 
-def _section(number: int, parts: list[bytes]) -> bytes:
+def _section(name: str, parts: list[bytes]) -> bytes:
     content = vector(parts)
-    return bytes([number]) + leb(len(content)) + content
+    return OP[name] + leb(len(content)) + content
 
 
 def _export(name: str, kind: int, index: int) -> bytes:

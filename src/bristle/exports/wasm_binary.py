@@ -1,103 +1,34 @@
-"""The binary format of WebAssembly: numbers of instructions and types, and how counts and lists are written."""
+"""The binary format of WebAssembly: codes of instructions and types, how counts and lists are written, local variables."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import groupby
 
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
-from bristle.exports.types import REAL, TRUTH, VOID, Array, Struct, Type
+from bristle.exports.tree import REAL, TRUTH, VOID, Array, Struct, Type, Variable
 
-__all__ = [
-    "AND",
-    "BLOCK",
-    "BR",
-    "BR_IF",
-    "CALL",
-    "COPYSIGN",
-    "DROP",
-    "ELSE",
-    "EMPTY",
-    "END",
-    "EQZ",
-    "F64",
-    "FLOOR",
-    "GET",
-    "I32",
-    "I64",
-    "IF",
-    "INTEGERS_32",
-    "INTEGERS_64",
-    "IN_BITS",
-    "LARGEST",
-    "LOAD",
-    "LOOP",
-    "NEGATE",
-    "ONE_NUMBER",
-    "OR",
-    "REALS",
-    "REAL_FROM_32",
-    "REAL_FROM_64",
-    "REINTERPRET_TO_F64",
-    "REINTERPRET_TO_I64",
-    "RETURN",
-    "SELECT",
-    "SET",
-    "SHIFT_LEFT",
-    "SHIFT_RIGHT",
-    "STORE",
-    "TEE",
-    "TRUNCATE_32",
-    "TRUNCATE_64",
-    "UNREACHABLE",
-    "WIDER",
-    "WRAP",
-    "Types",
-    "flat",
-    "leb",
-    "signed_leb",
-    "vector",
-]
+# Names with their bytes: sections, types, the type of a block that gives nothing, instructions, arithmetic by type and operator.
+TABLE = """
+types 01 functions 03 memories 05 exports 07 code 0A data 0B
+i32 7F i64 7E f64 7C empty 40
+unreachable 00 block 02 loop 03 if 04 else 05 end 0B br 0C br_if 0D return 0F call 10 drop 1A select 1B
+get 20 set 21 tee 22 load 2B0300 store 390300 i32.const 41 i64.const 42 f64.const 44
+eqz 45 wrap A7 widen AC i32.truncate FC02 i64.truncate FC06 i32.real B7 i64.real B9 bits BD number BF
+abs 99 negate 9A floor 9C sqrt 9F copysign A6 and 83 or 84 shift_left 86 shift_right 88
+f64== 61 f64!= 62 f64< 63 f64> 64 f64<= 65 f64>= 66 f64+ A0 f64- A1 f64* A2 f64/ A3
+i32== 46 i32!= 47 i32< 48 i32> 4A i32<= 4C i32>= 4E i32+ 6A i32- 6B i32* 6C i32& 71 i32^ 73 i32>> 75
+i64== 51 i64!= 52 i64< 53 i64> 55 i64<= 57 i64>= 59 i64+ 7C i64- 7D i64* 7E i64& 83 i64^ 85 i64>> 87
+"""
+OP = {name: bytes.fromhex(code) for name, code in zip(TABLE.split()[::2], TABLE.split()[1::2], strict=True)}
 
-I32, I64, F64 = 0x7F, 0x7E, 0x7C
-BLOCK, LOOP, IF, ELSE, END, BR, BR_IF, RETURN, CALL, SELECT = 0x02, 0x03, 0x04, 0x05, 0x0B, 0x0C, 0x0D, 0x0F, 0x10, 0x1B
-UNREACHABLE, DROP, EMPTY, GET, SET, TEE, LOAD, STORE = 0x00, 0x1A, 0x40, 0x20, 0x21, 0x22, 0x2B, 0x39
-EQZ, WRAP, REINTERPRET_TO_I64, REINTERPRET_TO_F64 = 0x45, 0xA7, 0xBD, 0xBF
-SHIFT_LEFT, SHIFT_RIGHT, AND, OR = 0x86, 0x88, 0x83, 0x84
-REALS = {"+": 0xA0, "-": 0xA1, "*": 0xA2, "/": 0xA3, "==": 0x61, "!=": 0x62, "<": 0x63, ">": 0x64, "<=": 0x65, ">=": 0x66}
-INTEGERS_32 = {
-    "+": 0x6A,
-    "-": 0x6B,
-    "*": 0x6C,
-    "&": 0x71,
-    "^": 0x73,
-    ">>": 0x75,
-    "==": 0x46,
-    "!=": 0x47,
-    "<": 0x48,
-    ">": 0x4A,
-    "<=": 0x4C,
-    ">=": 0x4E,
-}
-INTEGERS_64 = {
-    "+": 0x7C,
-    "-": 0x7D,
-    "*": 0x7E,
-    "&": 0x83,
-    "^": 0x85,
-    ">>": 0x87,
-    "==": 0x51,
-    "!=": 0x52,
-    "<": 0x53,
-    ">": 0x55,
-    "<=": 0x57,
-    ">=": 0x59,
-}
-ONE_NUMBER = {"abs": 0x99, "sqrt": 0x9F}
-FLOOR, NEGATE, COPYSIGN = 0x9C, 0x9A, 0xA6
-TRUNCATE_32, TRUNCATE_64 = (0xFC, 0x02), (0xFC, 0x06)
-REAL_FROM_32, REAL_FROM_64, WIDER = 0xB7, 0xB9, 0xAC
-LARGEST = 1.7976931348623157e308
+
+def emitted(*parts: str | bytes) -> bytes:
+    """Return the bytes of instructions by their names, and of what they are given."""
+    return b"".join(OP[part] if isinstance(part, str) else part for part in parts)
 
 
 def leb(value: int) -> bytes:
@@ -126,45 +57,90 @@ def vector(parts: Sequence[bytes]) -> bytes:
     return leb(len(parts)) + b"".join(parts)
 
 
-def flat(kind: Type, integer: int) -> list[int]:
-    """Return the numbers that a value is, by their types in the machine."""
+def flat(kind: Type, integer: str) -> list[str]:
+    """Return the numbers that a value is, by their types in the machine; `integer` is that of whole numbers."""
     if isinstance(kind, Struct):
         return [number for _, part in kind.fields for number in flat(part, integer)]
     if isinstance(kind, Array) or kind == TRUTH:
-        return [I32]
-    return [] if kind == VOID else [F64 if kind == REAL else integer]
+        return ["i32"]
+    return [] if kind == VOID else ["f64" if kind == REAL else integer]
 
 
 class Types:
     """The types of functions and blocks of a module, each once."""
 
     def __init__(self) -> None:
-        self.listed: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+        self.listed: list[tuple[tuple[str, ...], tuple[str, ...]]] = []
 
-    def index(self, takes: Sequence[int], gives: Sequence[int]) -> int:
+    def index(self, takes: Sequence[str], gives: Sequence[str]) -> int:
         """Return the number of a type."""
         pair = (tuple(takes), tuple(gives))
         if pair not in self.listed:
             self.listed.append(pair)
         return self.listed.index(pair)
 
-    def block(self, gives: Sequence[int]) -> bytes:
+    def block(self, gives: Sequence[str]) -> bytes:
         """Return the type of a block."""
         if not gives:
-            return bytes([EMPTY])
-        return bytes([gives[0]]) if len(gives) == 1 else signed_leb(self.index((), gives))
+            return OP["empty"]
+        return OP[gives[0]] if len(gives) == 1 else signed_leb(self.index((), gives))
 
 
-def _bits_and(*codes: int | bytes) -> bytes:
-    """Return the instructions that take a number to its bits, do something, and take the bits back."""
-    inner = b"".join(code if isinstance(code, bytes) else bytes([code]) for code in codes)
-    return bytes([REINTERPRET_TO_I64]) + inner + bytes([REINTERPRET_TO_F64])
+class Locals:
+    """Local variables, arguments first; what runs in place of a call leaves its own to others that come after it."""
+
+    def __init__(self, arguments: Sequence[Variable], integer: str) -> None:
+        self.integer = integer
+        self.kinds: list[str] = []
+        self._places: dict[str, int] = {}
+        self._runs: list[tuple[tuple[str, ...], int]] = []
+        self._free: defaultdict[tuple[str, ...], list[int]] = defaultdict(list)
+        for argument in arguments:
+            self.place(argument)
+        self._arguments = len(self.kinds)
+
+    def place(self, variable: Variable) -> int:
+        """Return where the numbers of a variable begin."""
+        if variable.name not in self._places:
+            self._places[variable.name] = self.new(flat(variable.type, self.integer))
+        return self._places[variable.name]
+
+    def numbers(self, variable: Variable) -> range:
+        """Return where the numbers of a variable are."""
+        first = self.place(variable)
+        return range(first, first + len(flat(variable.type, self.integer)))
+
+    def new(self, kinds: Sequence[str]) -> int:
+        """Return where a new run of numbers begins."""
+        free = self._free[tuple(kinds)]
+        first = free.pop() if free else len(self.kinds)
+        if first == len(self.kinds):
+            self.kinds += kinds
+        self._runs.append((tuple(kinds), first))
+        return first
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """Let names mean other variables in this block."""
+        outside = self._places, self._runs
+        self._places, self._runs = {}, []
+        yield
+        for kinds, first in self._runs:
+            self._free[kinds].append(first)
+        self._places, self._runs = outside
+
+    def declared(self) -> bytes:
+        """Return what is not an argument as the format has it: how many in a row of each type."""
+        runs = groupby(self.kinds[self._arguments :])
+        return vector([leb(len(list(run))) + OP[kind] for kind, run in runs])
 
 
-_CONSTANT, _BITS = b"\x44" + struct.pack("<d", INTEGER_IN_LAST_BITS), b"\x42"
+_ROUNDER = ("f64.const", struct.pack("<d", INTEGER_IN_LAST_BITS))
+_FRACTION = ("i64.const", signed_leb(52))
+_MANTISSA, _UNIT = signed_leb(OF_MANTISSA), signed_leb(BITS_OF_ONE)
 IN_BITS = {
-    "power_of_two": _CONSTANT + bytes([REALS["+"]]) + _bits_and(_BITS + signed_leb(52), SHIFT_LEFT),
-    "mantissa": _bits_and(_BITS + signed_leb(OF_MANTISSA), AND, _BITS + signed_leb(BITS_OF_ONE), OR),
-    "exponent": _bits_and(_BITS + signed_leb(52), SHIFT_RIGHT, _BITS + signed_leb(BITS_OF_ROUNDER), OR) + _CONSTANT + bytes([REALS["-"]]),
+    "power_of_two": emitted(*_ROUNDER, "f64+", "bits", *_FRACTION, "shift_left", "number"),
+    "mantissa": emitted("bits", "i64.const", _MANTISSA, "and", "i64.const", _UNIT, "or", "number"),
+    "exponent": emitted("bits", *_FRACTION, "shift_right", "i64.const", signed_leb(BITS_OF_ROUNDER), "or", "number", *_ROUNDER, "f64-"),
 }
 """Instructions for the parts of a number, as `bristle.core.exponent` reads them."""

@@ -7,21 +7,60 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from bristle.core.content import Readable
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Experiment, Variant
+from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source
-from bristle.exports.names import RESERVED
-from bristle.exports.target import Product, Request, Target
-from bristle.exports.targets import TARGETS
+from bristle.exports.targets import TARGETS, Product, Request, Target
 from bristle.files.owned import is_plain
+from bristle.files.permission import code_at
 from bristle.files.results import SUMMARY
+from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.exports.effect import Effect
 
-__all__ = ["files_for", "law_for", "name_for", "target_named", "variant_of"]
+MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'
+
+
+def load_target_file(path: Readable) -> Target:
+    """Return the target that a Python file defines as ``TARGET``.
+
+    Parameters
+    ----------
+    path : path-like, bytes, file object or Content
+        A Python file with ``TARGET = Target(name=..., description=..., write=write)``, from `bristle.exports`. It is
+        executed.
+
+    Returns
+    -------
+    Target
+        The target, for `bristle.export`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or run, defines no target, or gives it a name that it cannot have.
+    """
+    content = code_at(path)
+    target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
+    source = str(content.source)
+    if not callable(target.write):
+        raise InputError("its target writes nothing", path=source, value=target.write, mend=MEND)
+    if not isinstance(target.name, str) or not NAME.fullmatch(target.name) or target.name in TARGETS:
+        raise InputError(
+            "gives its target a name that it cannot have",
+            path=source,
+            value=target.name,
+            allowed="small letters, digits and _, a letter first, and no name of a target of bristle",
+        )
+    if not isinstance(target.description, str) or not target.description.strip():
+        raise InputError("does not say what its target is", path=source, mend='Write description="..."')
+    return target
+
 
 CLEARLY = 0.95  # of the error with the usual rule at rest: another one is better
 SEEN = ("identified", "held")
@@ -45,7 +84,7 @@ def target_named(name: str | Target) -> Target:
 
 def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) -> Product:
     """Return the files of a model for a target."""
-    from bristle.exports.identity import hash_of_model
+    from bristle.exports.described import hash_of_model
 
     target = target_named(to)
     _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
@@ -142,7 +181,7 @@ def _said_of_rest(request: Request) -> tuple[str, ...]:
 
 
 def _refuse_arithmetic(target: Target, model: Model, *, tunable: bool, single: bool) -> None:
-    from bristle.exports.single import refuse_beyond_single
+    from bristle.exports.tunable import refuse_beyond_single
 
     _refuse(target, tunable, lambda able: able.tunable, "has no parameters that may be changed at run time", "Leave tunable out")
     _refuse(target, single, lambda able: able.single, "is not written in single precision", "Leave float32 out")
@@ -188,10 +227,10 @@ def law_for(
     """Return the files of the control law of a variant for a target; its options are those of a `Request`."""
     import numpy as np
 
+    from bristle.exports.described import hash_of_law
     from bristle.exports.effect_of import effect_of_law
-    from bristle.exports.identity import hash_of_law
     from bristle.exports.law import law_of
-    from bristle.exports.single import single_note
+    from bristle.exports.tunable import single_note
 
     target = target_named(to)
     if target.write_law is None:

@@ -3,6 +3,8 @@
 Every figure is readable in grey: lines differ in lightness and dashes and markers in shape, besides their colour.
 """
 
+from typing import Any
+
 from bristle.figures import loading  # noqa: F401  (before all others: with it matplotlib is imported)
 
 # isort: split
@@ -11,17 +13,13 @@ from bristle.figures.circles import circles
 from bristle.figures.comparison import comparison, comparison_in_short
 from bristle.figures.correlation import correlation
 from bristle.figures.drive_table import drive_table
-from bristle.figures.effort_over_time import effort_over_time
+from bristle.figures.effort_over_time import effort_over_time, fitted
 from bristle.figures.error_budget import error_budget
-from bristle.figures.errors import Spread, error_over, errors_by_loop, errors_by_truth
 from bristle.figures.files import figure_file, fits_as_png, inline_svg
 from bristle.figures.first_page import first_page
-from bristle.figures.fitted import fitted
 from bristle.figures.fleet_parameters import fleet_parameters
 from bristle.figures.following_error import following_error, has_completed, loops_at_reversal
 from bristle.figures.friction_over_velocity import friction_over_velocity
-from bristle.figures.loop_family import break_away, loop_family, ripple
-from bristle.figures.loop_rows import control_effort, error_distribution, tracking, tracking_error
 from bristle.figures.loops_proposed import loops_proposed
 from bristle.figures.margins import margins
 from bristle.figures.model_comparison import model_comparison
@@ -32,35 +30,25 @@ from bristle.figures.own import load_figure_file
 from bristle.figures.parameters import parameters
 from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
-from bristle.figures.preisach import everett_surface, preisach_plane, preisach_stages, transition_curves
+from bristle.figures.preisach import everett_surface, preisach_plane, transition_curves
 from bristle.figures.recorded_curves import recorded_curves
 from bristle.figures.report_figure import ReportFigure
 from bristle.figures.residuals import residuals
-from bristle.figures.rig_layout import Mechanics, rig_layout
-from bristle.figures.small_multiples import closure, drift, marked_path, minor_loops
-from bristle.figures.study_influence import study_influence
-from bristle.figures.study_spread import study_spread
+from bristle.figures.small_multiples import closure, drift, minor_loops
+from bristle.figures.study import study_influence, study_spread
 
 __all__ = [
-    "Mechanics",
     "ReportFigure",
-    "Spread",
     "as_csv",
-    "break_away",
     "circles",
     "closure",
     "comparison",
     "comparison_in_short",
-    "control_effort",
     "correlation",
     "drift",
     "drive_table",
     "effort_over_time",
     "error_budget",
-    "error_distribution",
-    "error_over",
-    "errors_by_loop",
-    "errors_by_truth",
     "everett_surface",
     "expected",
     "figure_file",
@@ -73,11 +61,9 @@ __all__ = [
     "has_completed",
     "inline_svg",
     "load_figure_file",
-    "loop_family",
     "loops_at_reversal",
     "loops_proposed",
     "margins",
-    "marked_path",
     "minor_loops",
     "model_comparison",
     "motion",
@@ -87,14 +73,25 @@ __all__ = [
     "passages",
     "prediction",
     "preisach_plane",
-    "preisach_stages",
     "recorded_curves",
     "residuals",
-    "rig_layout",
-    "ripple",
     "study_influence",
     "study_spread",
-    "tracking",
-    "tracking_error",
     "transition_curves",
 ]
+
+_ELSEWHERE = {
+    "errors": ("Spread", "error_over", "errors_by_loop", "errors_by_truth"),
+    "errors.error_over": ("error_over_count", "error_over_level"),
+    "loop_family": ("break_away", "loop_family", "ripple"),
+    "loop_rows": ("control_effort", "error_distribution", "tracking", "tracking_error"),
+    "preisach": ("preisach_stages",),
+    "rig_layout": ("Mechanics", "rig_layout"),
+    "small_multiples": ("marked_path",),
+}
+"""Where figures of the source paper are that were offered here until this release."""
+
+
+def __getattr__(name: str) -> Any:
+    place = next((place for place, names in _ELSEWHERE.items() if name in names), None)
+    raise AttributeError(f"bristle.figures has no {name}" + (f" any more; it is in bristle.figures.{place}" if place else ""))

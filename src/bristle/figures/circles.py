@@ -14,12 +14,13 @@ from bristle.figures.drawing import AT_TICKS, Drawing
 from bristle.figures.envelope import line
 from bristle.figures.labels import scale_for
 from bristle.figures.lettering import label, shortened_apart
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.loop import Circle
 
-__all__ = ["circles"]
+__all__ = ["FIGURE", "circles"]
 
 QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
 
@@ -74,3 +75,13 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
         labelspacing=0.3,
     )
     return figure
+
+
+FIGURE = ReportFigure(
+    name="circles",
+    takes=("circles", "kind"),
+    draw=circles,
+    alternative="Radial deviation of the circle, around it and unrolled",
+    caption="How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
+    "reversals friction changes sides, and the path bulges.",
+)

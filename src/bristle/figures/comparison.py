@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison, Turn
     from bristle.core.variable import Kind
 
-__all__ = ["comparison", "comparison_in_short"]
+__all__ = ["FIGURE", "SHORT", "comparison", "comparison_in_short"]
 
 BEFORE: style.Look = style.MEASURED
 AFTER: style.Look = style.PREDICTED
@@ -122,8 +123,7 @@ def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: flo
         axes.axhline(0.0, zorder=0, **style.AID)
         style.mark_window(axes, np.array([0.0, window or 0.0]) * time_scale(turn.time).factor)
         axes.set_title(TURNS[turn.name])
-        if axes is not panels[0]:
-            axes.sharey(panels[0])
+    style.one_height(panels[: len(turns)])
 
 
 def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
@@ -152,3 +152,37 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     axes.axvline(0.0, zorder=0, **style.AID)
     axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
     axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
+
+
+CHANGES = "each change in percent of before: a full point is one whose interval leaves out zero."
+
+
+def _signal(compared: Comparison) -> str:
+    return "following error" if "following_error.rms" in compared.changes else "effort"
+
+
+def _caption(compared: Comparison) -> str:
+    turns = "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
+    friction = "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
+    return f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. {turns}{friction}Below, {CHANGES}"
+
+
+def _short_caption(compared: Comparison) -> str:
+    place = "around reversals" if compared.turns else "over the cycles"
+    return f"Above, the mean {_signal(compared)} {place}: light before, dark after. Below, {CHANGES}"
+
+
+FIGURE = ReportFigure(
+    name="comparison",
+    takes="comparison",
+    draw=comparison,
+    alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
+    caption=_caption,
+)
+SHORT = ReportFigure(
+    name="short",
+    takes="comparison",
+    draw=comparison_in_short,
+    alternative=lambda compared: f"{_signal(compared).capitalize()} before and after, and each change",
+    caption=_short_caption,
+)

@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.labels import scale_for
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.loop import Budget
 
-__all__ = ["error_budget"]
+__all__ = ["FIGURE", "error_budget"]
 
 BAR = 0.36
 
@@ -43,3 +44,13 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     axes.set(xlim=(0.0, 1.06 * (axes.dataLim.x1 or 1.0)), xlabel=scale.label("Following error, peak to peak"), ylabel="Cause")
     style.legend(axes)
     return figure
+
+
+FIGURE = ReportFigure(
+    name="budget",
+    takes=("budget", "kind"),
+    draw=error_budget,
+    alternative="Following error with each cause of error alone and without each",
+    caption="A cause whose dark bar is long errs by itself; one whose light bar is far below the dashed line is worth "
+    "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
+)

@@ -40,21 +40,7 @@ def error_over(
     *,
     counted: bool = False,
 ) -> Figure:
-    """Return errors over a number that was assumed or counted: a line for each name, with bars to low and high.
-
-    Parameters
-    ----------
-    places : sequence of float
-        What was assumed or counted, in the unit that the axis names.
-    errors : mapping of str to ndarray, shape (place, 3)
-        Error, low and high; NaN where there is none.
-    levels : mapping of str to float
-        Errors to compare with, by name.
-    place_name, error_name : str
-        What stands at the axes.
-    counted : bool
-        Whether places are counts, on a logarithmic axis.
-    """
+    """Return errors over a number that was assumed or counted: a line for each name, with bars to low and high."""
     figure, ((axes,),) = style.panels(3.1, names=[*errors, *levels])
     looks = style.SERIES if len(errors) > 1 else style.SERIES[1:]
     for number, ((name, values), look) in enumerate(zip(errors.items(), looks, strict=False)):
@@ -77,17 +63,7 @@ def error_over(
 
 @style.styled
 def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], published: Mapping[str, float], error_name: str) -> Figure:
-    """Return the error of each loop, and what others published, one a row.
-
-    Parameters
-    ----------
-    errors, spreads : mapping of str to float
-        Mean over the runs by the name of the loop, and standard deviation, in the unit that the axis names.
-    published : mapping of str to float
-        What others published, by the name of its row.
-    error_name : str
-        What stands at the axis.
-    """
+    """Return the error of each loop, and what others published, one a row."""
     figure, (axes,) = style.named_rows([*errors, *published])
     color = style.PREDICTED["color"]
     for row, (name, error) in enumerate(errors.items()):
@@ -106,17 +82,7 @@ def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], pu
 
 @style.styled
 def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], limit: float, error_name: str, limit_name: str) -> Figure:
-    """Return a panel for each set: a row for each truth, in it a mark for each loop.
-
-    Parameters
-    ----------
-    errors : mapping of str to mapping of str to mapping of str to Spread
-        By what stands above the panel, by truth, by loop, in the unit that the axis names.
-    limit : float
-        An error to compare with.
-    error_name, limit_name : str
-        What stands at the axis, and what the limit is.
-    """
+    """Return a panel for each set: a row for each truth, in it a mark for each loop."""
     truths = list(next(iter(errors.values())))
     figure, row = style.named_rows(truths, 2.0 * style.NAME, style.NARROW, len(errors), top=0.62, between=0.25)
     ends = [end for rows in errors.values() for loops in rows.values() for spread in loops.values() for end in spread]

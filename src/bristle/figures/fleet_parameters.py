@@ -15,11 +15,12 @@ from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS
 from bristle.figures.labels import largest
 from bristle.figures.lettering import shortened
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-__all__ = ["fleet_parameters"]
+__all__ = ["FIGURE", "fleet_parameters"]
 
 MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
 FEW = 60  # logs up to which markers are large
@@ -56,7 +57,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
     size = 3.4 if runs.count <= FEW else 2.0
-    axes.axhline(float(np.median(value[tells])), label="median", **style.AID | {"linestyle": "--"})
+    axes.axhline(float(np.median(value[tells])), label="median", linestyle="--", **style.AID)
     inside = (value >= bottom) & (value <= top)
     for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "stands apart")):
         chosen = chosen & tells & inside
@@ -86,3 +87,13 @@ def _reach(values: np.ndarray) -> tuple[float, float]:
     low, high = np.quantile(values, (0.05, 0.95))
     margin = MARGIN * float(high - low) or 0.1 * abs(float(high)) or 1.0
     return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(float(high) + margin, float(values.max()) + 0.3 * margin)
+
+
+FIGURE = ReportFigure(
+    name="fleet",
+    takes=("fleet", "names", "apart"),
+    draw=fleet_parameters,
+    alternative=lambda runs, names, apart: f"{', '.join(names)} of each log with 95 % intervals",
+    caption="Each log by its number, with its 95 % interval; the line is the median. Hollow: a log that stands apart. A "
+    "tick at the bottom: a log that failed, or that does not tell this parameter. An arrow: beyond the panel.",
+)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
+__all__ = ["AT_REVERSAL", "FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
 
 BINS = 80
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
@@ -234,4 +234,17 @@ FIGURE = ReportFigure(
     applies=lambda simulation, focus, following: has_completed(simulation),
     alternative="Following error and effort of each variant over time",
     caption=_caption,
+)
+AT_REVERSAL = ReportFigure(
+    name="reversal",
+    takes=("simulation", "at_reversal"),
+    draw=lambda simulation, at_reversal: loops_at_reversal(simulation, *at_reversal),
+    alternative=lambda simulation, at_reversal: (
+        f"Following error of {', '.join(at_reversal[0])} over time and at the worst reversal, and the effort there"
+    ),
+    caption=lambda simulation, at_reversal: (
+        "Following error over the whole run, close up at the worst reversal (shaded above), and the effort there"
+        f"{'' if at_reversal[0] == at_reversal[1] else ', both of ' + ' and '.join(at_reversal[1])}."
+    ),
+    applies=lambda simulation, at_reversal: has_completed(simulation),
 )

@@ -21,16 +21,7 @@ Loops = Sequence[tuple[np.ndarray, np.ndarray]]
 
 @style.styled
 def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "translational", effort: Kind | None = None) -> Figure:
-    """Return force over position, loops upon loops.
-
-    Parameters
-    ----------
-    panels : mapping of str to mapping of str to sequence of (x, force)
-        By the title of the panel, loops by their name in the legend: measured ones first, modelled ones after them.
-        Positions [m or rad], forces [N or N*m].
-    kind, effort : {"translational", "rotational"}
-        The kind of axis, and that of the forces where it is another one.
-    """
+    """Return force over position, loops upon loops."""
     curves = [curve for families in panels.values() for loops in families.values() for curve in loops]
     names = max(panels.values(), key=len)
     units, named = loop_units(curves, kind, effort), len(names) > 1
@@ -52,19 +43,7 @@ def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "transla
 def break_away(
     traces: Traces, reached: Mapping[str, float], published: float, kind: Kind = "translational", effort: Kind | None = None
 ) -> Figure:
-    """Return force over position with the place marked where each contact has nearly reached its largest force.
-
-    Parameters
-    ----------
-    traces : mapping of str to (x, force)
-        Positions [m or rad] and forces [N or N*m], by the name of the contact.
-    reached : mapping of str to float
-        Where it is [m or rad], by name; NaN where it is not reached.
-    published : float
-        Where the paper puts it [m or rad].
-    kind, effort : {"translational", "rotational"}
-        The kind of axis, and that of the forces where it is another one.
-    """
+    """Return force over position with the place marked where each contact has nearly reached its largest force."""
     units = loop_units(traces.values(), kind, effort)
     figure, ((axes,),) = style.panels(3.4, names=["the paper", *traces])
     axes.axvline(published * units.length.factor, label="the paper", **style.DOTTED)
@@ -89,24 +68,7 @@ def ripple(
     effort: Kind | None = None,
     close_up: tuple[str, Traces] | None = None,
 ) -> Figure:
-    """Return the driving force over time, and below it friction over position for each contact, from the ripple on.
-
-    Parameters
-    ----------
-    time, driving : ndarray, shape (sample,)
-        Time [s] and driving force [N or N*m], from the start of the experiment.
-    traces : mapping of str to (x, force)
-        Positions since the ripple began [m or rad] and friction [N or N*m], by the name of the contact.
-    cycle : int
-        How many samples a cycle takes: the first one is drawn wide and light.
-    titles : mapping of str to str
-        What stands above each panel.
-    kind, effort : {"translational", "rotational"}
-        The kind of axis, and that of the forces where it is another one.
-    close_up : (str, mapping of str to (x, force)), optional
-        One panel more, behind the first one: its title, and up to two traces that are compared in it, each less the
-        straight line that fits the first of them best: beside it the orbits are too slim to be told apart.
-    """
+    """Return the driving force over time, and below it friction over position for each contact, from the ripple on."""
     curves = list(traces.values())
     units, word = loop_units([(x, driving) for x, _ in curves], kind, effort), effort_word(effort or kind)
     count = len(traces) + (close_up is not None)

@@ -45,19 +45,7 @@ def _inside(result: VariantResult, close: tuple[float, float]) -> np.ndarray:
 
 @style.styled
 def tracking(results: Loops, settle: float, close: tuple[float, float], kind: Kind = "translational") -> Figure:
-    """Return reference and encoder reading over time, a row for each loop.
-
-    Parameters
-    ----------
-    results : mapping of str to VariantResult
-        Loops by the name above their row.
-    settle : float
-        Time at the start that is left out [s].
-    close : tuple of float
-        Between which times it is shown close up [s].
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return reference and encoder reading over time, a row for each loop."""
     figure, grid = _rows(results, 2, 0.4)
     for (full, near), result in zip(grid, results.values(), strict=True):
         for axes, part in ((full, _settled(result, settle)), (near, _inside(result, close))):
@@ -73,17 +61,7 @@ def tracking(results: Loops, settle: float, close: tuple[float, float], kind: Ki
 
 @style.styled
 def tracking_error(results: Loops, settle: float, kind: Kind = "translational") -> Figure:
-    """Return the following error over time, a row for each loop.
-
-    Parameters
-    ----------
-    results : mapping of str to VariantResult
-        Loops by the name above their row.
-    settle : float
-        Time at the start that is left out [s].
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the following error over time, a row for each loop."""
     figure, grid = _rows(results, 1, 0.4)
     # In the unit of the motion: a thousandth of it is easily seen as such.
     length = scale_for("length", kind, *(result.reference for result in results.values()))
@@ -94,9 +72,7 @@ def tracking_error(results: Loops, settle: float, kind: Kind = "translational") 
             for moving, look, label in ((forward, FORWARD, "moving forward"), (~forward, style.PREDICTED, "moving backward"))
         ]
         style.over_time(axes, result.time[judged], *sides, scale=length, word="Following error")
-        axes.margins(y=0.06)
-        if axes is not grid[0][0]:
-            axes.sharey(grid[0][0])
+    style.one_height([axes for row in grid for axes in row])
     _entitle(figure, grid, results)
     return figure
 
@@ -109,21 +85,7 @@ def error_distribution(
     published: Mapping[str, tuple[float, float]] | None = None,
     kind: Kind = "translational",
 ) -> Figure:
-    """Return the distribution of the following error, a panel for each loop.
-
-    Parameters
-    ----------
-    results : mapping of str to VariantResult
-        Loops by the name above their panel.
-    settle : float
-        Time at the start that is left out [s].
-    resolution : float
-        One count of the encoder [m or rad]; a bar is half as wide. Without one the range is cut into sixty.
-    published : mapping of str to (float, float), optional
-        Ranges to compare with, by the name of the loop [m or rad].
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the distribution of the following error, a panel for each loop."""
     length = scale_for("length", kind, *(result.reference for result in results.values()))
     errors = {name: (result.reference - result.measured)[_settled(result, settle)] for name, result in results.items()}
     low, high = (edge(float(edge(error)) for error in errors.values()) for edge in (min, max))
@@ -140,10 +102,8 @@ def error_distribution(
         for end, label in zip((published or {}).get(name, ()), (RANGE, "_same"), strict=False):
             axes.axvline(end * length.factor, label=label, **style.DOTTED)
         style.title(axes, name)
-        if axes is not row[0]:
-            axes.sharey(row[0])
         axes.set_xlabel(length.label("Following error"))
-    row[0].set_ylim(0.0, None)
+    style.one_height(row)
     style.share_y(row, "Share of the samples [%]")
     style.legend_in_corner(figure, row[0])
     return figure
@@ -160,26 +120,7 @@ def control_effort(
     friction: bool = False,
     mean_over: float = 0.0,
 ) -> Figure:
-    """Return the effort of each loop, whole and close up.
-
-    Parameters
-    ----------
-    results : mapping of str to VariantResult
-        Loops by the name above their row.
-    settle : float
-        Time at the start that is left out [s].
-    close : tuple of float
-        Between which times it is shown close up [s].
-    arm : float
-        What efforts are multiplied by to be shown: with the travel for a radian, a force becomes a torque.
-    effort : {"translational", "rotational"}
-        The kind of what is shown then.
-    friction : bool
-        Whether the part of it that goes into friction is drawn over it.
-    mean_over : float
-        Time over which the whole is averaged [s], so that chatter does not hide it; 0 for the effort as it is, whole
-        and close up to one scale.
-    """
+    """Return the effort of each loop, whole and close up."""
     scale, word = effort_scale(effort, *(arm * result.effort for result in results.values()))
     driving = f"Driving {word.lower()}"
     figure, grid = _rows(results, 2, 0.56 if friction else style.TOP, 0.6 if mean_over else 0.3)

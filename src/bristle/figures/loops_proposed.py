@@ -9,13 +9,16 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, scale_for
+from bristle.figures.report_figure import ReportFigure
+from bristle.loop import PHASE_ENOUGH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bristle.core.variable import Kind
+    from bristle.loop import Design
 
-__all__ = ["loops_proposed"]
+__all__ = ["FIGURE", "loops_proposed"]
 
 
 @style.styled
@@ -62,3 +65,24 @@ def loops_proposed(
     row[-1].axvline(enough, **style.DASHED)
     row[-1].set_title(f"dashed: usual least, {enough:g}°")
     return figure
+
+
+def _draw(design: Design, names: Sequence[str], phases: Sequence[float | None]) -> Figure:
+    errors = [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals]
+    return loops_proposed(names, errors, [loop.effort_rms for loop in design.proposals], phases, PHASE_ENOUGH, design.experiment.kind)
+
+
+def _caption(design: Design, names: Sequence[str], phases: Sequence[float | None]) -> str:
+    return (
+        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
+        "is the loop as it is, the others are proposed."
+    )
+
+
+FIGURE = ReportFigure(
+    name="loops",
+    takes=("design", "names", "phases"),
+    draw=_draw,
+    alternative="Following error, effort and smallest phase margin of the loop as it is and of those proposed",
+    caption=_caption,
+)

@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from bristle.figures import style
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.loop import Assessment, WorkingPoint
 
-__all__ = ["margins"]
+__all__ = ["FIGURE", "margins"]
 
 LOWEST = 0.003  # of the Nyquist frequency
 NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
@@ -81,3 +82,13 @@ def _draw_circle(axes: style.Axes) -> None:
     axes.set_xlabel("Poles, real part")
     axes.set_ylabel("imaginary part", labelpad=1.0)
     axes.margins(0.06)
+
+
+FIGURE = ReportFigure(
+    name="margins",
+    takes="assessment",
+    draw=margins,
+    alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
+    caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
+    "circle grow; close inside it they ring.",
+)

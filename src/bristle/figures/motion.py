@@ -11,11 +11,12 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.excitation.motion import ExcitationMotion
 
-__all__ = ["expected", "motion"]
+__all__ = ["EXPECTED", "FIGURE", "expected", "motion"]
 
 TICKS = (1.0, 2.0, 5.0)
 
@@ -96,3 +97,22 @@ def _parts(planned: ExcitationMotion) -> dict[str, slice]:
         first, last = members[0][0], members[-1][0] + members[-1][1].duration
         slices[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
     return slices
+
+
+FIGURE = ReportFigure(
+    name="motion",
+    takes="motion",
+    draw=motion,
+    alternative="Position over time, for each purpose",
+    caption="Position from the start of the motion; each panel has its own scale. The loops before sliding are so small "
+    "that only the encoder sees them.",
+)
+EXPECTED = ReportFigure(
+    name="expected",
+    takes=("motion", "expected"),
+    draw=expected,
+    alternative="Friction expected over position and over speed",
+    caption="What the motion would show if the axis were what it is believed to be: loops before sliding over position, "
+    "and friction over the speed of the steady slides. Where the loops do not close at their ends into sliding, "
+    "the pre-sliding distance is larger than believed.",
+)

@@ -1,7 +1,7 @@
 """Which figure stands on which report, and where: a line each, in the order of the page.
 
-A figure is a module of this folder with a `FIGURE`, and its line below; the section is one that the template of the
-report has. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
+A figure is a module of this folder with a `FIGURE`, and its line below; the section is the `id` of one of the report. To be
+drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
 """
 
 from __future__ import annotations
@@ -36,11 +36,12 @@ class Place(NamedTuple):
     section: str
     module: str
     condition: Callable[[Facts], bool] = _always
+    attribute: str = "FIGURE"
 
     @property
     def figure(self) -> ReportFigure:
         """The figure."""
-        return import_module(f"bristle.figures.{self.module}").FIGURE
+        return getattr(import_module(f"bristle.figures.{self.module}"), self.attribute)
 
     def is_taken(self, facts: Facts) -> bool:
         """Return whether the figure stands there on a report that rests on these facts."""
@@ -64,15 +65,23 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("log", "passages"),
     ),
     "prediction": (Place("front", "prediction"),),
-    "simulation": (Place("front", "open_loop"), Place("front", "at_reversal"), Place("variants", "following_error")),
+    "simulation": (
+        Place("front", "open_loop"),
+        Place("front", "following_error", attribute="AT_REVERSAL"),
+        Place("variants", "following_error"),
+    ),
     "log": (Place("front", "passages"),),
+    "design": (Place("front", "loops_proposed"), Place("budget", "error_budget"), Place("margins", "margins"), Place("circle", "circles")),
+    "comparison": (Place("front", "comparison", attribute="SHORT"), Place("courses", "comparison")),
+    "excitation": (Place("front", "motion"), Place("outlook", "motion", attribute="EXPECTED")),
+    "study": (Place("spread", "study"), Place("influence", "study", attribute="INFLUENCE")),
+    "fleet": (Place("parameters", "fleet_parameters"),),
+    "operator": (Place("front", "recorded_curves"),),
 }
-"""The figures of a report, by the name of its template."""
-ELSEWHERE = ("loops", "margins", "budget", "circles", "comparison", "short", "spread", "influence")
-"""What figures are called on reports that have figures of a user's own, and no line above."""
+"""The figures of a kind of report, by section."""
 
 
 @cache
 def names_on_reports() -> frozenset[str]:
-    """Return what the figures of these reports are called as files."""
-    return frozenset([*ELSEWHERE, *(place.figure.name for places in REPORTS.values() for place in places)])
+    """Return what the figures of reports are called as files."""
+    return frozenset(place.figure.name for places in REPORTS.values() for place in places)

@@ -113,21 +113,7 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
 
 @style.styled
 def preisach_stages(operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, effort: Kind | None = None) -> Figure:
-    """Return the planes at the turns of a history that begins in saturation, and the force along it.
-
-    Parameters
-    ----------
-    operator : Model
-        An operator with turning points.
-    saturated : float
-        Input where the history begins, far down [m or rad].
-    turns : sequence of float
-        Inputs where it turns, the last one where it is now [m or rad].
-    arm : float
-        What the output is multiplied by to be shown: with the travel for a radian, a force becomes a torque.
-    effort : {"translational", "rotational"}, optional
-        The kind of what is shown then; that of the operator where not given.
-    """
+    """Return the planes at the turns of a history that begins in saturation, and the force along it."""
     path = [saturated, *turns]
     u = _way(path)
     f = arm * response(operator, u, history=[saturated])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,8 +11,12 @@ from matplotlib.figure import Figure
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["recorded_curves"]
+if TYPE_CHECKING:
+    from bristle.logs.curves import Curves
+
+__all__ = ["FIGURE", "recorded_curves"]
 
 
 @style.styled
@@ -46,3 +51,16 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
         axes.set_xlabel(length.label(position_word(kind)))
     overlay.legend()
     return figure
+
+
+def _draw(recorded: Curves, outputs: Sequence[np.ndarray]) -> Figure:
+    return recorded_curves(recorded.curves, outputs, recorded.kind)
+
+
+FIGURE = ReportFigure(
+    name="curves",
+    takes=("recorded", "outputs"),
+    draw=_draw,
+    alternative="Recorded and predicted output over the input",
+    caption="Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
+)

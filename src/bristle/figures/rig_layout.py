@@ -31,19 +31,7 @@ HEAD: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 9.0, "shrinkA": 0
 
 
 class Mechanics(NamedTuple):
-    """What the drawing tells in numbers.
-
-    Parameters
-    ----------
-    lead : float
-        Travel of the table for one turn of the screw [m].
-    J, J_m : float
-        Inertia of everything, and that of the motor before the torque sensor [kg*m^2].
-    cutoff : float
-        Of the torque sensor [Hz]; infinite where it has no filter.
-    resolution : float
-        One count of the encoder as a travel of the table [m]; 0 for a perfect one.
-    """
+    """What the drawing tells in numbers."""
 
     lead: float
     J: float
@@ -72,18 +60,11 @@ LEFT, RIGHT, ABOVE = (0.0, 0.5), (1.0, 0.5), (0.5, 1.0)  # the middles of its si
 
 @style.styled
 def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
-    """Return the mechanics of a rig, and below them the block diagram of its loop.
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        Its numbers.
-    variant : Variant
-        The loop.
-    """
+    """Return the mechanics of a rig, and below them the block diagram of its loop."""
     total = SCHEME + LAYOUT
     figure = Drawing(figsize=(style.WIDTH, style.WIDTH * total / WIDTH))
-    for draw, bottom, height, content in ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant)):
+    parts: Any = ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant))
+    for draw, bottom, height, content in parts:
         axes = figure.add_axes((0.0, bottom / total, 1.0, height / total))
         axes.set(xlim=(0.0, WIDTH), ylim=(0.0, height))
         axes.set_axis_off()
@@ -92,7 +73,7 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
 
 
 def _write(axes: Axes, x: float, y: float, text: str, ha: str = "center", va: str = "center", size: float = LETTERS, **look: Any) -> None:
-    axes.text(x, y, text, ha=ha, va=va, fontsize=size, **{"zorder": 3.0} | look)
+    axes.text(x, y, text, ha=ha, va=va, fontsize=size, zorder=3.0, **look)
 
 
 def _draw_mechanics(axes: Axes, mechanics: Mechanics) -> None:

@@ -144,28 +144,7 @@ def marked_path(
     beneath: Traces | None = None,
     names: tuple[str, str] = ("there", "back and on"),
 ) -> Figure:
-    """Return force over position with the turning points marked, one panel for each model.
-
-    The way to the first turning point is wide and light, and what follows it narrow and dark; or, where something is
-    compared, that is wide and light and all of the trace narrow and dark.
-
-    Parameters
-    ----------
-    traces : mapping of str to (x, force)
-        Positions [m or rad] and forces [N or N*m], by the name of the model.
-    turns : mapping of str to sequence of int
-        Which points of a trace are turning points, the start included.
-    letters : str
-        What stands at them, one each; a blank for none.
-    titles : mapping of str to str
-        What stands above each panel.
-    kind, effort : {"translational", "rotational"}
-        The kind of axis, and that of the forces where it is another one.
-    beneath : mapping of str to (x, force), optional
-        What a trace is compared with, by the same names.
-    names : (str, str)
-        What the wide line is called, and the narrow one.
-    """
+    """Return force over position with the turning points marked, one panel for each model."""
     figure, panels, units = _panels(traces, titles, kind, effort, beneath, columns=min(2, len(traces)), top=0.56)
     for name, axes in panels.items():
         x, force = traces[name]

@@ -42,6 +42,7 @@ __all__ = [
     "legend_in_corner",
     "mark_window",
     "named_rows",
+    "one_height",
     "over_time",
     "panels",
     "plot_by_side",
@@ -172,6 +173,13 @@ def share_y(row: Sequence[Axes], text: str) -> None:
     row[0].set_ylabel(text)
     for axes in row[1:]:
         axes.tick_params(labelleft=False)
+
+
+def one_height(panels: Sequence[Axes]) -> None:
+    """Let panels go from where to where the lowest and the highest of them go."""
+    limits = [axes.get_ylim() for axes in panels]
+    for axes in panels:
+        axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
 
 
 def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -> None:

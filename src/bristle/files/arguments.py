@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+from bristle import files
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.edge import Converter, instance, optional
@@ -16,22 +17,9 @@ from bristle.logs import readers
 from bristle.logs.columns import is_table
 from bristle.logs.log import Log
 
-
 # Readers bring what checks files, which a call that hands in the thing itself need not wait for.
-def _read_axis(source: Any) -> Any:
-    from bristle.files.axis import read_axis
-
-    return read_axis(source)
-
-
-def _read_experiment(source: Any) -> Any:
-    from bristle.files.experiment import read_experiment
-
-    return read_experiment(source)
-
-
-AXIS: Converter = instance(Axis, "an axis or its file", read=_read_axis)
-EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=_read_experiment)
+AXIS: Converter = instance(Axis, "an axis or its file", read=lambda source: files.read_axis(source))  # noqa: PLW0108
+EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=lambda source: files.read_experiment(source))  # noqa: PLW0108
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 
@@ -92,7 +80,5 @@ def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = Non
         If the axis file or the log cannot be used; the message names file, key or column, and the mend.
     """
     if axis is not None and not isinstance(axis, Axis):
-        from bristle.files.axis import read_axis
-
-        axis = read_axis(axis)
+        axis = files.read_axis(axis)
     return readers.read_log(path, axis, size_limit=size_of(size_limit))

@@ -43,14 +43,14 @@ class Constant:
     @classmethod
     def of(cls, text: str, effort: str | None, path: str) -> Constant:
         """Return the constant that a text such as ``"0.12 N*m/A"`` tells; without `effort` its unit says which it is of."""
-        _, unit = units.split(text, path)
-        for spoken_of in EFFORTS if effort is None else (effort,):
-            for drive in DRIVE_UNITS:
-                if unit and units.compatible(unit, f"{spoken_of}/{drive}", path=path):
-                    value = units.convert(text, f"{spoken_of}/{drive}", path=path)
-                    if value == 0 or not math.isfinite(value):
-                        raise InputError("must be finite and not zero", path=path, value=text)
-                    return cls(drive, spoken_of, value)
+        unit = units.split(text, path)[1]
+        told = [f"{spoken_of}/{drive}" for spoken_of in (EFFORTS if effort is None else (effort,)) for drive in DRIVE_UNITS]
+        if (base := units.like(unit, told, path=path)) is not None:
+            value = units.convert(text, base, path=path)
+            if value == 0 or not math.isfinite(value):
+                raise InputError("must be finite and not zero", path=path, value=text)
+            spoken_of, _, drive = base.rpartition("/")
+            return cls(drive, spoken_of, value)
         allowed = 'a force or a torque for one unit of the drive, such as "61.2 N/A"'
         if effort is not None:
             allowed = f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count"
@@ -70,13 +70,10 @@ class Drive:
         """Return the scale of an effort in `unit`; None is the unit that the constant speaks of, else SI."""
         if unit is None:
             unit = self.constant.drive if self.constant else self._si(EFFORTS)
-        for base, measured in EFFORTS.items():
-            if units.compatible(unit, base, path=path):
-                units.factor(unit, base, path=path)
-                resolved = self._side(measured, side, path)
-                return Scale(base, self._carried(path, measured, resolved, effort=True))
-        base = next((base for base in DRIVE_UNITS if units.compatible(unit, base, path=path)), None)
-        if base is None:
+        if (base := units.like(unit, EFFORTS, path=path)) is not None:
+            units.factor(unit, base, path=path)
+            return Scale(base, self._carried(path, EFFORTS[base], self._side(EFFORTS[base], side, path), effort=True))
+        if (base := units.like(unit, DRIVE_UNITS, path=path)) is None:
             raise InputError(
                 "is not the unit of an effort", path=path, value=unit, allowed="N, N*m, or with a constant under [effort] V, A, %, count"
             )
@@ -98,10 +95,8 @@ class Drive:
     def movement(self, unit: str | None, side: Side | None, path: str, *, per: str = "") -> Scale:
         """Return the scale of a position in `unit`, or with ``per="/s"`` a velocity; None is SI of the axis."""
         unit = unit if unit is not None else self._si(MOVEMENTS) + per
-        for base, measured in MOVEMENTS.items():
-            if units.compatible(unit, base + per, path=path):
-                resolved = self._side(measured, side, path)
-                return Scale(base + per, self._carried(path, measured, resolved, effort=False))
+        if (base := units.like(unit, MOVEMENTS, per=per, path=path)) is not None:
+            return Scale(base + per, self._carried(path, MOVEMENTS[base], self._side(MOVEMENTS[base], side, path), effort=False))
         if units.compatible(unit, "count" + per, path=path):
             if self.count is None:
                 raise InputError(
@@ -178,12 +173,8 @@ def _unit_of(quantity: Any) -> str | None:
 
 
 def _of_movement(unit: Any, per: str = "") -> Kind | None:
-    if not isinstance(unit, str) or not units.is_unit(unit):
-        return None
-    for base, kind in MOVEMENTS.items():
-        if units.compatible(unit, base + per):
-            return kind
-    return None
+    is_unit = isinstance(unit, str) and units.is_unit(unit)
+    return MOVEMENTS.get(units.like(unit, MOVEMENTS, per=per) or "") if is_unit else None
 
 
 LOAD = Variable("force", "nominal load")

@@ -1,22 +1,191 @@
-"""Experiment files: a loop to be simulated, and variants of it side by side."""
+"""Experiment files: a loop to be simulated, variants of it side by side, and what is identified for them.
+
+``[identify.NAME]`` says what a model is fitted to, and a table that holds ``identified = "NAME"`` takes it. It lies in a
+folder beside the experiment, with a digest over all that it depends on: with another digest it is not taken.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 import shlex
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.errors import InputError, located
-from bristle.core.experiment import Experiment
+from bristle.core.content import SIZE_LIMIT, Origin, Readable, content_of, size_of
+from bristle.core.errors import InputError, did_you_mean, located
+from bristle.core.experiment import Experiment, Variant
 from bristle.files.components import check_keys, check_schema, refuse_open, table_at
-from bristle.files.pipeline import with_models
+from bristle.files.owned import NOTE, Folder, note_in, strangers_in
 from bristle.files.sources import Sources
-from bristle.files.toml import read_toml
+from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.files.variant import SECTIONS, Tables, merged, variant_from
+from bristle.logs.tables import content_of_log
+
+DEPENDS_ON, MODEL = "depends_on.json", "model.toml"
+OPTIONS = ("model", "cutoff", "decimation", "blocks", "offset", "mass", "free", "draws", "method")
+"""What a table hands on to `bristle.identify`."""
+OF_IDENTIFIED = ("log", "excite", "axis", *OPTIONS)
+IDENTIFIED = "identified"
+MEND = "Run the experiment once with `bristle run`, or bristle.prepare(file) in Python"
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A model that an experiment identifies."""
+
+    name: str
+    folder: Path
+    digest: str
+    logs: tuple[Path, ...]
+    axis: Path | None
+    excited: Variant | None
+    options: Mapping[str, Any]
+
+    @property
+    def path(self) -> str:
+        """Its table in the file."""
+        return f"identify.{self.name}"
+
+    @property
+    def is_current(self) -> bool:
+        """Whether it was identified, from what it depends on now."""
+        try:
+            with Folder(self.folder) as folder:
+                note = note_in(folder)
+                names = folder.names()
+                changed = [] if note is None else strangers_in(folder, note)[1]
+            text = (self.folder / DEPENDS_ON).read_text("utf-8") if DEPENDS_ON in names else "{}"
+        except (OSError, UnicodeDecodeError):
+            return False
+        if NOTE in changed:
+            mend = f"Remove {self.folder}: it is identified anew"
+            raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
+        if MODEL in changed:
+            raise InputError(
+                "was changed since it was identified",
+                path=str(self.folder / MODEL),
+                mend=f'Name it with file = "..." under another name, or remove {self.folder}',
+            )
+        return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
+
+
+def planned_in(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Planned]:
+    """Return what an experiment identifies, by name."""
+    tables = table_at(data.get("identify", {}), "identify")
+    return {name: _planned(name, table, data, source, sources) for name, table in tables.items()}
+
+
+def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Any]:
+    """Return the content of an experiment file with the files of its models in place of their names."""
+    planned = planned_in(data, source, sources)
+    used = dict.fromkeys(name for _, name in _uses(data))
+    for name in used:
+        if name in planned and not planned[name].is_current:
+            is_stale = planned[name].folder.exists()
+            reason = "was identified from something else than what the file says now"
+            reason = reason if is_stale else "is not identified"
+            raise InputError(reason, path=planned[name].path, mend=MEND)
+    learning = {model.excited.name for model in planned.values() if model.excited is not None}
+    judged = {key: value for key, value in data.items() if key != "identify"}
+    if "compare" in judged:
+        judged["compare"] = {name: table for name, table in judged["compare"].items() if name not in learning}
+    return _replaced(judged, planned, "")
+
+
+def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sources: Sources) -> Planned:
+    path = f"identify.{name}"
+    check_keys(table_at(table, path), OF_IDENTIFIED, path)
+    if not name.isidentifier():
+        raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
+    if ("log" in table) == ("excite" in table):
+        raise InputError(
+            "needs something to be fitted to", path=path, mend='Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]'
+        )
+    raw = table.get("log", [])
+    logs = tuple(sources.folder / str(file) for file in (raw if isinstance(raw, list) else [raw]))
+    axis = sources.folder / str(table["axis"]) if "axis" in table else None
+    origins = [_origin(file, f"{path}.log", sources) for file in logs]
+    origins += [_origin(axis, f"{path}.axis", sources)] if axis is not None else []
+    tables, excited = {}, None
+    if "excite" in table:
+        tables, excited, read = _excited(str(table["excite"]), data, f"{path}.excite", sources)
+        origins += read
+    folder = source.parent.absolute() / f"{source.stem}_identified" / name
+    options = {key: table[key] for key in OPTIONS if key in table}
+    return Planned(name, folder, _digest(table, tables, origins), logs, axis, excited, options)
+
+
+def _origin(file: Path, path: str, sources: Sources) -> Origin:
+    with located(path):
+        is_log = path.endswith(".log")
+        return (content_of_log(file, limit=sources.size_limit) if is_log else content_of(file, limit=TOML_LIMIT)).origin
+
+
+def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) -> tuple[dict[str, Any], Variant, list[Origin]]:
+    """Return the tables of the loop that is excited, the loop, and the files that these name."""
+    variants = table_at(data.get("compare", {}), "compare")
+    if name not in variants:
+        raise InputError(
+            "is no variant of this file",
+            path=path,
+            value=name,
+            allowed=", ".join(variants),
+            mend=did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]",
+        )
+    base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
+    override = table_at(variants[name], f"compare.{name}")
+    tables = merged(base, override)
+    for place, model in _uses(tables):
+        raise InputError(
+            "is excited before there is a model",
+            path=f"compare.{name}.{place}",
+            value=model,
+            mend=f'Write friction = "none" under [compare.{name}.controller.feedforward]',
+        )
+    own = Sources(sources.folder, sources.allow_code, sources.size_limit)
+    variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
+    return tables, variant, [origin for origins in own.origins.values() for origin in origins]
+
+
+def _digest(table: Mapping[str, Any], tables: Mapping[str, Any], origins: list[Origin]) -> str:
+    from bristle import __version__
+
+    checksums = sorted(origin.checksum for origin in origins)
+    facts = {"identify": table, "rig": tables, "files": checksums, "bristle": __version__}
+    return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _uses(level: Any, place: str = "") -> Iterator[tuple[str, str]]:
+    """Yield where a table names an identified model, and which."""
+    if isinstance(level, Mapping):
+        for key, value in level.items():
+            if key == IDENTIFIED and isinstance(value, str):
+                yield place, value
+            elif not (place == "" and key == "identify"):
+                yield from _uses(value, f"{place}.{key}" if place else str(key))
+
+
+def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
+    if not isinstance(level, Mapping):
+        return level
+    inner = {key: _replaced(value, planned, f"{place}.{key}" if place else str(key)) for key, value in level.items()}
+    if not isinstance(level.get(IDENTIFIED), str):  # a variant may be called so
+        return inner
+    name = inner.pop(IDENTIFIED)
+    if name not in planned:
+        raise InputError(
+            "is not identified in this file",
+            path=f"{place}.{IDENTIFIED}",
+            value=name,
+            allowed=", ".join(planned),
+            mend=did_you_mean(name, planned),
+        )
+    return {"file": str(planned[name].folder / MODEL), **inner}
+
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 # What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.

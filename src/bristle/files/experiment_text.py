@@ -16,7 +16,7 @@ from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import LOOP_VARIANTS, START, Variant
+from bristle.core.experiment import LOOP_VARIANTS, OF_A_SAMPLE, START, Variant
 from bristle.core.variable import Kind, unit_of
 from bristle.files.components import FILL_IN
 from bristle.logs.log import Log
@@ -24,7 +24,6 @@ from bristle.logs.log import Log
 FORMAT = "%.12g"
 COLUMNS = 3
 INJECTED = ",injected"
-EVEN = 1e-6  # of a sample time: how far a step may be off
 
 
 class LoopRecord(NamedTuple):
@@ -71,7 +70,7 @@ def read_loop(content: Content) -> LoopRecord:
         raise InputError("needs a finite number in each column, and three rows", value=content.source.name)
     steps = np.diff(rows[:, 0])
     dt = float(np.mean(steps))
-    if not dt > 0.0 or np.max(np.abs(steps - dt)) > EVEN * dt + 1e-11 * abs(rows[-1, 0]):
+    if not dt > 0.0 or np.max(np.abs(steps - dt)) > OF_A_SAMPLE * dt + 1e-11 * abs(rows[-1, 0]):
         raise InputError("has samples that are not evenly spaced", value=content.source.name)
     return LoopRecord(kind, dt, rows[:, 1], rows[:, 2], rows[:, COLUMNS] if columns > COLUMNS else None)
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from bristle.core.content import Content, Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
@@ -14,10 +18,9 @@ from bristle.core.edge import guarded, model, optional
 from bristle.core.errors import InputError, located
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
-from bristle.files.bands import bands_at, bands_table
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, numbers_in, parameters_in, table_at
 from bristle.files.operator import OperatorRead, operator_beside, with_operator
-from bristle.files.permission import CodeRead, code_beside
+from bristle.files.permission import CodeRead, code_named
 from bristle.files.single import write_whole
 from bristle.files.toml import read_toml
 from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
@@ -268,40 +271,100 @@ def friction_from(
 ) -> Model:
     """Return the friction model of a table, by name or from a user's own file."""
     entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
-    read_code = read_code or code_beside(folder, allow_code=allow_code)
-    component = _user_model(entries, path, read_code) if "file" in entries else _named_model(entries, path, read_code)
+    read_code = read_code or partial(code_named, folder=folder, allow_code=allow_code)
     beside = ("file", "slots") if "file" in entries else ("model",)
+    component = _component_of(entries, path, read_code)
     values = parameters_in(entries, component, path, beside=beside)
     return make_model(component, values, kind=kind, validate=True, related=related, path=path)
 
 
-def _named_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
-    named = table.get("model")
-    if not isinstance(named, str):
-        raise InputError(
-            "names no model",
-            path=f"{path}.model",
-            value=named,
-            allowed=", ".join(MODELS),
-            mend=f'Write model = "coulomb_viscous" under [{path}]',
-        )
-    base, *slots = named.split("+")
-    if not any(slot.endswith(".py") for slot in slots):
-        return find(named, f"{path}.model")
-    return _with_own_slots(find(base, f"{path}.model").inner, slots, f"{path}.model", read_code)
+def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
+    """Return the friction model that a table names, with its slots; either may be of a person's own, in a file."""
+    from bristle.files.user_model import component_in, slots_in
+
+    if "file" in table:
+        slots, place = table.get("slots", []), f"{path}.slots"
+        if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
+            raise InputError("must be a list of names", path=place, value=slots)
+        component = component_in(table, FrictionModel, path=path, read_code=read_code)
+    else:
+        named, place = table.get("model"), f"{path}.model"
+        if not isinstance(named, str):
+            mend = f'Write model = "coulomb_viscous" under [{path}]'
+            raise InputError("names no model", path=place, value=named, allowed=", ".join(MODELS), mend=mend)
+        base, *slots = named.split("+")
+        if not any(slot.endswith(".py") for slot in slots):
+            return find(named, place)
+        component = find(base, place).inner
+    return with_slots(component, slots_in(slots, place, read_code), place)
 
 
-def _user_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
-    from bristle.files.user_model import component_in
-
-    slots = table.get("slots", [])
-    if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
-        raise InputError("must be a list of names", path=f"{path}.slots", value=slots)
-    own = component_in(table, FrictionModel, path=path, read_code=read_code)
-    return _with_own_slots(own, slots, f"{path}.slots", read_code)
+NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
+MEMBERS = 40
+DIGITS = 7
 
 
-def _with_own_slots(model: FrictionModel, slots: Sequence[str], path: str, read_code: CodeRead) -> FrictionModel:
-    from bristle.files.user_model import slots_in
+def bands_table(bands: Any) -> Table:
+    """Return the table of a model file, with as many sets of parameters as a band is drawn from."""
+    import tomlkit
 
-    return with_slots(model, slots_in(slots, path, read_code), path)
+    table = tomlkit.table()
+    for name in NUMBERS:
+        table.add(name, float(getattr(bands, name)))
+    table["scatter"].comment("of the level of friction from reversal to reversal, a share of it")
+    table["noise"].comment("of the effort, sample by sample")
+    table["unexplained"].comment("left over beyond noise, encoder and scatter")
+    table["lasting"].comment("s over which that keeps its side")
+    table["inflation"].comment("factor set on blocks that were held out")
+    for loop in ("closed", "open"):
+        table[f"left_in_{loop}_loop"].comment("of the position in a simulation, beyond all that")
+    draws = tomlkit.table()
+    for name, values in bands.draws.items():
+        draws.add(key_of(name), tomlkit.item([_short(draw) for draw in values[:MEMBERS]]))
+    table.add("draws", draws)
+    return table
+
+
+def _short(value: Any) -> Any:
+    if np.ndim(value):
+        return [_short(entry) for entry in value]
+    return float(f"{float(value):.{DIGITS}g}")
+
+
+def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
+    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none."""
+    if value is None:
+        return None
+    table = table_at(value, "bands")
+    check_keys(table, (*NUMBERS, "draws"), "bands")
+    bands: dict[str, Any] = {}
+    for name in NUMBERS:
+        if name not in table:
+            raise InputError(
+                "is missing, as from an earlier version",
+                path=f"bands.{name}",
+                mend="Identify again, or leave [bands] out to predict without bands",
+            )
+        number = table[name]
+        if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
+            raise InputError(
+                "must be a number", path=f"bands.{name}", value=number, allowed=">= 0", mend="Leave [bands] out to predict without bands"
+            )
+        bands[name] = float(number)
+    names = {key_of(name): name for name in parameters}
+    draws = table_at(table.get("draws", {}), "bands.draws")
+    check_keys(draws, names, "bands.draws")
+    bands["draws"] = {names[key]: _draws(draw, f"bands.draws.{key}") for key, draw in draws.items()}
+    if len({len(draw) for draw in bands["draws"].values()}) > 1:
+        raise InputError("must have as many numbers for each parameter", path="bands.draws")
+    return bands
+
+
+def _draws(value: Any, path: str) -> np.ndarray:
+    try:
+        numbers = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.zeros(())
+    if numbers.ndim not in (1, 2) or not np.all(np.isfinite(numbers)):
+        raise InputError("must be a list of numbers, or of lists of one length", path=path)
+    return numbers

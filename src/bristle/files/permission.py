@@ -52,16 +52,7 @@ def code_at(path: Readable) -> Content:
     return content
 
 
-def code_beside(folder: Path, *, allow_code: bool) -> CodeRead:
-    """Return what reads code beside the file that names it, where it may run; as `code_named`."""
-
-    def read(file: str, path: str) -> Content:
-        return code_named(file, folder, path, allow_code=allow_code)
-
-    return read
-
-
-def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Content:
+def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Content:
     """Return the code that a file names, if it may run."""
     allowed = FLAG(allow_code, "allow_code", None)
     source = folder / file

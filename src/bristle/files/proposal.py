@@ -14,13 +14,13 @@ from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind
 from bristle.files.axis import axis_from
 from bristle.files.components import FILL_IN
-from bristle.files.drive import MOVEMENTS
+from bristle.files.drive import EFFORTS, MOVEMENTS
 from bristle.files.proposal_text import missing_of, text_of
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.candidates import pulls_as_a_link
 from bristle.logs.readers import read_table
-from bristle.logs.roles import Role, Roles, roles_of
+from bristle.logs.roles import Roles, roles_of
 from bristle.logs.stamped_text import amount_in
 from bristle.logs.table import Table, some_of
 from bristle.logs.tables import content_of_log
@@ -42,6 +42,9 @@ FACTS = {
     "encoder.counts_per_rev": r"(counts|increments|inkremente|inc|pulses)[\s_-]*(per|pro|/)[\s_-]*"
     r"(rev|turn|umdrehung|u)\w*",
 }
+
+
+SPOKEN_OF = {"effort.rated": ("N", "N*m"), "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"), "transmission.lead": ("m",)}
 
 
 @dataclass(frozen=True)
@@ -141,12 +144,9 @@ def _kind(roles: Roles) -> Kind | None:
     """Return the kind of axis that the units speak of; None where they speak of none."""
     position, effort = roles.channels.get("position"), roles.channels.get("effort")
     moves, per = (position, "") if position else (roles.channels["velocity"], "/s")
-    for base, kind in MOVEMENTS.items():
-        if moves.unit and units.compatible(moves.unit, base + per):
-            return kind
-    if moves.unit or effort is None or not effort.unit:
-        return None
-    return KINDS[0] if units.compatible(effort.unit, "N") else None
+    if moves.unit:
+        return MOVEMENTS.get(units.like(moves.unit, MOVEMENTS, per=per) or "")
+    return KINDS[0] if effort is not None and units.like(effort.unit, ("N",)) else None
 
 
 def _tables(table: Table, roles: Roles) -> dict[str, Any]:
@@ -164,33 +164,25 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
     facts = _facts_of(table.facts)
-    if position and "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
-        del columns["velocity"]  # of the motor, and the way from there to the position is not told
+    if position and "velocity" in columns:
+        bases = ("m", "rad", "count")
+        moved = [units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"), units.like(position.unit, bases)]
+        if moved[0] != moved[1] and ("count" in moved or "transmission.lead" not in facts):
+            del columns["velocity"]  # of the motor, and the way from there to the position is not told
     motion = position or roles.channels["velocity"]
-    if motion.unit and any(units.compatible(motion.unit, base) for base in ("count", "count/s")):
+    if units.like(motion.unit, ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
-    if (effort := roles.channels.get("effort")) is not None:
-        tables |= _constant(effort, facts)
+    effort = roles.channels.get("effort")
+    if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
+        key = "rated" if units.compatible(effort.unit, "rated") else "constant"
+        tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
     if "time" not in columns and not roles.implied_time and table.sample_time is None:
         tables["timing"] = {"sample_time": FILL_IN}
-    if _needs_lead(tables, kind):
+    # Position and effort are measured on both sides of a screw.
+    if kind is not None and (turns := _turns(tables)) is not None and turns != (kind == KINDS[1]):
         tables["transmission"] = {"lead": facts.get("transmission.lead", FILL_IN)}
     return tables
-
-
-def _constant(effort: Role, facts: Mapping[str, Any]) -> dict[str, Any]:
-    if not effort.unit or any(units.compatible(effort.unit, base) for base in ("N", "N*m")):
-        return {}
-    if units.compatible(effort.unit, "rated"):
-        return {"effort": {"rated": facts.get("effort.rated", FILL_IN)}}
-    return {"effort": {"constant": facts.get("effort.constant", FILL_IN)}}
-
-
-def _needs_lead(tables: Mapping[str, Any], kind: Kind | None) -> bool:
-    """Return whether position and effort are measured on both sides of a screw."""
-    turns = _turns(tables)
-    return kind is not None and turns is not None and turns != (kind == KINDS[1])
 
 
 def _turns(tables: Mapping[str, Any]) -> bool | None:
@@ -199,26 +191,11 @@ def _turns(tables: Mapping[str, Any]) -> bool | None:
         return True
     texts = [str(value) for value in tables.get("effort", {}).values()]
     texts.append(tables["columns"].get("effort", {}).get("unit", ""))
-    turns = [
-        units.compatible(unit, "N*m")
-        for unit in map(_unit_in, texts)
-        if unit and units.is_unit(unit) and any(units.compatible(unit, base) for base in ("N", "N*m"))
-    ]
-    return any(turns) if turns else None
-
-
-def _unit_in(text: str) -> str:
-    """Return the force or torque that a unit, a rated effort or a constant speaks of."""
-    unit = re.sub(r"^[\d.eE+-]+\s*", "", text)
-    return unit.rpartition("/")[0] or unit
-
-
-def _goes_with(velocity: str, position: str, facts: Mapping[str, Any]) -> bool:
-    kinds = [
-        next((base for base in ("m", "rad", "count") if unit and units.compatible(unit, base + per)), "")
-        for unit, per in ((velocity, "/s"), (position, ""))
-    ]
-    return kinds[0] == kinds[1] or ("count" not in kinds and "transmission.lead" in facts)
+    # The force or torque that a unit, a rated effort or a constant speaks of.
+    bare = [re.sub(r"^[\d.eE+-]+\s*", "", text) for text in texts]
+    spoken_of = [unit.rpartition("/")[0] or unit for unit in bare]
+    bases = [units.like(unit, EFFORTS) for unit in spoken_of if unit and units.is_unit(unit)]
+    return "N*m" in bases if any(bases) else None
 
 
 def _facts_of(facts: Mapping[str, str]) -> dict[str, Any]:
@@ -234,14 +211,9 @@ def _facts_of(facts: Mapping[str, str]) -> dict[str, Any]:
             number, unit = amount
             if key == "encoder.counts_per_rev":
                 facts_found[key] = number
-            elif unit and _fits(unit, key):
+            elif unit and units.is_unit(unit) and units.like(unit, SPOKEN_OF[key]):
                 facts_found[key] = f"{number:.12g} {unit}"
     return facts_found
-
-
-def _fits(unit: str, key: str) -> bool:
-    bases = {"effort.rated": ("N", "N*m"), "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"), "transmission.lead": ("m",)}
-    return units.is_unit(unit) and any(units.compatible(unit, base) for base in bases[key])
 
 
 def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -253,18 +225,13 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
             channel = name if name in ASSUMED_UNIT else "position"
             entry["unit"] = ASSUMED_UNIT[channel][kind]
     assumed = {**tables, "kind": kind, "columns": columns}
-    force = ASSUMED_UNIT["effort"][kind]
+    force, drive = ASSUMED_UNIT["effort"][kind], units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
     for name, filled in (("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m")):
         if name in tables:
-            assumed[name] = {key: f"1 {filled}{_per(key, columns)}" if value == FILL_IN else value for key, value in tables[name].items()}
+            assumed[name] = {
+                key: f"1 {filled}{f'/{drive}' * (key == 'constant')}" if value == FILL_IN else value for key, value in tables[name].items()
+            }
     return assumed
-
-
-def _per(key: str, columns: Mapping[str, Any]) -> str:
-    if key != "constant":
-        return ""
-    unit = columns["effort"]["unit"]
-    return f"/{next(drive for drive in ('A', 'V', 'count', 'rated') if units.compatible(unit, drive))}"
 
 
 def _reversed(table: Table, axis: Axis) -> bool:

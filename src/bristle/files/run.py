@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Trajectory, make_model
 from bristle.core.errors import InputError
-from bristle.core.experiment import RUN, SAMPLES_MAX, Effort, Run
+from bristle.core.experiment import OF_A_SAMPLE, RUN, SAMPLES_MAX, Effort, Run
 from bristle.core.variable import Kind, Variable
 from bristle.files.components import check_keys, component_named, key_of, number_at, numbers_in
 from bristle.files.controller import in_effort
@@ -60,7 +60,6 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
 FUNCTIONS = {function.name: function for function in (sine, chirp, triangle, s_curve)}
 CONSTANT, RECORDED = "constant", "recorded"
 LEVEL = Variable("force", "effort from the first sample on")
-BETWEEN = 1e-6  # of a sample: times that are told in decimals are not exact
 
 
 def recorded_in(table: Mapping[str, Any], axis: Axis | None, sources: Sources, path: str) -> Log | None:
@@ -88,7 +87,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     """Return what drives an open loop, sample by sample."""
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     if log is not None and log.effort is not None:
-        at = np.floor(time / log.sample_time + BETWEEN).astype(int)
+        at = np.floor(time / log.sample_time + OF_A_SAMPLE).astype(int)
         if at[-1] >= len(log):
             raise InputError(
                 f"is longer than the log of the effort, {len(log) * log.sample_time:g} s",

@@ -20,7 +20,7 @@ from bristle.files.motion import axis_of_motion
 from bristle.files.operator import OperatorFile, contact_over, holds_operator, read_operator
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
-from bristle.files.user_model import Described, component_in, origins_of_code
+from bristle.files.user_model import Own, component_in, origins_of_code
 from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.logs.tables import content_of_log
@@ -92,7 +92,7 @@ class Sources:
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
-    def own(self, table: Any, family: type[Described], path: str) -> Described | None:
+    def own(self, table: Any, family: type[Own], path: str) -> Own | None:
         """Return the component of a person's own that a table names in `file`; None where it names none."""
         entries = table_at(table, path)
         if "file" not in entries:
@@ -103,7 +103,7 @@ class Sources:
         """Return the code in a file, which may run here."""
         key = ("code", self._file(file, path))
         if key not in self._read:
-            self._read[key] = code_named(file, self.folder, path, allow_code=self.allow_code)
+            self._read[key] = code_named(file, path, folder=self.folder, allow_code=self.allow_code)
             self._origins.setdefault("code", []).append(self._read[key].origin)
         return self._read[key]
 

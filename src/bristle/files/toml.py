@@ -16,7 +16,7 @@ from bristle.core.units import LARGEST
 TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
 
-DEEPEST, LONGEST_KEY = 32, 32
+DEEPEST = 32  # tables in one another, and parts of a key
 LARGEST_WHOLE = 2**63 - 1  # what TOML promises to hold
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _TUPLE = re.compile(r"\(('(?:[^']|', ')*'),?\)")  # keys as the parser tells them
@@ -24,7 +24,7 @@ _JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between th
 _KEYS = re.compile(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+")
 
 
-class Described(NamedTuple):
+class Settings(NamedTuple):
     """What a file of settings says, and which file it is; there is none where a dict was given."""
 
     data: dict[str, Any]
@@ -32,16 +32,16 @@ class Described(NamedTuple):
     content: Content | None = None
 
 
-def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Described:
+def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Settings:
     """Return what a TOML file says."""
     if isinstance(source, dict):
         _refuse_absurdities(source)
-        return Described(source, Path("<dict>"))
+        return Settings(source, Path("<dict>"))
     content = content_of(source, limit=TOML_LIMIT, path=path, what=what)
     with located(content.source):
         data = _parsed(content)
         _refuse_absurdities(data)
-    return Described(data, content.source, content)
+    return Settings(data, content.source, content)
 
 
 def _parsed(content: Content) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def _refuse_long_keys(text: str) -> None:
     before = ""
     for match in _KEYS.finditer(text):
         part = match[0]
-        if part[0] in "=]" and before.count(".") > LONGEST_KEY and len(_JOINTS.findall(before)) > LONGEST_KEY:
+        if part[0] in "=]" and before.count(".") > DEEPEST and len(_JOINTS.findall(before)) > DEEPEST:
             raise _too_deep(before.strip())
         before = part
 

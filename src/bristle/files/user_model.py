@@ -18,6 +18,7 @@ from bristle.core.content import Content, Origin, Readable
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.documented import Documented
 from bristle.core.errors import OWN_CODE, BristleError, InputError, located, told_by
+from bristle.core.fingerprint import LETTERS
 from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
@@ -37,7 +38,7 @@ WORDS: dict[type[Documented], str] = {
 }
 """What a component is called, by its descriptor."""
 
-Described = TypeVar("Described", bound=Component)
+Own = TypeVar("Own", bound=Component)
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class SourceText:
 
     def module(self) -> types.ModuleType:
         """Return what the text defines, executed once in each process."""
-        name = f"{OWN_CODE}{self.content.checksum[:16]}"
+        name = f"{OWN_CODE}{self.content.checksum[:LETTERS]}"
         with LOADING:
             module = sys.modules.get(name) or _executed(name, self.content)
             _show_source(module, self.content.data)
@@ -86,7 +87,7 @@ def load_model_file(path: Readable) -> FrictionModel:
     return load_code(path)
 
 
-def load_component_file(path: Readable, *families: type[Described]) -> Described:
+def load_component_file(path: Readable, *families: type[Own]) -> Own:
     """Return what a Python file defines as ``MODEL``."""
     content = code_at(path)
     source = content.source
@@ -119,7 +120,7 @@ def _arguments_of(family: type[Documented]) -> str:
     return ", ".join(f"{name}=..." if name in said else f"{name}={name}" for name in needed)
 
 
-def component_in(table: Mapping[str, Any], family: type[Described], *, path: str, read_code: CodeRead) -> Described:
+def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead) -> Own:
     """Return the component of a person's own that a table names, ``file = "my_law.py"``."""
     file = table["file"]
     if "model" in table:

@@ -13,11 +13,24 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory
 from bristle.core.errors import InputError
-from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, RESTS, SIDES, START, Feedforward, Learning, Run, Start, Variant
+from bristle.core.experiment import (
+    ALONG,
+    FEEDFORWARD,
+    LEARNING,
+    OF_A_SAMPLE,
+    RESTS,
+    SIDES,
+    START,
+    Feedforward,
+    Learning,
+    Run,
+    Start,
+    Variant,
+)
 from bristle.core.variable import Kind
 from bristle.files.components import check_keys, choice_at, key_of, kind_at, model_from, numbers_in, table_at
 from bristle.files.controller import controller_from
-from bristle.files.run import BETWEEN, at_rest, effort_from, recorded_in, run_from
+from bristle.files.run import at_rest, effort_from, recorded_in, run_from
 from bristle.files.sources import Sources
 from bristle.friction import MODELS, with_presliding
 from bristle.friction.level import rises_with_effort
@@ -122,7 +135,7 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     force = record.unexplained if section == "disturbance" else record.injected
     if force is None:
         raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=f"Take [{path}] out of the file")
-    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + BETWEEN)
+    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + OF_A_SAMPLE)
     if at[-1] >= force.size:
         raise InputError(
             f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s",

@@ -72,7 +72,7 @@ class FleetStore(Store):
             "grid": {},
             "model": fleet.model.name,
             "metrics": list(fleet.parameters),
-            "columns": {name: column._asdict() for name, column in fleet.columns.items()},
+            "columns": fleet.columns,
             "logs": [{"folder": log.folder, "log": log.name, "sha256": log.checksum, "time": log.time} for log in fleet.logs],
             "described": fleet.described,
             "provenance": provenance,
@@ -83,15 +83,13 @@ class FleetStore(Store):
             return self.pyarrow.array(values, type=field.type)
         return super()._array(values, field)
 
-    def _schema(self) -> Any:
-        pa = self.pyarrow
-        kinds = {"run": pa.int64(), "time_of_log": pa.timestamp("us")}
-        return pa.schema(
-            pa.field(name, kinds.get(name, pa.string()))
-            if column.role == "run"
-            else pa.field(name, pa.float64(), metadata={"unit": column.unit})
-            for name, column in self.study.columns.items()
-        )
+    @property
+    def columns(self) -> dict[str, dict[str, str]]:
+        """What each column of a block is: its role, its unit in SI and its meaning."""
+        return self.study.columns
+
+    def _probe(self) -> Mapping[str, np.ndarray]:
+        return {}
 
 
 class Identifier:
@@ -104,7 +102,7 @@ class Identifier:
     def columns(self, block: Block) -> dict[str, Any]:
         """Return the rows of the logs of a block, by column, each of shape (log,)."""
         rows = [self._row(number) for number in range(block.first, block.last)]
-        blank = {name: "" if column.role == "run" else np.nan for name, column in self.fleet.columns.items()} | {"time_of_log": None}
+        blank = {name: "" if column["role"] == "run" else np.nan for name, column in self.fleet.columns.items()} | {"time_of_log": None}
         return {name: [row.get(name, value) for row in rows] for name, value in blank.items()}
 
     def _row(self, number: int) -> dict[str, Any]:
@@ -176,17 +174,17 @@ def fleet_of(
 ) -> Fleet:
     """Return many logs as a fleet, described by what tells it from another; nothing is identified yet."""
     listed = listed_logs(logs, size_limit=size_limit)
-    models = models_of(model)
-    if len(models) > 1:
+    chosen, *further = models_of(model)
+    if further:
         raise InputError(
             "takes one model: parameters of different ones do not compare",
             path="--each",
-            value=", ".join(component.name for component in models),
+            value=", ".join(component.name for component in (chosen, *further)),
             mend="Compare models on one log first, then name the best one",
         )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
-    kinds = {axis.kind for axis in described if axis is not None}
+    kinds: set[Any] = {axis.kind for axis in described if axis is not None}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("describe axes of different kinds", path="--axis", mend="Make a fleet of each kind")
@@ -195,7 +193,7 @@ def fleet_of(
         with suppress(InputError):
             kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
     numbered = tuple(replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed))
-    fleet = Fleet(name, numbered, tuple(described), kinds.pop(), models[0], dict(options or {}), tuple(readers), size_limit, {})
+    fleet = Fleet(name, numbered, tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers), size_limit, {})
     texts = {axis.text or repr(axis).encode() for axis in described if axis is not None}
     identity = {
         "fleet": {"model": fleet.model.name} | plain(fleet.options),

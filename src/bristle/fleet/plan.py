@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import Content
@@ -15,15 +15,7 @@ from bristle.core.variable import Kind, Variable
 from bristle.identification.request import prior_knowledge_of
 from bristle.study.plan import Block
 
-__all__ = ["Column", "Fleet", "LogFile"]
-
-
-class Column(NamedTuple):
-    """A column of the rows of a fleet: ``run`` (text), ``parameter``, ``interval`` or ``fit``; its SI unit, its meaning."""
-
-    role: str
-    unit: str
-    description: str
+__all__ = ["Fleet", "LogFile"]
 
 
 RUN = {
@@ -36,11 +28,11 @@ RUN = {
     "diagnostics": "codes of the warnings about the fit",
 }
 OF_FIT = {
-    "held_out_error": Column("fit", "", "error on held-out blocks, as a share of the effort"),
-    "error": Column("fit", "", "what was made small, as a share"),
-    "scatter": Column("fit", "", "standard deviation of the level of friction from reversal to reversal, as a share"),
-    "temperature": Column("fit", "K", "mean of the column temperature"),
-    "duration": Column("fit", "s", "length of the log"),
+    "held_out_error": ("", "error on held-out blocks, as a share of the effort"),
+    "error": ("", "what was made small, as a share"),
+    "scatter": ("", "standard deviation of the level of friction from reversal to reversal, as a share"),
+    "temperature": ("K", "mean of the column temperature"),
+    "duration": ("s", "length of the log"),
 }
 
 
@@ -95,15 +87,16 @@ class Fleet:
         return {column: variable for column, variable in named.items() if not variable.choices}
 
     @cached_property
-    def columns(self) -> dict[str, Column]:
+    def columns(self) -> dict[str, dict[str, str]]:
         """What each column of a block is: the run, each parameter with status and interval, what is known of the fit."""
-        columns = {name: Column("run", "", description) for name, description in RUN.items()}
+        columns = {name: _column("run", "", description) for name, description in RUN.items()}
         for name, variable in self.parameters.items():
-            columns[name] = Column("parameter", "" if variable.quantity == "1" else variable.unit(self.kind), variable.description)
-            columns[f"{name}.status"] = Column("run", "", "identified, held, at_edge or unidentifiable")
-            columns |= _ends(name, columns[name].unit)
-        for name, column in OF_FIT.items():
-            columns |= {name: column} | (_ends(name, "") if name == "scatter" else {})
+            unit = "" if variable.quantity == "1" else variable.unit(self.kind)
+            columns[name] = _column("parameter", unit, variable.description)
+            columns[f"{name}.status"] = _column("run", "", "identified, held, at_edge or unidentifiable")
+            columns |= _ends(name, unit)
+        for name, (unit, description) in OF_FIT.items():
+            columns |= {name: _column("fit", unit, description)} | (_ends(name, "") if name == "scatter" else {})
         return columns
 
     def following(self, listed: Sequence[Mapping[str, Any]]) -> Fleet:
@@ -124,5 +117,9 @@ class Fleet:
         return replace(self, logs=(*logs, *named.values()))
 
 
-def _ends(column: str, unit: str) -> dict[str, Column]:
-    return {f"{column}.{end}": Column("interval", unit, f"{end} end of the 95 % interval of {column}") for end in ("lower", "upper")}
+def _column(role: str, unit: str, description: str) -> dict[str, str]:
+    return {"role": role, "unit": unit, "description": description}
+
+
+def _ends(column: str, unit: str) -> dict[str, dict[str, str]]:
+    return {f"{column}.{end}": _column("interval", unit, f"{end} end of the 95 % interval of {column}") for end in ("lower", "upper")}

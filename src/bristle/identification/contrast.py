@@ -23,11 +23,11 @@ import numpy as np
 from bristle.identification.parameter_space import Solution
 from bristle.logs.waves import frequency_in, waves
 
-__all__ = ["Away", "Contrast", "between"]
+__all__ = ["SINGULAR", "Away", "Contrast", "between"]
 
 AS_WELL = 3.0  # times the standard error: what rows away from reversals tell of a parameter
 APART = 0.02  # of a force: what the columns cannot take
-SINGULAR = 1e-7  # of the largest singular value
+SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 FEWEST = 50  # rows
 LEAST_TURNS, WAVE_SHARE = 3.0, 0.05  # of waves: turns over the range, share of the squares that are left over
 CHANCE = 2.0  # standard deviations, by which fits to replicates may differ: no more than that is none

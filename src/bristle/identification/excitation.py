@@ -160,10 +160,14 @@ def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.nda
     """Return how far the body goes between reversals [m or rad], shape (half-cycle,); a `tremble` of it is no way."""
     ways = []
     for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
-        least, extremes = tremble * float(np.ptp(segment.position)), segment.position[list(turns)]
-        between = np.abs(np.diff(extremes[[0, *turning_points(extremes, least), -1]])) if turns else np.empty(0)
-        ways.append(between[between > least])
-    return np.concatenate(ways)
+        least, heights = tremble * float(np.ptp(segment.position)), []
+        for height in segment.position[list(turns)].tolist():
+            if not heights or abs(height - heights[-1]) > least:
+                heights.append(height)
+        apart = np.array(heights)
+        if apart.size:
+            ways.append(np.abs(np.diff(apart[np.unique([0, *turning_points(apart), apart.size - 1])])))
+    return np.concatenate([np.empty(0), *ways])
 
 
 def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:

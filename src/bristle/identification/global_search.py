@@ -21,6 +21,7 @@ import numpy as np
 from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
+from bristle.identification.contrast import SINGULAR
 from bristle.identification.parameter_space import Solution, Transform
 from bristle.identification.problem import Residual
 
@@ -118,7 +119,6 @@ STEPS = 6
 SMALL = 0.03  # of a standard error
 SHORT = 0.02  # of the longest step
 SHORTER = 0.3  # of a step that led too far
-SINGULAR = 1e-7  # of the largest singular value
 
 
 @dataclass(frozen=True)

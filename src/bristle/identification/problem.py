@@ -14,7 +14,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
-from bristle.identification.contrast import Away
+from bristle.identification.contrast import SINGULAR, Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.parameter_space import Solution
@@ -146,7 +146,6 @@ class Problem(Residual, Protocol):
 CLUSTERS = 40
 FEWEST_CYCLES = 5  # half-cycles of a jackknife
 RANK = 1e-12  # of the largest singular value of its equations
-SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bristle.core.threshold import Threshold, thresholds_of
-from bristle.core.threshold import threshold as _set
+from bristle.core.values import Threshold, thresholds_of
+from bristle.core.values import threshold as _set
 from bristle.logs.look import CheckThresholds
 
 __all__ = ["DEFAULT", "Settings", "Threshold", "thresholds"]

@@ -122,20 +122,9 @@ def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Bu
 def variables_of(
     model: Model, movable: Container[str], force: float, uncertainty: Mapping[str, Mapping[str, Any]], around: float = AROUND
 ) -> list[dict[str, Any]]:
-    """Return what a page knows of the parameters of a model.
+    """Return what a page knows of the parameters of a model, of which some may be moved.
 
-    Parameters
-    ----------
-    model : Model
-        The model.
-    movable : container of str
-        Names of those that may be moved.
-    force : float
-        How far the slider goes of a force of either sign that is 0 [N or N*m].
-    uncertainty : mapping
-        For a parameter, what is known of how sure it is.
-    around : float
-        How many times a slider goes up and down from the value that it begins with.
+    `force` is how far the slider goes of a force that is 0 [N or N*m], `around` how many times one goes up and down.
     """
     rows = []
     for name, variable in model.component.variables.items():

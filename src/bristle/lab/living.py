@@ -24,7 +24,7 @@ from bristle.engine.loop import begun
 from bristle.engine.mechanism import drive_over
 from bristle.engine.motion import settled
 from bristle.exports.build import Builder
-from bristle.exports.fmu_core import SOLVER
+from bristle.exports.cycle import SOLVER
 from bristle.exports.wasm import module_of_parts
 from bristle.friction.level import rises_with_effort
 from bristle.lab.described import body_described, described, values_of, variables_of
@@ -33,7 +33,7 @@ from bristle.lab.packing import as_json, differences, packed, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
-from bristle.report.living import Living
+from bristle.report.page import Living
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
 

@@ -21,7 +21,7 @@ from bristle.core.units import quantity
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
 from bristle.exports.scope import defined
-from bristle.exports.types import REAL, Array, type_of
+from bristle.exports.tree import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.files.experiment import read_experiment
 from bristle.friction import find

@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core.contracts import Model
-from bristle.exports.rendering import version
+from bristle.exports.described import version
 from bristle.friction import MODELS
 from bristle.lab.described import example_named
 from bristle.lab.loop import loop_described, presets
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from bristle.lab.rows import Replay
 
-__all__ = ["FIRST", "MARK", "SHARED", "hash_of", "joined", "lab_page", "policy"]
+__all__ = ["FIRST", "MARK", "SHARED", "environment", "hash_of", "joined", "lab_page", "policy"]
 
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
@@ -95,7 +95,7 @@ def lab_page(
     }
     content = as_json(data).encode("utf-8")
     return (
-        _environment()
+        environment()
         .get_template("lab.html")
         .render(
             mark=Markup(MARK),
@@ -154,9 +154,10 @@ def joined(names: Iterable[str], package: str = "bristle.lab") -> str:
 
 
 @cache
-def _environment() -> jinja2.Environment:
+def environment(package: str = "bristle.lab") -> jinja2.Environment:
+    """Return what fills the templates of a package."""
     import jinja2
 
     return jinja2.Environment(
-        loader=jinja2.PackageLoader("bristle.lab"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=jinja2.PackageLoader(package), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

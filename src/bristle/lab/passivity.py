@@ -15,8 +15,7 @@ from bristle.core.kernel import kernel
 from bristle.exports.build import Builder
 from bristle.exports.scope import defined
 from bristle.exports.subject import Subject
-from bristle.exports.tree import Function
-from bristle.exports.types import REAL
+from bristle.exports.tree import REAL, Function
 from bristle.friction import (
     bouc_wen,
     channel_slots_of,

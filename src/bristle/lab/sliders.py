@@ -11,8 +11,7 @@ import numpy as np
 from bristle.core.contracts import Component, Model
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
-from bristle.exports.subject import Subject
-from bristle.exports.walk import presliding_distance
+from bristle.exports.subject import Subject, presliding_distance
 from bristle.friction import gms, maxwell_slip, maxwell_stribeck
 from bristle.lab.passivity import SIDES, inner_of, of_side
 from bristle.plants import pulled_inertia

@@ -17,8 +17,7 @@ import numpy as np
 
 from bristle.core.contracts import Model, Motion
 from bristle.engine.mechanism import Mechanism, mechanism
-from bristle.exports.subject import Subject, subject_of
-from bristle.exports.walk import FACTOR, SEED, TERM, Walk, hash_of, presliding_distance, walk_of
+from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, hash_of, presliding_distance, subject_of, walk_of
 from bristle.lab.sliders import Scales
 
 __all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked", "walked_together"]

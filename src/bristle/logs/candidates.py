@@ -62,7 +62,7 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
     """Return the column of time, and why it is one; None where there is none, or each column brings its own."""
     if table.stamps:
         return None
-    rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
+    rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and column.values[-1] > column.values[0]]
     called = [column for column in columns if column.meaning.role == "time" and is_time(column.name)]
     called = [column for column in called if column in rising or _halts(column)]
     named = [column for column in called if not column.unit or column.is_one_of(("s",))]
@@ -80,19 +80,11 @@ def _halts(column: Candidate) -> bool:
 
 def _is_nameless_time(column: Candidate, *, first: bool) -> bool:
     """Return whether a column that no name tells rises evenly; without a halt, if it is not the first."""
-    if column.unit or column.unknown or _counts_rows(column.values) or not _even(column.values):
+    if column.unit or column.unknown or np.all(np.diff(column.values) == 1.0) or not _even(column.values):
         return False
     if first:
         return column.meaning.role in ("", "status")
     return not column.meaning.role and bool(np.all(np.diff(column.values) > 0.0))
-
-
-def _counts_rows(values: np.ndarray) -> bool:
-    return bool(np.all(np.diff(values) == 1.0))
-
-
-def _advances(column: Candidate) -> bool:
-    return bool(column.values[-1] > column.values[0])
 
 
 def _even(values: np.ndarray) -> bool:

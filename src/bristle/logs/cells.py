@@ -80,13 +80,7 @@ def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
 
 
 def why_no_number(cell: str) -> tuple[str, str]:
-    """Return what a cell is that is no number, and what to do about it.
-
-    Examples
-    --------
-    >>> why_no_number("1.234,5")[0], why_no_number("00:00:01.250")[0]
-    ('is a number with thousands separators', 'is a time of day')
-    """
+    """Return what a cell is that is no number, and what to do about it."""
     if CLOCK.fullmatch(cell):
         return "is a time of day", (
             "Export the time in seconds from the start, or leave the column of time out of the axis file and write sample_time in [timing]"

@@ -209,7 +209,11 @@ class LogData(Tabular):
 
     def _signals(self) -> dict[str, Signal]:
         return {
-            name: Signal(channel.values, channel.unit, SIGNALS[name].description if name in SIGNALS else _about(name))
+            name: Signal(
+                channel.values,
+                channel.unit,
+                SIGNALS[name].description if name in SIGNALS else "known column" if name.startswith("known.") else "known input",
+            )
             for name, channel in self.channels()
         }
 
@@ -232,10 +236,6 @@ class LogData(Tabular):
     def _remarks(self) -> list[str]:
         parts = [f"{len(self.segments)} segments without a gap"] if len(self.segments) > 1 else []
         return [*parts, *self.notes]
-
-
-def _about(name: str) -> str:
-    return "known column" if name.startswith("known.") else "known input"
 
 
 def _spacing(time: np.ndarray) -> float:

@@ -20,7 +20,7 @@ from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
 from bristle.logs.names import plain_unit
 from bristle.logs.turns import period_of
-from bristle.logs.words import unit_in_name
+from bristle.logs.words import other_unit_in
 
 __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 
@@ -81,11 +81,10 @@ def _unit_suspect(look: Look) -> Numbers | None:
 def _named_otherwise(channel: str, bases: tuple[str, ...], axis: Axis) -> Numbers | None:
     """Return a column, its declared unit and the one in its name, where these differ."""
     column = axis.columns.get(channel)
-    declared, called = (plain_unit(column.unit), unit_in_name(column.name)) if column is not None else ("", "")
-    if column is None or not all(unit and any(units.compatible(unit, base) for base in bases) for unit in (declared, called)):
+    called = other_unit_in(column.name, plain_unit(column.unit)) if column is not None else ""
+    if column is None or not called or not any(units.compatible(called, base) for base in bases):
         return None
-    same = units.compatible(called, declared) and np.isclose(units.factor(called, declared), 1.0, rtol=1e-9)
-    return None if same else {"column": column.name, "declared": column.unit, "called": called}
+    return {"column": column.name, "declared": column.unit, "called": called}
 
 
 def _resolution_contradicts(look: Look) -> Numbers | None:
@@ -121,7 +120,8 @@ def _gear_of_velocity(look: Look) -> Numbers | None:
 
 
 def _effort_unsigned(look: Look) -> Numbers | None:
-    return {"largest": float(np.max(np.abs(look.log.effort)))} if look.is_unsigned else None
+    effort = look.log.effort
+    return {"largest": float(np.max(np.abs(effort.values)))} if effort is not None and look.is_unsigned else None
 
 
 def _clipped(look: Look) -> Numbers | None:

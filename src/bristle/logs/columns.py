@@ -53,13 +53,7 @@ def record_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None
 
 
 def is_table(source: Any) -> bool:
-    """Return whether something is a dictionary, a data frame, a data set or an array with named fields.
-
-    Examples
-    --------
-    >>> is_table({"time": [0.0, 1.0]}), is_table("log.csv"), is_table([0.0, 1.0])
-    (True, False, False)
-    """
+    """Return whether something is a dictionary, a data frame, a data set or an array with named fields."""
     try:
         named = getattr(getattr(source, "dtype", None), "names", None)
         frame = any(hasattr(source, name) for name in ("columns", "column_names", "variables", "collect_schema"))

@@ -17,16 +17,15 @@ from bristle.logs.cells import COMMENTS, cells_of, is_number, why_no_number, wit
 from bristle.logs.layout import PREAMBLE_LINES, SAMPLE_ROWS, Layout, layout_of
 from bristle.logs.scope import head_of, is_archived, read_archive, read_scope
 from bristle.logs.stamped_text import (
-    dates_in,
     facts_above,
-    large_counts,
     names_beside_times,
     partly_empty,
     period_told,
+    stamps_in,
     units_of_labview,
     with_own_times,
 )
-from bristle.logs.table import Choice, Request, Table
+from bristle.logs.table import NUMBER_BYTES, Choice, Request, Table
 from bristle.logs.words import is_time
 
 __all__ = ["read", "refuse_frames"]
@@ -41,7 +40,6 @@ _FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 _ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in a SINUMERIK, which names its column
 PIECE = 2**20
-NUMBER_BYTES = 8
 
 
 def read(data: bytes, request: Request) -> Table:
@@ -75,11 +73,9 @@ def read(data: bytes, request: Request) -> Table:
     ]
     values = _numbers(body, layout, request.source, chosen, request.limit, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
-    dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
+    has_stamps = any(not numeric or is_time(name) for name, numeric in zip(layout.names, layout.numeric, strict=True))
+    dates = stamps_in(body, layout, encoding) if has_stamps else {}
     columns |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
-    counts = large_counts(body, layout, encoding)
-    columns |= {layout.names[i]: stamps for i, stamps in counts.items() if request.choice(layout.names[i])}
-    dates |= counts
     numeric = [numeric or i in dates for i, numeric in enumerate(layout.numeric)]
     left_out = [name for name, is_numeric in zip(layout.names, numeric, strict=True) if not is_numeric]
     if left_out:

@@ -15,7 +15,7 @@ from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.order import median_step
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
-from bristle.logs.words import unit_in_name
+from bristle.logs.words import other_unit_in
 
 __all__ = ["Gathered", "axis_of", "gather", "onto_one_time"]
 
@@ -165,10 +165,10 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
 
 def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:
     """Tell where the name of a column speaks of another unit than its numbers are taken in."""
-    called, declared = unit_in_name(name), column.unit or table.units.get(name, "")
-    if len(called) < LONG_ENOUGH or not declared or not units.is_unit(declared) or (column.unit and key in ("time", "position")):
+    declared = column.unit or table.units.get(name, "")
+    if column.unit and key in ("time", "position"):
         return  # where an axis file declares the unit of time and position, the check of the log looks at it
-    if not units.compatible(called, declared) or not np.isclose(units.factor(called, declared), 1.0, rtol=1e-9):
+    if len(called := other_unit_in(name, declared)) >= LONG_ENOUGH:
         numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
         gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
 
@@ -255,7 +255,10 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     if motion is None:
         return
     own = table.stamps[motion.column]
-    clocks = {name: _seconds(table, name) for name in set(table.stamps.values())}
+    clocks = {
+        name: table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=str(table.source))
+        for name in set(table.stamps.values())
+    }
     base = clocks[own]
     elsewhere = [
         (key, channel) for key, channel in gathered.named() if channel.column in table.stamps and table.stamps[channel.column] != own
@@ -278,10 +281,6 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     left = base.size - times_kept.size
     if left:
         gathered.notes.append(f"{left} samples were left out, at which not all channels were recorded")
-
-
-def _seconds(table: Table, name: str) -> np.ndarray:
-    return table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=str(table.source))
 
 
 def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:

@@ -14,7 +14,7 @@ import numpy as np
 from bristle.core.errors import InputError
 from bristle.logs.names import names_and_units
 from bristle.logs.table import Choice, Request, Table
-from bristle.logs.tables import Series, table_of_series
+from bristle.logs.tables import Series, no_such_table, table_of_series
 from bristle.logs.words import is_time, unit_of_time
 
 __all__ = ["looks_like_json", "read"]
@@ -30,13 +30,7 @@ MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …], or c
 
 
 def looks_like_json(head: bytes) -> bool:
-    """Return whether text begins as JSON does, and not with the name of a section in brackets.
-
-    Examples
-    --------
-    >>> looks_like_json(b'{"t": [0, 1]}'), looks_like_json(b"[Header]"), looks_like_json(b"[1, 2]")
-    (True, False, True)
-    """
+    """Return whether text begins as JSON does, and not with the name of a section in brackets."""
     text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 
@@ -173,12 +167,7 @@ def _chosen(tables: Mapping[str, Any], table: str | None, source: Path) -> str:
     if table is not None and table in tables:
         return table
     if table is not None and len(tables) > 1:
-        raise InputError(
-            f"holds no table {table!r}",
-            path=str(source),
-            allowed=", ".join(tables),
-            mend="Mend the name behind ::, or `table` under [log] of the axis file",
-        )
+        raise no_such_table(table, list(tables), source)
     return max(tables, key=lambda name: max(map(len, tables[name][0].values())))
 
 
@@ -203,61 +192,18 @@ def _table(
     if not numbers:
         raise InputError("holds no column of numbers", path=str(source), mend=MEND)
     time = next((name for name in numbers if is_time(name) and _advances(numbers[name])), None)
-    chosen_columns = {name: values for name, values in numbers.items() if choice(name) or name == time}
-    series = [
-        Series(
-            name,
-            chosen_columns.get(name),
-            _times_for(numbers[time], values) if time is not None and time != name else None,
-            unit_of.get(name, ""),
-        )
-        for name, values in numbers.items()
-    ]
     notes += [f"text was left out: {', '.join(list(texts)[:20])}"] if texts else []
-    plain = table_of_series(
-        [_without_missing(entry) for entry in series if entry.name != time],
-        source,
-        "JSON",
-        notes=notes,
-        texts=texts,
-        facts=facts,
-        constants=constants,
-    )
-    if time is None:
-        return plain
-    return _with_its_name(plain, time, unit_of.get(time) or unit_of_time(time, numbers[time]))
-
-
-def _times_for(times: np.ndarray, values: np.ndarray) -> np.ndarray | None:
-    return times if times.size == values.size else None
-
-
-def _without_missing(series: Series) -> Series:
-    """Leave out the places where a record lacks a value that others have: such a channel was recorded less often."""
-    if series.values is None or series.times is None or not np.isnan(series.values).any():
-        return series
-    filled_in = np.isfinite(series.values)
-    return Series(series.name, series.values[filled_in], series.times[filled_in], series.unit, series.about)
-
-
-def _with_its_name(table: Table, name: str, unit: str) -> Table:
-    """Return the table with its column of time called as in the file."""
-    from dataclasses import replace
-
-    old = next(iter(table.stamps.values()), None)
-    if old is None:
-        return table
-
-    def called(entry: str) -> str:
-        return name if entry == old else entry
-
-    return replace(
-        table,
-        columns={called(entry): values for entry, values in table.columns.items()},
-        units={called(entry): unit_of for entry, unit_of in table.units.items() if entry != old} | ({name: unit} if unit else {}),
-        names=tuple(map(called, table.names)),
-        stamps={entry: called(time) for entry, time in table.stamps.items()},
-    )
+    series = []
+    for name, values in numbers.items():
+        if name == time:
+            continue
+        times = numbers[time] if time is not None and numbers[time].size == values.size else None
+        if times is not None and choice(name):
+            # Where a record lacks a value that others have, the channel was recorded less often.
+            values, times = values[~np.isnan(values)], times[~np.isnan(values)]
+        series.append(Series(name, values if choice(name) else None, times, unit_of.get(name, "")))
+    named = {} if time is None else {"time": time, "time_unit": unit_of.get(time) or unit_of_time(time, numbers[time])}
+    return table_of_series(series, source, "JSON", notes=notes, texts=texts, facts=facts, constants=constants, **named)
 
 
 def _advances(values: np.ndarray) -> bool:

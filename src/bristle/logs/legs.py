@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
-from bristle.logs.turns import turning_points
+from bristle.logs.turns import runs, turning_points
 
 __all__ = ["Leg", "graininess", "legs_of", "rests_of"]
 
@@ -58,12 +58,7 @@ def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[sli
     still = np.pad((span <= 2.0 * grain)[half:-half], half)
     # A rest reaches as far as its windows do.
     counted = np.concatenate([[0], np.cumsum(np.pad(still, half))])
-    return _runs(counted[2 * half + 1 :] > counted[: -2 * half - 1])
-
-
-def _runs(inside: np.ndarray) -> list[slice]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
-    return [slice(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return runs(counted[2 * half + 1 :] > counted[: -2 * half - 1])
 
 
 def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time: float) -> Iterator[Leg]:
@@ -113,7 +108,7 @@ def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *
     speeds = np.diff(position[marks]) / times * np.sign(distance)
     top = float(np.quantile(speeds, FAST))
     steady = np.abs(speeds - top) <= CRUISING * top + 2.0 * grain / times
-    longest = max(_runs(steady), key=lambda run: run.stop - run.start, default=slice(0, 0))
+    longest = max(runs(steady), key=lambda run: run.stop - run.start, default=slice(0, 0))
     cruise = slice(int(marks[longest.start]), int(marks[longest.stop]))
     duration = dt * (cruise.stop - cruise.start)
     speed = abs(float(position[cruise.stop] - position[cruise.start])) / duration if duration > 0.0 else top

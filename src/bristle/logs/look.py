@@ -14,7 +14,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.core.threshold import Thresholds, threshold
+from bristle.core.values import Thresholds, threshold
 from bristle.logs.channel import LogData
 from bristle.logs.legs import graininess
 from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share
@@ -35,7 +35,7 @@ TREMBLE = 1e-3  # of the range: a turn by less is none
 
 @dataclass(frozen=True)
 class CheckThresholds(Thresholds):
-    """The thresholds of the checks before a fit; `bristle.core.threshold.thresholds` tells what each of them is."""
+    """The thresholds of the checks before a fit; `bristle.core.values.thresholds` tells what each of them is."""
 
     # A log by itself, before anything is fitted.
     reversed_work: float = threshold(

@@ -11,12 +11,11 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.table import Request, Table
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
 __all__ = ["read"]
 
-NUMBER_BYTES = 16  # of a sample and its time
 DEEPEST = 6
 MOST_VALUES = 1000  # of one message
 JOINT = ("position", "velocity", "effort")
@@ -52,7 +51,7 @@ def read(data: bytes, request: Request) -> Table:
             times.append(stamp)
             values.append(value)
             count += 1
-        refuse_larger(NUMBER_BYTES * count, request.limit, request.source)
+        refuse_larger(2 * NUMBER_BYTES * count, request.limit, request.source)
     notes = [f"messages that are not understood were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
     table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}

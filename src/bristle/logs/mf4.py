@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import io
 import logging
+from typing import Any
 
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.logs.table import Request, Table
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
 __all__ = ["read"]
 
-NUMBER_BYTES = 16  # of a sample and its time
 MASTERS = (2, 3)  # kinds of channels that others are sampled by: real ones, and those that are only counted
 
 
@@ -22,7 +22,8 @@ def read(data: bytes, request: Request) -> Table:
     import asammdf  # pyright: ignore[reportMissingImports]
 
     logging.disable(logging.CRITICAL)  # what the library tells of a file is for those who make such files
-    with asammdf.MDF(io.BytesIO(data)) as content:
+    with asammdf.MDF(io.BytesIO(data)) as opened:
+        content: Any = opened
         places = [
             (channel.name, str(group_index), (group_index, index))
             for group_index, group in enumerate(content.groups)
@@ -31,7 +32,7 @@ def read(data: bytes, request: Request) -> Table:
         ]
         called = by_name(places)
         cycles = [content.groups[group].channel_group.cycles_nr for group, _ in called.values()]
-        refuse_larger(NUMBER_BYTES * sum(cycles), request.limit, request.source)
+        refuse_larger(2 * NUMBER_BYTES * sum(cycles), request.limit, request.source)
         series, notes = [], []
         for name, (group, index) in called.items():
             signal = content.get(group=group, index=index)

@@ -88,13 +88,7 @@ CASED = spelt(
 
 
 def plain_unit(written: str) -> str:
-    """Return a unit as this package writes it; empty where it is none that is known to be another's spelling.
-
-    Examples
-    --------
-    >>> plain_unit("U/min"), plain_unit("Nm"), plain_unit("(None)"), plain_unit("0,1 %"), plain_unit("mm/s")
-    ('rpm', 'N*m', '', '‰', 'mm/s')
-    """
+    """Return a unit as this package writes it; empty where it is none that is known to be another's spelling."""
     text = normalize("NFC", written).strip().strip("[]").strip()
     text = text[1:-1].strip() if text.startswith("(") and text.endswith(")") and "(" not in text[1:] else text
     if text.lower() in NO_UNIT:
@@ -105,13 +99,7 @@ def plain_unit(written: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Return names of which none stands twice, and a note for each that did; a letter has one spelling (NFC).
-
-    Examples
-    --------
-    >>> distinct(["t", "q", "q"])
-    (['t', 'q', 'q_2'], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"])
-    """
+    """Return names of which none stands twice, and a note for each that did; a letter has one spelling (NFC)."""
     unique = [normalize("NFC", name) for name in names]
     used, notes = set(unique), []
     counts: dict[str, int] = {}
@@ -131,11 +119,6 @@ def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[
     """Return names without their units, of which none stands twice; the unit of each that has one; notes.
 
     A column whose unit is stated keeps its name as it is; of another the brackets behind it are its unit.
-
-    Examples
-    --------
-    >>> names_and_units(["position [um]", "effort", "time"], {"effort": "N"})
-    (['position', 'effort', 'time'], {'position': 'um', 'effort': 'N'}, [])
     """
     parts = [(header, stated[header]) if header in stated else split_unit(header) for header in headers]
     names, notes = distinct(name for name, _ in parts)

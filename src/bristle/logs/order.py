@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.logs.turns import runs
 
 __all__ = ["UNIFORM", "Order", "bridge_notes", "median_step", "order_of", "samples_between", "without_repeats"]
 
@@ -112,9 +113,9 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
 def _spread(stamps: np.ndarray, repeated: np.ndarray) -> np.ndarray:
     """Return stamps of which those of one burst lie evenly on the side of it where time is left."""
     spread = stamps.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], repeated, [False]]).astype(np.int8)))
     usual = median_step(stamps)
-    for first, last in zip(edges[::2] - 1, edges[1::2] - 1, strict=True):  # rows of one stamp
+    for run in runs(repeated):
+        first, last = run.start - 1, run.stop - 1  # rows of one stamp
         count = last - first + 1
         before = spread[first - 1] if first else stamps[first] - count * usual
         after = stamps[last + 1] if last + 1 < stamps.size else stamps[last] + usual

@@ -84,13 +84,7 @@ class Passage:
 
 
 def nesting(turning: Iterable[float]) -> int:
-    """Return how many turning points a contact must remember at most: those that lie inside one another.
-
-    Examples
-    --------
-    >>> nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4])
-    (2, 6)
-    """
+    """Return how many turning points a contact must remember at most: those that lie inside one another."""
     points: list[float] = []
     most = 0
     for point in turning:

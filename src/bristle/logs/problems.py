@@ -17,6 +17,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
+from bristle.logs.turns import runs
 
 __all__ = [
     "FEWEST_SAMPLES",
@@ -45,86 +46,67 @@ BRAKING, BRAKED = 7, 0.7  # samples before a stop, and the share of their larges
 
 
 def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
-    """Yield what makes the channels of a log unfit for use, the gravest first."""
+    """Yield what makes the channels of a log unfit for use, the gravest first: one kind of problem at a time."""
     channels = list(gathered.named())
     for name, channel in channels:
-        place = f"{source}: column {channel.column!r}"
         if channel.values.size < FEWEST_SAMPLES:
             yield InputError(
                 f"is too short to be used as the {name}",
-                path=place,
+                path=f"{source}: column {channel.column!r}",
                 value=channel.values.size,
                 allowed=f"at least {FEWEST_SAMPLES} samples",
                 mend="Record for longer, or copy it again",
             )
             return
-    usable = True
-    for _, channel in channels:
-        place = f"{source}: column {channel.column!r}"
-        for problem in (*_not_finite(gathered, channel.values, place), *_no_measurement(gathered, channel, place)):
-            usable = False
-            yield problem
-    if not usable:
-        return
-    for name, channel in gathered.channels.items():
-        if name in MOVES and np.ptp(channel.values) < SMALLEST:
-            yield InputError(
-                f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}",
-                path=f"{source}: column {channel.column!r}",
-                mend="Is it the right column, did the axis move? Leave out of [columns] what is not needed",
-            )
-        elif name == "position":
-            yield from _saturated_position(gathered, f"{source}: column {channel.column!r}")
-            yield from _lost_readings(gathered, f"{source}: column {channel.column!r}")
+    for refusals in REFUSALS:
+        is_usable = True
+        for name, channel in channels:
+            for measure, mend in refusals:
+                if message := measure(gathered, name, channel):
+                    is_usable = False
+                    yield InputError(message, path=f"{source}: column {channel.column!r}", mend=mend)
+        if not is_usable:
+            return
 
 
 def longest_run(chosen: np.ndarray) -> tuple[int, int]:
     """Return first index and length of the longest run of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
-    starts, lengths = edges[::2], edges[1::2] - edges[::2]
-    if not lengths.size:
-        return 0, 0
-    longest = int(np.argmax(lengths))
-    return int(starts[longest]), int(lengths[longest])
+    longest = max(runs(chosen), key=lambda run: run.stop - run.start, default=slice(0, 0))
+    return longest.start, longest.stop - longest.start
 
 
-def _not_finite(gathered: Gathered, values: np.ndarray, place: str) -> Iterator[InputError]:
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        at = int(bad[0])
-        reading = "NaN (not a number)" if np.isnan(values[at]) else "an infinite value"
-        yield InputError(
-            f"has {reading} at {_moment(gathered, at)}, {bad.size} such samples in all",
-            path=place,
-            mend="Repair these samples or delete their rows: a gap in time is understood",
-        )
+def _not_finite(gathered: Gathered, name: str, channel: Channel) -> str:
+    bad = np.flatnonzero(~np.isfinite(channel.values))
+    if not bad.size:
+        return ""
+    reading = "NaN (not a number)" if np.isnan(channel.values[bad[0]]) else "an infinite value"
+    return f"has {reading} at {_moment(gathered, bad[0])}, {bad.size} such samples in all"
 
 
-def _no_measurement(gathered: Gathered, channel: Channel, place: str) -> Iterator[InputError]:
-    if not np.all(np.isfinite(channel.values)):
-        return
-    far = far_outside(channel.values)
-    if far.size:
-        at = int(far[np.argmax(np.abs(channel.values[far]))])
-        yield InputError(
-            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; {far.size} such in all",
-            path=place,
-            mend="Repair these samples or delete their rows: a gap in time is understood",
-        )
+def _no_measurement(gathered: Gathered, name: str, channel: Channel) -> str:
+    values = channel.values
+    far = far_outside(values) if np.all(np.isfinite(values)) else np.empty(0, dtype=int)
+    if not far.size:
+        return ""
+    at = int(far[np.argmax(np.abs(values[far]))])
+    return f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; {far.size} such in all"
 
 
-def _lost_readings(gathered: Gathered, place: str) -> Iterator[InputError]:
-    channel = gathered.channels["position"]
-    lost = spikes(channel.values, channel.step)
-    if lost:
-        worst = max(lost, key=lambda spike: abs(spike.size))
-        yield InputError(
-            f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
-            f"{'sample' if worst.length == 1 else 'samples'} at {_moment(gathered, worst.start)}, "
-            f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost",
-            path=place,
-            mend="Repair these samples or delete their rows: a gap in time is understood",
-        )
+def _constant(gathered: Gathered, name: str, channel: Channel) -> str:
+    tells = name not in MOVES or np.ptp(channel.values) >= SMALLEST
+    return "" if tells else f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}"
+
+
+def _lost_readings(gathered: Gathered, name: str, channel: Channel) -> str:
+    lost = spikes(channel.values, channel.step) if name == "position" else []
+    if not lost:
+        return ""
+    worst = max(lost, key=lambda spike: abs(spike.size))
+    return (
+        f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
+        f"{'sample' if worst.length == 1 else 'samples'} at {_moment(gathered, worst.start)}, "
+        f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost"
+    )
 
 
 def _moment(gathered: Gathered, at: int) -> str:
@@ -195,18 +177,16 @@ def _clipped(values: np.ndarray, at_extreme: np.ndarray, length: int, rounding: 
     return bool(at_extreme.sum() >= PILE_UP * next_level) and longest_run(still)[1] < length / 2
 
 
-def _saturated_position(gathered: Gathered, place: str) -> Iterator[InputError]:
-    """Refuse a position that stops at its extreme within one sample out of full motion.
+def _saturated(gathered: Gathered, name: str, channel: Channel) -> str:
+    """Say where a position stops at its extreme within one sample out of full motion.
 
     An axis that rests there arrives slowly, or brakes; a reading that is cut off does neither, while the reference goes
     on.
     """
-    channel = gathered.channels["position"]
-    values = channel.values
+    values, reference = channel.values, gathered.channels.get("reference")
     speeds = np.abs(np.diff(values))
     abrupt = max(ENTRY_SPEED * float(speeds.max()), ENTRY_STEPS * quantisation(values))
-    reference = gathered.channels.get("reference")
-    for extreme in (values.max(), values.min()):
+    for extreme in (values.max(), values.min()) if name == "position" and np.ptp(values) >= SMALLEST else ():
         start, length = longest_run(values == extreme)
         if length < LONG_RUN or start < 2 or not _full_motion(speeds, start, abrupt):
             continue
@@ -214,12 +194,8 @@ def _saturated_position(gathered: Gathered, place: str) -> Iterator[InputError]:
             beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
             if beyond.max() <= abrupt:
                 continue
-        yield InputError(
-            f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples",
-            path=place,
-            mend="Widen the range of the sensor or of the recording",
-        )
-        return
+        return f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples"
+    return ""
 
 
 def _full_motion(speeds: np.ndarray, start: int, abrupt: float) -> bool:
@@ -304,3 +280,15 @@ def far_outside(values: np.ndarray) -> np.ndarray:
     # A channel that rests for most of the log and then moves is legitimate; it moves for more than a few samples.
     runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)
     return far if all(run.size <= LONGEST for run in runs) else huge
+
+
+REPAIR = "Repair these samples or delete their rows: a gap in time is understood"
+REFUSALS = (
+    ((_not_finite, REPAIR), (_no_measurement, REPAIR)),
+    (
+        (_constant, "Is it the right column, did the axis move? Leave out of [columns] what is not needed"),
+        (_saturated, "Widen the range of the sensor or of the recording"),
+        (_lost_readings, REPAIR),
+    ),
+)
+"""What is measured of each channel of a log that is long enough, and how it is mended; what comes later rests on what comes before."""

@@ -15,7 +15,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.cells import cells_of, numbers_in, why_no_number
 from bristle.logs.names import distinct, listed
-from bristle.logs.table import Request, Table
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
 __all__ = ["Head", "head_of", "is_archived", "read_archive", "read_scope"]
@@ -34,7 +34,6 @@ DELIMITERS = ("\t", ";", ",", "|")
 FILETIME = 10**15  # counts of 100 ns since 1601 are larger than this, milliseconds since the start are not
 TICKS = 10_000  # of 100 ns in a millisecond
 HEAD_LINES = 120
-NUMBER_BYTES = 8
 
 
 @dataclass(frozen=True)

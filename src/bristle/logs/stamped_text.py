@@ -19,12 +19,11 @@ from bristle.logs.words import is_time, unit_in_name, unit_of_time
 
 __all__ = [
     "amount_in",
-    "dates_in",
     "facts_above",
-    "large_counts",
     "names_beside_times",
     "partly_empty",
     "period_told",
+    "stamps_in",
     "units_of_labview",
     "with_own_times",
 ]
@@ -61,13 +60,7 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
 
 
 def period_told(facts: dict[str, str]) -> float | None:
-    """Return the time between samples [s] that stands above the columns of a file; None where none does.
-
-    Examples
-    --------
-    >>> period_told({"Abtastzeit [ms]": "0,25"}), period_told({"Sample rate": "4 kHz"}), period_told({"Date": "today"})
-    (0.00025, 0.00025, None)
-    """
+    """Return the time between samples [s] that stands above the columns of a file; None where none does."""
     for name, text in facts.items():
         key = split_unit(name)[0].lower().rstrip(":").replace("_", " ")
         key = key.removesuffix(" ms").removesuffix(" us").removesuffix(" s").removesuffix(" hz").removesuffix(" khz")
@@ -78,13 +71,7 @@ def period_told(facts: dict[str, str]) -> float | None:
 
 
 def amount_in(name: str, text: str) -> tuple[float, str] | None:
-    """Return the number and the unit of a fact such as ``Rated torque [Nm]: 2,4``; None where it holds none.
-
-    Examples
-    --------
-    >>> amount_in("Nennmoment [Nm]", "2,4"), amount_in("Rated torque", "2.4 Nm"), amount_in("Device", "AX5000")
-    ((2.4, 'N*m'), (2.4, 'N*m'), None)
-    """
+    """Return the number and the unit of a fact such as ``Rated torque [Nm]: 2,4``; None where it holds none."""
     match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?", text)
     if match is None:
         return None
@@ -106,24 +93,30 @@ def _amount(name: str, text: str, target: str) -> float | None:
     return value if 0.0 < value < np.inf else None
 
 
-def dates_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
-    """Return the columns of dates or times of day, as seconds from the first row."""
+def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
+    """Return the columns of dates, times of day and counts since long ago, as seconds from the first row."""
     lines = [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
     first = cells_of(without_comments(lines[0]), layout.delimiter) if lines else []
-    stamps_found: dict[int, np.ndarray] = {}
-    for index, (cell, numeric) in enumerate(zip(first, layout.numeric, strict=False)):
-        if numeric or not (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell)):
+    stamps: dict[int, np.ndarray] = {}
+    for index, (cell, numeric, name) in enumerate(zip(first, layout.numeric, layout.names, strict=False)):
+        is_date = not numeric and (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell))
+        if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= LONG):
             continue
         try:
-            stamps = [_moment(cells_of(line, layout.delimiter)[index]) for line in lines]
+            cells = [cells_of(line, layout.delimiter)[index].replace(",", ".") for line in lines]
+            seconds = _seconds_of_dates(cells) if is_date else _seconds_of_counts(cells)
         except (ValueError, IndexError):
             continue
-        seconds = np.array([(stamp - stamps[0]).total_seconds() for stamp in stamps])
-        if not np.any(np.diff(seconds) > 0):
-            continue  # a time of day that stands still is no stamp
-        days = np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
-        stamps_found[index] = seconds + 86400.0 * days
-    return stamps_found
+        if seconds is not None:
+            stamps[index] = seconds
+    return stamps
+
+
+def _seconds_of_dates(cells: Sequence[str]) -> np.ndarray | None:
+    moments = [_moment(cell) for cell in cells]
+    seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
+    days = np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
+    return seconds + 86400.0 * days if np.any(np.diff(seconds) > 0) else None  # one that stands still is no stamp
 
 
 _GERMAN = re.compile(r"(\d\d?)\.(\d\d?)\.(\d{4})[ T](\d\d?:\d\d:\d\d(?:[.,]\d+)?)")
@@ -141,27 +134,16 @@ def _moment(cell: str) -> datetime:
     return datetime.fromisoformat(f"{date or '2000-01-01'}T{hour}.{fraction}")
 
 
-def large_counts(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
-    """Return the times that count since long ago, as seconds from the first row: a number would lose their end."""
-    stamps_found: dict[int, np.ndarray] = {}
-    lines: list[str] = []
-    for index, numeric in enumerate(layout.numeric):
-        if not numeric or not is_time(layout.names[index]):
-            continue
-        lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
-        cell = cells_of(lines[0], layout.delimiter)[index].replace(",", ".")
-        digits = cell.partition(".")[0].lstrip("-")
-        if len(digits) < LONG or not digits.isdigit():
-            continue
-        cells = [cells_of(line, layout.delimiter)[index].replace(",", ".").partition(".") for line in lines]
-        if not all(left.isdigit() and (not right or right.isdigit()) for left, _, right in cells):
-            continue
-        counts = np.array([int(left) for left, _, _ in cells], dtype=np.int64)
-        parts = np.array([float(f"0.{right or 0}") for _, _, right in cells])
-        scale = next(size for least, size in EPOCHS if len(digits) >= least)
-        seconds = (counts - counts[0]) / scale + (parts - parts[0]) / scale
-        stamps_found[index] = np.round(seconds, 9)
-    return stamps_found
+def _seconds_of_counts(cells: Sequence[str]) -> np.ndarray | None:
+    """Return times that count since long ago: a number would lose their end."""
+    digits = cells[0].partition(".")[0].lstrip("-")
+    parts = [cell.partition(".") for cell in cells]
+    if len(digits) < LONG or not digits.isdigit() or not all(left.isdigit() and (not right or right.isdigit()) for left, _, right in parts):
+        return None
+    counts = np.array([int(left) for left, _, _ in parts], dtype=np.int64)
+    fractions = np.array([float(f"0.{right or 0}") for _, _, right in parts])
+    scale = next(size for least, size in EPOCHS if len(digits) >= least)
+    return np.round((counts - counts[0]) / scale + (fractions - fractions[0]) / scale, 9)
 
 
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
@@ -213,13 +195,7 @@ def with_own_times(
 
 
 def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that stand above the times of their columns, above the columns.
-
-    Examples
-    --------
-    >>> names_beside_times(("ActPos", "column_2", "ActTorque", "column_4"))
-    ('column_1', 'ActPos', 'column_3', 'ActTorque')
-    """
+    """Return names that stand above the times of their columns, above the columns."""
     pairs = list(zip(names[::2], names[1::2], strict=False))
     nameless = [name.startswith("column_") for name in names]
     if len(names) % 2 or len(pairs) < 2 or any(nameless[::2]) or not all(nameless[1::2]):

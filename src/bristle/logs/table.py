@@ -20,6 +20,7 @@ from bristle.core.errors import InputError, close_names, said_by_library, shorte
 __all__ = [
     "ALL",
     "NONE",
+    "NUMBER_BYTES",
     "USUAL_NAMES",
     "Choice",
     "Request",
@@ -35,6 +36,7 @@ __all__ = [
 ]
 
 LONGEST_SHOWN = 60
+NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
 _INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
 
@@ -136,13 +138,7 @@ class Table:
 
 
 def some_of(names: Iterable[str], most: int = 8) -> str:
-    """Return the first of several names, and how many more there are.
-
-    Examples
-    --------
-    >>> some_of(["t", "u", "y"], 2)
-    't, u and 1 more'
-    """
+    """Return the first of several names, and how many more there are."""
     listed = list(names)
     left = len(listed) - most
     return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
@@ -155,13 +151,7 @@ def spellings(name: str) -> tuple[str, ...]:
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Return name and unit of a header such as ``position [um]``, ``position (um)`` or ``position / um``.
-
-    Examples
-    --------
-    >>> split_unit("position [um]"), split_unit("vir"), split_unit("nckServoDataActPos1stEnc64 [u1, 3]")
-    (('position', 'um'), ('vir', ''), ('nckServoDataActPos1stEnc64 [u1, 3]', ''))
-    """
+    """Return name and unit of a header such as ``position [um]``, ``position (um)`` or ``position / um``."""
     text = header.strip()
     if _INDEX.fullmatch(text):
         return text, ""
@@ -176,25 +166,13 @@ def split_unit(header: str) -> tuple[str, str]:
 
 
 def without_index(name: str) -> str:
-    """Return a name without the index behind it that tells axes, or signals of one name, apart.
-
-    Examples
-    --------
-    >>> without_index("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), without_index("pos[0]"), without_index("pos [mm]")
-    ('/Nck/!SD/nckServoDataActCurr64', 'pos', 'pos [mm]')
-    """
+    """Return a name without the index behind it that tells axes, or signals of one name, apart."""
     match = _INDEX.fullmatch(name.strip())
     return name if match is None else match["name"] or match["plain"]
 
 
 def axis_in(address: str) -> tuple[str, str] | None:
-    """Return the unit and the number of the axis in an address of a SINUMERIK; None where it names no axis.
-
-    Examples
-    --------
-    >>> axis_in("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), axis_in("/DriveVsa/Drive/r0080[u3]")
-    (('1', '3'), None)
-    """
+    """Return the unit and the number of the axis in an address of a SINUMERIK; None where it names no axis."""
     match = _INDEX.fullmatch(address.strip())
     return (match["unit"], match["axis"]) if match and match["axis"] else None
 

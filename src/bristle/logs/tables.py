@@ -14,14 +14,13 @@ import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
 from bristle.core.errors import InputError, close_names
-from bristle.logs.table import Request, Table, some_of
+from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
-__all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "table_from", "table_of_series", "tall"]
+__all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "no_such_table", "table_from", "table_of_series", "tall"]
 
 T = TypeVar("T")
 
 WITHIN = "::"  # between the name of a file and that of a table in it
-NUMBER_BYTES = 8
 
 
 def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
@@ -89,7 +88,7 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
         raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
     if request.table is not None and request.table not in tables:
         if len(names) > 1:
-            raise _no_such_table(request.table, names, request.source)
+            raise no_such_table(request.table, names, request.source)
         if names[0]:
             notes.append(f"there is no table {request.table!r} in this log: {names[0]!r}, its only one, was taken")
     chosen = request.table if request.table in tables else names[0] if len(names) == 1 else None
@@ -99,7 +98,9 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
         available = tables[chosen]
         constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
     columns = _read({name: column for name, column in available.items() if request.choice(name)}, arrays, request.source, request.limit)
-    units = {name: arrays.units[full] for name in available if (full := _origin(chosen, name, arrays)) in arrays.units}
+    units = {
+        name: arrays.units[full] for name in available if (full := name if chosen is None else _full(chosen, name, arrays)) in arrays.units
+    }
     return Table(
         columns,
         units,
@@ -153,11 +154,8 @@ def _full(table: str, column: str, arrays: Arrays) -> str:
     return f"{table}{arrays.separator}{column}" if table else column
 
 
-def _origin(chosen: str | None, column: str, arrays: Arrays) -> str:
-    return column if chosen is None else _full(chosen, column, arrays)
-
-
-def _no_such_table(table: str, names: list[str], source: Path) -> InputError:
+def no_such_table(table: str, names: list[str], source: Path) -> InputError:
+    """Return the error that says which tables there are instead of one that is asked for."""
     close = close_names(table, names)
     elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(
@@ -194,6 +192,7 @@ def table_of_series(
     source: Path,
     kind: str,
     *,
+    time: str = TIME,
     time_unit: str = "s",
     notes: Sequence[str] = (),
     texts: Mapping[str, InputError] | None = None,
@@ -212,13 +211,13 @@ def table_of_series(
             continue
         name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
         if name is None:
-            name = TIME if not clocks else f"{TIME} of {channel.name}"
+            name = time if not clocks else f"{TIME} of {channel.name}"
             while name in names_used:
                 name = f"{name}_"
             clocks[name] = np.asarray(channel.times, dtype=float)
         stamps[channel.name] = name
     columns = clocks | {channel.name: channel.values for channel in channels if channel.values is not None}
-    units = dict.fromkeys(clocks, time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
+    units = dict.fromkeys(clocks if time_unit else (), time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
     return Table(
         columns,
         units,

@@ -13,7 +13,7 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.table import Request, Table
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
 __all__ = ["read"]
@@ -22,7 +22,6 @@ LEAD_IN_BYTES = 28
 BIG_ENDIAN = 1 << 6
 NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
-NUMBER_BYTES = 8
 
 
 def read(data: bytes, request: Request) -> Table:

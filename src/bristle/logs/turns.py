@@ -6,7 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["by_lag", "half_cycle_numbers", "numbered", "period_of", "rests", "reversals", "turning_points", "whole_cycle", "with_sides"]
+__all__ = [
+    "by_lag",
+    "half_cycle_numbers",
+    "numbered",
+    "period_of",
+    "rests",
+    "reversals",
+    "runs",
+    "turning_points",
+    "whole_cycle",
+    "with_sides",
+]
 
 COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
@@ -33,11 +44,6 @@ def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequenc
 
     Of a motion that goes to and fro by less, the farthest sample counts. It is looked for among all samples, or among
     `candidates` in order, as reversals of a velocity are.
-
-    Examples
-    --------
-    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2)
-    [4, 5]
     """
     turns: list[int] = []
     side, extreme = 0.0, 0
@@ -67,6 +73,18 @@ def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) ->
     """Return the number of the half-cycle of each sample of several segments, counted through all of them."""
     first = np.cumsum([0, *(len(places) + 1 for places in turns)]).tolist()
     return [start + numbered(places, count) for start, places, count in zip(first[:-1], turns, counts, strict=True)]
+
+
+def runs(inside: np.ndarray) -> list[slice]:
+    """Return the runs of samples that are true, in order.
+
+    Examples
+    --------
+    >>> runs(np.array([True, True, False, True]))
+    [slice(0, 2, None), slice(3, 4, None)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))).tolist()
+    return [slice(first, stop) for first, stop in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:

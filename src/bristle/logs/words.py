@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 from unicodedata import normalize
 
 import numpy as np
@@ -14,7 +14,7 @@ from bristle.core import units
 from bristle.logs.names import listed, plain_unit, spelt
 from bristle.logs.table import without_index
 
-__all__ = ["Meaning", "is_time", "meaning_of", "unit_in_name", "unit_of_time", "without_part", "words_of"]
+__all__ = ["Meaning", "is_time", "meaning_of", "other_unit_in", "unit_in_name", "unit_of_time", "without_part", "words_of"]
 
 
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
@@ -66,13 +66,7 @@ class Meaning(NamedTuple):
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words of a name, in small letters without accents.
-
-    Examples
-    --------
-    >>> words_of("Axis1.fActPosition"), words_of("Lage_Istwert"), words_of("x-soll")
-    (['axis', 'f', 'act', 'position'], ['lage', 'istwert'], ['x', 'soll'])
-    """
+    """Return the words of a name, in small letters without accents."""
     folded = name.replace("ß", "ss")
     for umlaut, plain in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue")):
         folded = normalize("NFC", folded).replace(umlaut, plain)
@@ -83,15 +77,7 @@ def words_of(name: str) -> list[str]:
 
 @lru_cache(maxsize=2**16)
 def meaning_of(name: str, about: str = "") -> Meaning:
-    """Return what the name of a column means; what else is said of it counts where the name says nothing.
-
-    Examples
-    --------
-    >>> meaning_of("Lageistwert").role, meaning_of("ActTorque").role, meaning_of("Schleppabstand").role
-    ('position', 'effort', 'error')
-    >>> meaning_of("positionssollwert")[:2], meaning_of("drehzahl_soll")[:2]
-    (('position', True), ('velocity', True))
-    """
+    """Return what the name of a column means; what else is said of it counts where the name says nothing."""
     if name.lower().startswith("x_value"):  # of LabVIEW
         return Meaning("time", sure=1.0)
     name = without_index(name)
@@ -161,13 +147,7 @@ def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
 
 
 def without_part(joined: str) -> str:
-    """Return the letters of a name without the part that says whether it is a reference or was measured.
-
-    Examples
-    --------
-    >>> without_part("sollweg"), without_part("wegist"), without_part("posactual"), without_part("poscmd")
-    ('weg', 'weg', 'pos', 'pos')
-    """
+    """Return the letters of a name without the part that says whether it is a reference or was measured."""
     for word in sorted((*REFERENCE, *ACTUAL), key=len, reverse=True):
         if len(word) >= SHORTEST_PART and len(word) < len(joined):
             for found in (joined.removeprefix(word), joined.removesuffix(word)):
@@ -177,13 +157,7 @@ def without_part(joined: str) -> str:
 
 
 def is_time(name: str) -> bool:
-    """Return whether a column is called as times usually are.
-
-    Examples
-    --------
-    >>> is_time("timestamp"), is_time("Zeit"), is_time("t_ms"), is_time("position")
-    (True, True, True, False)
-    """
+    """Return whether a column is called as times usually are."""
     meaning = meaning_of(name)
     return meaning.role == "time" and meaning.sure >= 0.4 and not meaning.reference
 
@@ -224,18 +198,7 @@ ENDINGS = spelt(
 
 
 def unit_in_name(name: str) -> str:
-    """Return the unit that a name ends with behind a stroke, a blank or an underscore; empty where it names none.
-
-    Examples
-    --------
-    >>> unit_in_name("pos_mm"), unit_in_name("phi deg"), unit_in_name("speed_rad_s"), unit_in_name("torque")
-    ('mm', 'deg', 'rad/s', '')
-
-    Small letters of torque are those of nanometers as well: what stands before them tells.
-
-    >>> unit_in_name("pos_nm"), unit_in_name("torque_nm"), unit_in_name("ref_nm")
-    ('nm', 'N*m', '')
-    """
+    """Return the unit that a name ends with behind a stroke, a blank or an underscore; empty where it names none."""
     parts = [part for part in re.split(r"[\s_\-./\[\]()]+", name.strip()) if part]
     if len(parts) > 2 and parts[-1].lower() in ("s", "sec", "min") and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u"):
         return f"{plain_unit(parts[-2])}/{parts[-1].lower()[:3].removesuffix('ec')}".replace("rev/min", "rpm")
@@ -245,6 +208,15 @@ def unit_in_name(name: str) -> str:
         before = _meaning(words_of(" ".join(parts[:-1])))
         return "nm" if before.role in LENGTHS else "" if before.reference and not before.role else ENDINGS[NANOMETERS]
     return "um" if parts[-1] in ("µm", "μm") else ENDINGS.get(parts[-1].lower(), "")
+
+
+def other_unit_in(name: str, declared: str) -> str:
+    """Return the unit that a name ends with where it is another one than that declared; else nothing."""
+    called = unit_in_name(name)
+    if not called or not units.is_unit(declared):
+        return ""
+    same = units.compatible(called, declared) and np.isclose(units.factor(called, declared), 1.0, rtol=1e-9)
+    return "" if same else called
 
 
 def unit_of_time(name: str, values: np.ndarray) -> str:
@@ -261,7 +233,3 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
             return unit
     step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
     return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
-
-
-T = TypeVar("T")
-LONGEST_UNIT_SHOWN = 80

@@ -10,16 +10,17 @@ holds the axis only if :math:`K > (c - 1)\,s`. Along the desired motion nothing 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.experiment import Feedforward, Variant
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.loop.linear_plant import linear_plant
 from bristle.loop.linear_system import (
     ALIKE,
     LARGE,
@@ -29,13 +30,29 @@ from bristle.loop.linear_system import (
     LinearFriction,
     LinearSystem,
     linear_law,
+    linear_plant,
     slope_in_sliding,
     stiffness_at_rest,
 )
-from bristle.loop.sampled_loop import Margins, SampledLoop, margins_of
+from bristle.loop.sampled_loop import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
-__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "law_stiffness", "motion_of", "top_speed"]
+__all__ = [
+    "PHASE_ENOUGH",
+    "Assessment",
+    "Friction",
+    "Motions",
+    "Verdict",
+    "WorkingPoint",
+    "assess",
+    "doubts_of",
+    "law_stiffness",
+    "motion_of",
+    "runnable",
+    "top_speed",
+    "verdict_of",
+]
 
+FINER, GAINS = 0.98, 400  # from one gain that is tried to the next, and how many are
 SLOW = (1e-7, 1e-6)  # where a law without an integral answers alike [rad/sample]
 
 
@@ -171,7 +188,8 @@ def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
     amplitudes = (0.1 * SMALL, SMALL, LARGE, 10.0 * LARGE)
     smallest, small, large, larger = (linear_law(variant.controller, variant.run.sample_time, amplitude) for amplitude in amplitudes)
     # A number that is less than half as large at ten times the amplitude fades.
-    large = LinearSystem(*(np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True)))
+    A, B, C, D = (np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True))
+    large = LinearSystem(A, B, C, float(D))
     if _alike(small, large, SAME):
         return {Motions.ALL: large}, False
     if not _alike(small, smallest, ALIKE):
@@ -220,11 +238,76 @@ def law_stiffness(law: LinearSystem) -> float:
 
 def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[LinearSystem, float] | None:
     """Return what friction fed forward along the measured motion feeds back, and its stiffness; None where it has none."""
-    along_measured = feedforward.along == "measured" and feedforward.friction is not None
-    stuck = stiffness_at_rest(feedforward.friction, dt) if along_measured else None
+    friction = feedforward.friction if feedforward.along == "measured" else None
+    stuck = None if friction is None else stiffness_at_rest(friction, dt)
     if stuck is None:
         return None
     # The mean force over the last sample, from the position before it to the present one.
     spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
     fed = LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper)
     return fed, 2.0 * spring
+
+
+def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
+    """Return the experiment without the variants whose loop diverges, and what the loop of each variant says.
+
+    An open loop says nothing.
+    """
+    judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
+    diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
+    bounded = tuple(variant for variant in experiment.variants if variant.name not in diverging)
+    return replace(experiment, variants=bounded), judged
+
+
+def verdict_of(assessment: Assessment) -> Diagnostic:
+    """Return the verdict on a loop; of one that is unstable with what puts its pole there, and what would help."""
+    worst = assessment.worst
+    numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
+    if assessment.verdict is Verdict.STABLE:
+        return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=assessment.kind)
+    numbers |= {"motions": worst.motions.value, "delay": worst.loop.delay, **_cause_of(assessment)}
+    code = "loop_diverges" if assessment.verdict is Verdict.DIVERGES else "loop_oscillates"
+    return Diagnostic(code, severity="error", numbers=numbers, kind=assessment.kind)
+
+
+def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
+    """Return what to know of a loop that is stable: margins that are small, a law that switches."""
+    diagnostics = [Diagnostic("switching_law")] if assessment.switches else []
+    held = assessment.stiffness
+    if held is not None and held.left < 0.5 * (held.law + held.friction):
+        taken = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
+        diagnostics.append(Diagnostic("stiffness_taken", numbers=taken, kind=assessment.kind))
+    bare = [point for point in assessment.bare if not point.loop.is_unstable]
+    margins = [(point.margins.phase, point.margins.gain, point.motions.value) for point in bare if point.margins.phase is not None]
+    phase, gain, motions = min(margins, key=lambda margin: margin[0], default=(PHASE_ENOUGH, None, ""))
+    if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
+        numbers: dict[str, Number] = {"motions": motions, "phase": phase, "enough": PHASE_ENOUGH}
+        diagnostics.append(Diagnostic("small_margin", numbers=numbers if gain is None else {**numbers, "gain": gain}))
+    return tuple(diagnostics)
+
+
+def _cause_of(assessment: Assessment) -> dict[str, Number]:
+    """Return what puts the largest pole where it is, and up to which delay and gain the loop would be stable."""
+    worst, held = assessment.worst, assessment.stiffness
+    if worst.friction is Friction.SLIDING:
+        return {"why": "falling_friction", "mend": "raise_gains"}
+    no_time_left = held is not None and held.left <= 0.0
+    if no_time_left and worst.friction is Friction.STUCK:
+        return {"why": "stiffness_taken", "mend": "feed_desired"}
+    numbers: dict[str, Number] = {"mend": "feed_desired"} if no_time_left else {}
+    loops = [point.loop for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
+    # From the shortest delay on: each sample of delay is one more state, and the poles of many take long.
+    delays = itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay))
+    delay = max(delays, default=None)
+    gain = next((FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None)
+    numbers |= {"longest_delay": delay} if delay is not None else {}
+    numbers |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}
+    if worst.friction is Friction.STUCK:
+        return {"why": "stuck", **numbers}
+    return {"why": "delay" if delay is not None else "gains" if gain is not None else "none", **numbers}
+
+
+def _are_stable(loops: list[SampledLoop], *, delay: int | None = None, gain: float = 1.0) -> bool:
+    """Return whether loops are stable with another delay [samples], or a law that answers `gain` times as strongly."""
+    changed = (replace(loop, delay=loop.delay if delay is None else delay) for loop in loops)
+    return not any(loop.with_gain(gain).is_unstable for loop in changed)

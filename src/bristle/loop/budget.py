@@ -14,13 +14,12 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
 from bristle.loop.assessment import motion_of
 from bristle.loop.linear_system import ALIKE
-from bristle.loop.tuning import told_the_motion
+from bristle.loop.tuning import RUNS_MAX, told_the_motion
 from bristle.sensors import encoder
 from bristle.simulation import Statistics, friction_along, simulate, statistics_of
 
 __all__ = ["Budget", "Cause", "Entry", "best_gain", "causes_of", "error_budget", "nominal"]
 
-RUNS_MAX = 2  # simulations of each loop
 EVEN = {"offset": 0.0}
 
 

@@ -20,30 +20,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.controllers import CONTROLLERS
 from bristle.core.contracts import Model, Reference, make_model
-from bristle.core.experiment import Variant
+from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
-from bristle.loop.assessment import law_stiffness
-from bristle.loop.linear_plant import linear_plant
-from bristle.loop.linear_system import LARGE, SMALL, linear_law
+from bristle.core.status import Status
+from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
+from bristle.loop.linear_system import LARGE, SMALL, linear_law, linear_plant
 from bristle.loop.sampled_loop import GAIN_ENOUGH, HALVINGS, PHASE_ENOUGH, SampledLoop, margins_of
+from bristle.simulation import Statistics, simulate
 
 __all__ = [
     "PHASE",
+    "RUNS_MAX",
     "UNSTATED",
     "Delays",
+    "Proposal",
     "Tuned",
     "count_response",
     "delays_of",
     "feeds_inertia",
     "inertia_of",
     "lagging",
+    "proposals_for",
     "stiffness_of",
     "told_the_motion",
     "tuned",
@@ -55,6 +59,9 @@ FURTHER = 5e-4  # more lag than is stated, at which the usual phase margin is le
 WIDEST, NARROWEST = 3.0, 1e-4  # bandwidths that are tried, in 1/sample time
 COARSE = 1.25  # from one bandwidth that is tried to the next
 RESPONSE = 50  # samples after a count
+RUNS_MAX = 2  # simulations of each loop
+AS_IT_IS, TUNED, OBSERVER = "as it is", "tuned", "with an observer"
+ALONG_DESIRED = "along the desired motion"
 BAND, POINTS = (0.005, 0.05), 40  # of the fit of a lag, in Nyquist frequencies
 ONE_MASS = 0.01  # relative difference of two masses that are the same one
 
@@ -246,3 +253,98 @@ def told_the_motion(variant: Variant) -> Variant:
     if not math.isclose(mass, feedforward.mass, rel_tol=ONE_MASS):
         feedforward = replace(feedforward, mass=mass)
     return replace(variant, controller=controller, feedforward=feedforward)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A loop that is proposed.
+
+    Parameters
+    ----------
+    variant : Variant
+        The loop, under the name of the proposal.
+    assessment : Assessment
+        Its poles and margins; with the largest lag of a current loop where none is stated and gains are proposed.
+    bandwidth : float or None
+        What its gains follow from [rad/s]; None for the loop as it is.
+    stiffness : float
+        Effort over a deviation that lasts [N/m or N*m/rad].
+    count_effort : float
+        Effort that one count of the encoder calls up, at its peak [N or N*m].
+    following_error : Statistics or None
+        Simulated [m or rad]; None where it was not, or diverged.
+    effort_rms : float or None
+        Of the effort [N or N*m].
+    """
+
+    variant: Variant
+    assessment: Assessment
+    bandwidth: float | None
+    stiffness: float
+    count_effort: float
+    following_error: Statistics | None
+    effort_rms: float | None
+
+    @property
+    def name(self) -> str:
+        """What the proposal is called."""
+        return self.variant.name
+
+
+def proposals_for(
+    variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None
+) -> tuple[Proposal, ...]:
+    """Return the loop as it is and others in its place, the ones that would not diverge simulated.
+
+    Parameters
+    ----------
+    variant : Variant
+        The loop.
+    bandwidth : float, optional
+        Bandwidth wanted of what is proposed [rad/s]; by default as much as the margins allow.
+    simulated : bool
+        Whether the loop as it is can be simulated.
+    progress : callable, optional
+        Called with the share done and the name of what comes next.
+    """
+    loops, bandwidths = _loops(variant, bandwidth)
+    # Gains are proposed for the largest lag of a current loop that nobody stated.
+    judged = {
+        name: assess(loop if loop.run.current_lag or name not in bandwidths else lagging(loop, UNSTATED[1])) for name, loop in loops.items()
+    }
+    runs = min(variant.run.seeds, RUNS_MAX)
+    able = tuple(
+        replace(loop, run=replace(loop.run, seeds=runs))
+        for name, loop in loops.items()
+        if judged[name].verdict is not Verdict.DIVERGES and (simulated or name != AS_IT_IS)
+    )
+    outcomes = simulate(Experiment(variant.name, variant.plant.kind, able), progress).variants
+    proposals = []
+    for name, loop in loops.items():
+        outcome = outcomes.get(name)
+        completed = None if outcome is None or outcome.status is Status.NOT_FINITE else outcome
+        proposal = Proposal(
+            loop,
+            judged[name],
+            bandwidths.get(name),
+            stiffness_of(loop.controller, loop.run.sample_time),
+            count_response(loop),
+            completed and completed.following_error,
+            completed and completed.effort_rms,
+        )
+        proposals.append(proposal)
+    return tuple(proposals)
+
+
+def _loops(variant: Variant, bandwidth: float | None) -> tuple[dict[str, Variant], dict[str, float]]:
+    """Return the loop as it is and those proposed by name, and the bandwidths of these."""
+    desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
+    loops, bandwidths = {AS_IT_IS: variant}, {}
+    if variant.feedforward.along != "desired":
+        loops[ALONG_DESIRED] = desired
+    laws = {TUNED: variant.controller.name, OBSERVER: "disturbance_observer"}
+    for name, law in laws.items():
+        tuning = None if name == OBSERVER and law == laws[TUNED] else tuned(variant, law, bandwidth)
+        if tuning is not None and tuning.law != variant.controller:
+            loops[name], bandwidths[name] = told_the_motion(replace(desired, controller=tuning.law)), tuning.bandwidth
+    return {name: replace(loop, name=name) for name, loop in loops.items()}, bandwidths

@@ -7,7 +7,7 @@ from dataclasses import asdict
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.figures import control_effort, error_distribution, tracking, tracking_error
+from bristle.figures.loop_rows import control_effort, error_distribution, tracking, tracking_error
 from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent
 from bristle.paper.tracking import (
     BEFORE,

@@ -7,15 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from bristle.core.typography import number
-from bristle.figures import errors_by_loop
+from bristle.figures.errors import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.following import COMPENSATED, IN_PAPER
 from bristle.paper.reproduced import Reproduced, percent
 from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONSTANT, with_spread
-from bristle.report.front import Front, Ruling, about, answered, length_text
-from bristle.report.page import Picture, picture, render
-from bristle.report.table import Table
+from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
+from bristle.report.table import Table, length_text
 
 __all__ = ["claim_table", "equation_table", "paper_front", "paper_report", "paper_ruling", "paper_summary"]
 
@@ -104,7 +103,7 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
         ["what you have changed: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
     )
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
-    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(loop), "claims", ALL_HOLD)
+    return Front(HEADING, facts, ruling, answers, "claims", ALL_HOLD, _picture(loop))
 
 
 ALL_HOLD = "Each claim comes out with nothing chosen for it."

@@ -7,7 +7,7 @@ from functools import partial
 from bristle.core.errors import InputError
 from bristle.core.typography import number
 from bristle.engine import response
-from bristle.figures import preisach_stages
+from bristle.figures.preisach import preisach_stages
 from bristle.paper.reproduced import Reproduced
 from bristle.paper.setting import Setting
 from bristle.paper.sums import half_the_loop, summed, summed_as_printed

@@ -16,9 +16,11 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
-from bristle.figures import Mechanics, error_over, rig_layout, tracking_error
+from bristle.figures.errors import error_over
+from bristle.figures.loop_rows import tracking_error
+from bristle.figures.rig_layout import Mechanics, rig_layout
 from bristle.files.experiment import read_experiment
-from bristle.loop.assessment import assess
+from bristle.loop import assess
 from bristle.paper.bench import bench_of
 from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.rig import SETS

@@ -9,16 +9,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
 from bristle.core.edge import guarded, instance, whole
+from bristle.core.errors import InputError
+from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 from bristle.friction import unvaried
+from bristle.identification.dataset import transmitted_by
 from bristle.identification.parameters import Role, acts_in_sliding, name_of, offset_of
 from bristle.identification.result import Fit
+from bristle.logs.check import parted
+from bristle.logs.log import Log
+from bristle.prediction.predict import rows_as_fitted
 
 __all__ = [
     "SETTLED_SHARE",
     "LevelValues",
+    "TableError",
     "drive_table",
     "largest_deviation",
     "level_values",
@@ -29,6 +37,7 @@ __all__ = [
     "reversal_distance",
     "steady_curve",
     "steady_side",
+    "table_error",
 ]
 
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
@@ -268,3 +277,36 @@ def reversal_distance(model: Model, fastest: float) -> float:
     enough = SETTLED_SHARE * change[-1]
     first = int(np.argmax(change >= enough))
     return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0
+
+
+class TableError(NamedTuple):
+    """What a table errs by along a log: at most, and its root mean square [N or N*m]."""
+
+    largest: float
+    rms: float
+
+
+def table_error(
+    friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray], treatment: Mapping[str, float]
+) -> TableError:
+    """Return how far a table is from the model along the motion of a log, as the identification sees that motion."""
+    if friction.kind != log.kind:
+        raise InputError(
+            "is of another kind of axis than the model",
+            path="log",
+            value=log.kind,
+            allowed=friction.kind,
+            mend="Give the axis file of this log",
+        )
+    if log.effort is None:
+        raise InputError("has no effort", path="log", mend="Name its column in the axis file")
+    rows = rows_as_fitted(parted(log, axis), axis, treatment)
+    gaps = []
+    for segment, contact in zip(rows.segments, rows.contacts(friction, plant), strict=True):
+        force = segment.friction(friction, rows.sample_time, contact, transmitted_by(friction, plant, segment))
+        speed = np.abs(segment.velocity)
+        forward, backward = (np.interp(speed, sides[way][:, 0], sides[way][:, 1]) for way in (1.0, -1.0))
+        # At rest, the table gives the force of the side that the motion came to rest on.
+        gaps.append(rows.without_edges(force - np.where(np.signbit(segment.velocity), -backward, forward)))
+    gap = finite(np.concatenate(gaps), friction, "friction")
+    return TableError(float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2))))

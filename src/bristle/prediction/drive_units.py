@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bristle.core import units
-from bristle.core.axis import Axis, Column
+from bristle.core.axis import Axis
 from bristle.core.dimensions import exponents_of
+from bristle.core.units import factor
 from bristle.core.variable import Kind, unit_of
 
 __all__ = [
@@ -68,11 +68,9 @@ class DriveUnits(NamedTuple):
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
     """Return the units of the columns of the logs of an axis; SI where there is no axis file."""
-    columns = {} if axis is None else axis.columns
-    length = _own(columns["position"]) if "position" in columns else DriveUnit(unit_of("length", kind), 1.0)
-    effort = _own(columns["effort"]) if "effort" in columns else DriveUnit(unit_of("force", kind), 1.0)
-    velocity = _own(columns["velocity"]) if "velocity" in columns else DriveUnit(f"{length.name}/s", length.si)
-    return LogUnits(velocity, effort)
+    length, effort = _column_unit(axis, "position", "length", kind), _column_unit(axis, "effort", "force", kind)
+    own = axis is not None and "velocity" in axis.columns
+    return LogUnits(_column_unit(axis, "velocity", "length/time", kind) if own else DriveUnit(f"{length.name}/s", length.si), effort)
 
 
 def column_signs(axis: Axis | None) -> tuple[float, float]:
@@ -98,7 +96,7 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
     if axis is None or not efforts:
         return None
     moving, pushing = column_signs(axis)
-    own = _own(axis.columns["position"]) if "position" in axis.columns else DriveUnit(unit_of("length", kind), 1.0)
+    own = _column_unit(axis, "position", "length", kind)
     logged = "effort" in axis.columns and efforts[0].name == log_units(axis, kind).effort.name
     # A drive counts effort as it counts positions; a column of the log may run against both.
     signed = [unit._replace(si=moving * unit.si) for unit in efforts]
@@ -140,7 +138,7 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
     """Return the units of a distance, besides SI: that of the log's position, degrees of the motor."""
     if axis is None:
         return ()
-    own = [_own(axis.columns["position"])] if "position" in axis.columns else []
+    own = [_column_unit(axis, "position", "length", kind)]
     motor = [DriveUnit("deg of the motor", math.radians(1.0) * axis.arm)] if axis.arm is not None else []
     return _of_other_sizes((*_besides_si(own, unit_of("length", kind)), *motor))
 
@@ -152,15 +150,14 @@ def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, .
     if axis is None or powers or (force, length) == (0.0, 0.0):
         return ()
     drive = drive_units(axis, kind)
-    if (force, length, time) == (1.0, 0.0, 0.0):
-        return _of_other_sizes(drive.efforts)
-    if (force, length, time) == (1.0, -1.0, 2.0):
-        return drive.inertias
-    if (force, length, time) == (0.0, 1.0, -1.0):
-        return _of_other_sizes(drive.velocities)
-    if (force, length, time) == (0.0, 1.0, 0.0):
-        return length_units(axis, kind)
-    return _of_other_sizes(_products(axis, kind, force, length, time))
+    simple = {
+        (1.0, 0.0, 0.0): _of_other_sizes(drive.efforts),
+        (1.0, -1.0, 2.0): drive.inertias,
+        (0.0, 1.0, -1.0): _of_other_sizes(drive.velocities),
+        (0.0, 1.0, 0.0): length_units(axis, kind),
+    }
+    units = simple.get((force, length, time))
+    return _of_other_sizes(_products(axis, kind, force, length, time)) if units is None else units
 
 
 def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
@@ -201,9 +198,13 @@ def _of_other_sizes(listed: Sequence[DriveUnit]) -> tuple[DriveUnit, ...]:
     return tuple(sizes)
 
 
-def _own(column: Column) -> DriveUnit:
-    name = column.unit or column.base
-    return DriveUnit(name, abs(column.scale) * units.factor(name, column.base))
+def _column_unit(axis: Axis | None, column: str, quantity: str, kind: Kind) -> DriveUnit:
+    """Return the unit of a column of the logs of an axis; SI where it has none."""
+    if axis is None or column not in axis.columns:
+        return DriveUnit(unit_of(quantity, kind), 1.0)
+    own = axis.columns[column]
+    name = own.unit or own.base
+    return DriveUnit(name, abs(own.scale) * factor(name, own.base))
 
 
 def _besides_si(own: Sequence[DriveUnit], si: str) -> list[DriveUnit]:

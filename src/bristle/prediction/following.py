@@ -72,7 +72,8 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
     measured = statistics_of(everywhere[judged])
     if simulation is None:
         return Following(time, error, measured)
-    simulated, compensated = (_completed(simulation, name) for name in (AS_RECORDED, COMPENSATED))
+    ended = {name: simulation.variants[name] for name in (AS_RECORDED, COMPENSATED)}
+    simulated, compensated = (None if run.status is Status.NOT_FINITE else run.following_error for run in ended.values())
     differs = simulated is None or apart(simulable, simulated) > settings.loop_differs
     recorded = next(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
     contradiction = _contradiction(recorded, error, simulable, simulated, settings) if differs else None
@@ -82,11 +83,6 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
 def _settled(count: int, dt: float) -> np.ndarray:
     """Return which samples of a stretch are behind the time in which its loop settles."""
     return dt * np.arange(count) >= settling(dt * count) - 0.5 * dt
-
-
-def _completed(simulation: SimulationResult, name: str) -> Statistics | None:
-    variant = simulation.variants[name]
-    return None if variant.status is Status.NOT_FINITE else variant.following_error
 
 
 def _contradiction(
@@ -248,7 +244,7 @@ def _best_factor(trial: _Trial, name: str) -> Suspect:
 
 def _fed(trial: _Trial) -> Suspect:
     """Return the share of the reference velocity fed forward, on the line between none of it and all of it."""
-    ends = [trial.followed(_velocity_fed(trial.variant, share)) for share in (0.0, 1.0)]
+    ends = [trial.followed(_with_law(trial.variant, k_ff=share)) for share in (0.0, 1.0)]
     if ends[0] is None or ends[1] is None:
         return Suspect("k_ff", 1.0, np.inf)
     along, left = (ends[1] - ends[0])[trial.judged], (trial.error - ends[0])[trial.judged]
@@ -277,19 +273,11 @@ def _position_gain(variant: Variant, factor: float) -> Variant:
     return _with_law(variant, **gains)
 
 
-def _velocity_fed(variant: Variant, share: float) -> Variant:
-    return _with_law(variant, k_ff=share)
-
-
 def _scaled(variant: Variant, factor: float, quantity: str) -> Variant:
     """Return a loop in the numbers of whose law what was taken for 1 of a quantity is so many times as much."""
     law = variant.controller
     powers = {key: exponents_of(variable.quantity).get(quantity, 0.0) for key, variable in law.component.variables.items()}
     return _with_law(variant, **{key: law.values[key] * factor**-power for key, power in powers.items() if power})
-
-
-def _delayed(variant: Variant, samples: float) -> Variant:
-    return replace(variant, run=replace(variant.run, delay=variant.run.delay + int(samples)))
 
 
 def _reference_later(variant: Variant, time: float) -> Variant:
@@ -302,9 +290,9 @@ def _reference_later(variant: Variant, time: float) -> Variant:
 
 CHANGES: dict[str, Callable[[Variant, float], Variant]] = {
     "k_p": _position_gain,
-    "k_ff": _velocity_fed,
+    "k_ff": lambda variant, share: _with_law(variant, k_ff=share),
     "position": partial(_scaled, quantity="length"),
     "effort": partial(_scaled, quantity="force"),
-    "delay": _delayed,
+    "delay": lambda variant, samples: replace(variant, run=replace(variant.run, delay=variant.run.delay + int(samples))),
     "reference": _reference_later,
 }

@@ -24,16 +24,20 @@ from bristle.identification.parameters import refuse_unrecorded
 from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import CUTOFF, treatment_of
 from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
-from bristle.logs.check import parted
+from bristle.logs.check import RECORDED, checked, parted
 from bristle.logs.log import Log
-from bristle.prediction.doubts import with_doubts
+from bristle.logs.look import CheckThresholds
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
-__all__ = ["MODES", "TREATED", "predict", "rows_as_fitted", "unexplained_force"]
+__all__ = ["MODES", "TREATED", "predict", "rows_as_fitted", "unexplained_force", "with_doubts"]
 
 MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
+NOTHING_PERCENT = 100.0  # error of predicting zero
+FAR = 1.5  # times the largest speed that the model was fitted to
+WORSE = {"position": "position_worse_than_none", "force": "effort_worse_than_none"}
+SPAN = 20  # samples over which a speed is taken
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
 CHANNELS = {
@@ -206,6 +210,7 @@ def _inverse(
             *start,
             Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
+        log=log.source.name.strip("<>"),
     )
 
 
@@ -226,6 +231,7 @@ def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: 
         metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
         status=status,
         diagnostics=about,
+        log=log.source.name.strip("<>"),
     )
 
 
@@ -234,9 +240,9 @@ def _metrics(
 ) -> dict[str, float | str | None]:
     metrics: dict[str, float | str | None] = {}
     for name, quantity, signal, predicted in (("force", "force", effort, effort_hat), ("position", "length", position, position_hat)):
-        is_known = predicted is not None and not failed
-        metrics[f"{name}_error_percent"] = relative_error_percent(signal, predicted) if is_known else None
-        metrics[f"{name}_rmse"] = float(np.sqrt(np.mean((signal - predicted) ** 2))) if is_known else None
+        compared = None if failed else predicted
+        metrics[f"{name}_error_percent"] = None if compared is None else relative_error_percent(signal, compared)
+        metrics[f"{name}_rmse"] = None if compared is None else float(np.sqrt(np.mean((signal - compared) ** 2)))
         metrics[f"{name}_unit"] = unit_of(quantity, log.kind)
     return metrics
 
@@ -313,3 +319,25 @@ def _checked_model(model: Any, family: str, path: str) -> Model:
             f"must be a {family} model, and is a {model_family} model", path=path, value=model, mend="The order is plant, friction, log"
         )
     return model
+
+
+def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
+    """Return a prediction with what speaks against it."""
+    settings = CheckThresholds.among(axis.settings if axis else {})
+    wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
+    doubts: list[Diagnostic] = []
+    for signal, code in WORSE.items():
+        percent = prediction.metrics.get(f"{signal}_error_percent")
+        if not doubts and isinstance(percent, float) and percent > NOTHING_PERCENT:
+            doubts.append(Diagnostic(code, numbers={"percent": percent}))
+    top = _largest_speed(log)
+    if velocity_max is not None and top > FAR * velocity_max:
+        doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))
+    return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))
+
+
+def _largest_speed(log: Log) -> float:
+    position = log.position.values
+    parts = [position[part] for part in log.segments or (slice(None),)]
+    travels = [np.max(np.abs(positions[SPAN:] - positions[:-SPAN])) for positions in parts if positions.size > SPAN]
+    return float(max(travels, default=0.0)) / (SPAN * log.sample_time)

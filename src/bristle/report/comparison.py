@@ -1,96 +1,90 @@
-"""The report of two logs of one axis: whether it helped on the machine."""
+"""The report of two logs of one axis: whether it helped on the machine, by how much, and how sure that is."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bristle.core.typography import with_unit
+from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.report.changes import WORDS, interval_of, percent_of
 from bristle.report.compensation import NO_CHANGE
-from bristle.report.fronts.comparison import comparison_front, comparison_ruling
-from bristle.report.further import further_figures
-from bristle.report.log_facts import log_facts
-from bristle.report.messages import as_data, message
-from bristle.report.page import Picture, picture, render
-from bristle.report.table import Table
+from bristle.report.log import log_facts
+from bristle.report.messages import as_data, message, sentence_of
+from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison
     from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
 
-__all__ = ["HEADS", "change_rows", "change_table", "comparison_report", "comparison_sentences", "comparison_summary", "remarks_of"]
+__all__ = ["HEADS", "change_rows", "change_table", "comparison_report", "comparison_ruling", "comparison_summary", "remarks_of"]
 
-VERDICTS = {"lower": "lower", "higher": "higher", "no_change": "no change told", "unknown": "no interval"}
-HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
-HELPED = {
-    "lower": "It helped: the following error is lower.",
-    "higher": "It did not help: the following error is higher.",
-    "no_change": "Whether it helped these logs cannot tell: the interval of the following error's change holds zero.",
-    "unknown": "Whether it helped these logs cannot tell: one cycle gives no interval.",
+RMS = "following_error.rms"
+WORDS = {
+    RMS: "Following error, root mean square",
+    "following_error.peak": "Following error, largest in a cycle",
+    "reversals.forward_to_backward": "Following error behind a reversal, forward to backward",
+    "reversals.backward_to_forward": "Following error behind a reversal, backward to forward",
+    "effort.rms": "Effort, root mean square",
+    "effort.peak": "Effort, largest in a cycle",
+    "friction.level": "Friction level",
 }
-HARDLY = f"It hardly helped: the following error is lower, by less than {100.0 * NO_CHANGE:g} %."
+HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 GROUPS = ("following_error", "reversals", "effort", "friction")
+FINEST = 0.1  # percent, told to two digits
 
 
-def comparison_sentences(compared: Comparison) -> list[str]:
-    """Return whether it helped, then each quantity with its numbers."""
-    rms = compared.changes.get("following_error.rms")
-    head = [_head(rms)] if rms else ["Whether the axis follows better nobody can tell without a reference."]
-    return [*head, *map(_sentence, compared.changes.values())]
+class Wording(NamedTuple):
+    """What is said of a change of the following error, by its verdict."""
+
+    level: str
+    words: str
+    sentence: str
+    why: str
+    advice: str
+    cell: str
+    is_open: bool = False
 
 
-def _head(change: Change) -> str:
+KEEP = "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"
+OPEN = "Whether it helped these logs cannot tell"
+VERDICTS = {
+    "lower": Wording("usable", "It helped", "It helped", "the following error is lower", KEEP, "lower"),
+    "hardly": Wording(
+        "with_care",
+        "It hardly helped",
+        "It hardly helped",
+        f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %",
+        KEEP,
+        "lower",
+    ),
+    "higher": Wording(
+        "no",
+        "It did not help",
+        "It did not help",
+        "the following error is higher",
+        "take the change back, then `bristle identify BEFORE --axis axis.toml`",
+        "higher",
+    ),
+    "no_change": Wording(
+        "with_care",
+        "No change told",
+        OPEN,
+        "the interval of the following error's change holds zero",
+        "record more cycles of each side, several times",
+        "no change told",
+        is_open=True,
+    ),
+    "unknown": Wording(
+        "with_care", "Not told", OPEN, "one cycle gives no interval", "record ten cycles or more of each side", "no interval", is_open=True
+    ),
+}
+
+
+def _wording(change: Change) -> Wording:
     hardly = change.verdict == "lower" and abs(change.change_percent) < 100.0 * NO_CHANGE
-    return HARDLY if hardly else HELPED[change.verdict]
-
-
-def _sentence(change: Change) -> str:
-    word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
-    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
-    if change.verdict == "unknown":
-        return f"{word}: {before} before, {after} after; nothing tells how sure that is."
-    if change.verdict == "no_change":
-        return f"{word}: no change that these logs can tell, {before} before and {after} after{interval}."
-    return f"{word}: {change.verdict}, {after} instead of {before}{interval}."
-
-
-def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
-    """Return a row for each quantity, under `HEADS`."""
-    return [
-        (
-            WORDS[change.name],
-            with_unit(change.before, change.unit),
-            with_unit(change.after, change.unit),
-            percent_of(change),
-            interval_of(change),
-            VERDICTS[change.verdict],
-        )
-        for change in compared.changes.values()
-    ]
-
-
-def change_table(compared: Comparison) -> Table:
-    """Return each quantity before and after, with its change."""
-    return Table("Before and after", HEADS, change_rows(compared))
-
-
-def remarks_of(compared: Comparison) -> list[str]:
-    """Return what was compared, and what may mislead, in sentences; the latter begin with ``warning:``."""
-    doubts = [f"{doubt.severity}: {message(doubt)}" for doubt in compared.diagnostics if doubt.severity != "note"]
-    notes = [message(note) for note in compared.diagnostics if note.severity == "note"]
-    return [*doubts, _compared(compared), *notes]
-
-
-def _compared(compared: Comparison) -> str:
-    shared = compared.shared
-    pieces = "cycles" if shared.complete else "pieces"
-    motions = "one motion" if shared.motions == 1 else f"{shared.motions} motions"
-    drawn = "each with its counterpart" if shared.paired else "each side by itself"
-    window = f"; a reversal reaches {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
-    return f"compared: {shared.cycles_before} {pieces} before and {shared.cycles_after} after, of {motions}, drawn anew {drawn}{window}"
+    return VERDICTS["hardly" if hardly else change.verdict]
 
 
 def comparison_report(
@@ -103,70 +97,147 @@ def comparison_report(
     figures: Sequence[ReportFigure] = (),
 ) -> str:
     """Return the report of two logs as one HTML page."""
-    from bristle.figures import comparison
-
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
-    return render(
-        "comparison.html",
-        provenance=provenance,
-        command=command,
-        banner=banner,
-        name=name,
-        front=comparison_front(compared, name, _short_picture(compared)),
-        sentences=comparison_sentences(compared),
-        warnings=warnings,
-        remarks=remarks_of(compared)[len(warnings) :],
-        changes=change_table(compared),
-        friction=_friction_table(compared),
-        picture=picture("comparison", lambda: comparison(compared), *_caption(compared)),
-        logs=[(f"The log {side}", log_facts(logs[0], logs[1:])) for side, logs in sides.items()],
-        notes=[note for logs in sides.values() for log in logs for note in log.notes],
-        further=further_figures(figures, {"comparison": compared}),
-    )
+    notes = [note for logs in sides.values() for log in logs for note in log.notes]
+    logs = [Block("facts", log_facts(logs[0], logs[1:]), (f"The log {side}",)) for side, logs in sides.items()]
+    basis = [Block("items", warnings, ("warnings",)), Block("items", remarks_of(compared)[len(warnings) :])]
+    sections = [
+        Section("changes", "Each change", [change_table(compared)]),
+        Section("basis", "What this rests on", basis),
+        Section("summary", "In words", [Block("items", comparison_sentences(compared))], folded=True),
+        Section("courses", "Where they differ", [Figures("courses"), _friction_table(compared)], folded=True),
+        Section("log", "The logs", [*logs, Block("items", notes)], folded=True),
+    ]
+    files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
+    facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}
+    front = _front(compared, name, files)
+    return report_page("comparison", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
 
 
-def _short_picture(compared: Comparison) -> Picture:
-    from bristle import figures
-
-    signal = "following error" if "following_error.rms" in compared.changes else "effort"
-    place = f"the mean {signal} around reversals" if compared.turns else f"the mean {signal} over the cycles"
-    return picture(
-        "short",
-        lambda: figures.comparison_in_short(compared),
-        f"{signal.capitalize()} before and after, and each change",
-        f"Above, {place}: light before, dark after. Below, each change in percent of before: a full point is one whose "
-        "interval leaves out zero.",
-    )
+def comparison_sentences(compared: Comparison) -> list[str]:
+    """Return whether it helped, then each quantity with its numbers."""
+    rms = compared.changes.get(RMS)
+    wording = _wording(rms) if rms else None
+    head = f"{wording.sentence}: {wording.why}." if wording else "Whether the axis follows better nobody can tell without a reference."
+    return [head, *map(_sentence, compared.changes.values())]
 
 
-def _caption(compared: Comparison) -> tuple[str, str]:
-    signal = "following error" if "following_error.rms" in compared.changes else "effort"
-    parts = [f"Above, the mean over cycles of the {signal}: light before, dark after."]
-    if compared.turns:
-        parts.append("Then the mean around reversals, with the window shaded in which the peak is looked for.")
-    if compared.friction_curve:
-        parts.append("Friction at the same speeds is half the difference of the effort between the directions.")
-    parts.append("Below, each change in percent of before: a full point is one whose interval leaves out zero.")
-    return f"{signal.capitalize()} and friction before and after, and each change with its interval", " ".join(parts)
+def _sentence(change: Change) -> str:
+    word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
+    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
+    if change.verdict == "unknown":
+        return f"{word}: {before} before, {after} after; nothing tells how sure that is."
+    if change.verdict == "no_change":
+        return f"{word}: no change that these logs can tell, {before} before and {after} after{interval}."
+    return f"{word}: {change.verdict}, {after} instead of {before}{interval}."
+
+
+def _signed(value: float, change: Change) -> str:
+    """Return a number of percent with its sign, to the digits that the interval allows but for those that nobody reads."""
+    ends = change.interval_percent
+    text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), FINEST), digits=2)
+    return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
+
+
+def percent_of(change: Change) -> str:
+    """Return a change in percent of before."""
+    return f"{_signed(change.change_percent, change)} %"
+
+
+def interval_of(change: Change) -> str:
+    """Return the ends of its 95 % interval."""
+    ends = change.interval_percent
+    return "–" if ends is None else f"{_signed(ends[0], change)} to {_signed(ends[1], change)} %"
+
+
+def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
+    """Return a row for each quantity, under `HEADS`."""
+    return [_row(WORDS[change.name], change) for change in compared.changes.values()]
+
+
+def _row(head: str, change: Change) -> tuple[str, ...]:
+    before, after = (with_unit(side, change.unit) for side in (change.before, change.after))
+    return head, before, after, percent_of(change), interval_of(change), VERDICTS[change.verdict].cell
+
+
+def change_table(compared: Comparison) -> Table:
+    """Return each quantity before and after, with its change."""
+    return Table("Before and after", HEADS, change_rows(compared))
 
 
 def _friction_table(compared: Comparison) -> Table | None:
-    if not compared.friction_curve:
-        return None
-    speed = unit_of("length/time", compared.kind)
-    rows = [
-        (
-            with_unit(at, speed),
-            with_unit(change.before, change.unit),
-            with_unit(change.after, change.unit),
-            percent_of(change),
-            interval_of(change),
-            VERDICTS[change.verdict],
-        )
-        for at, change in compared.friction_curve
-    ]
-    return Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows)
+    rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
+    return Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
+
+
+def remarks_of(compared: Comparison) -> list[str]:
+    """Return what was compared, and what may mislead, in sentences; the latter begin with ``warning:``."""
+    doubts = [f"{doubt.severity}: {message(doubt)}" for doubt in compared.diagnostics if doubt.severity != "note"]
+    notes = [message(note) for note in compared.diagnostics if note.severity == "note"]
+    shared = compared.shared
+    motions = "one motion" if shared.motions == 1 else f"{shared.motions} motions"
+    drawn = "each with its counterpart" if shared.paired else "each side by itself"
+    window = f"; a reversal reaches {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
+    pieces = f"{shared.cycles_before} {_pieces(compared)} before and {shared.cycles_after} after"
+    return [*doubts, f"compared: {pieces}, of {motions}, drawn anew {drawn}{window}", *notes]
+
+
+def _pieces(compared: Comparison) -> str:
+    return "cycles" if compared.shared.complete else "pieces"
+
+
+def comparison_ruling(compared: Comparison) -> Ruling:
+    """Return whether it helped on the machine, and why."""
+    doubts = [sentence_of(diagnostic.code).means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
+    change = compared.changes.get(RMS)
+    if change is None:
+        return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
+    wording, word = _wording(change), WORDS[RMS]
+    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
+    reasons = [f"{word[0].lower()}{word[1:]}: {_text(change, change.after)} instead of {_text(change, change.before)}{interval}"]
+    reasons += [wording.why] if wording.is_open else []
+    level = "with_care" if doubts and wording.level == "usable" else wording.level
+    return Ruling(level, wording.words, tuple(dict.fromkeys([*reasons, *doubts])))
+
+
+def _text(change: Change, value: float) -> str:
+    return length_text(value, change.kind) if change.quantity == "length" else fixed(value, change.unit)
+
+
+def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
+    change, shared = compared.changes.get(RMS), compared.shared
+    wording, is_single = _wording(change) if change else None, min(len(compared.logs_before), len(compared.logs_after)) == 1
+    typed = "nothing: these logs tell neither way"
+    if change is not None and wording is not None and not wording.is_open:
+        typed = f"nothing new: what stood there {'after' if change.verdict == 'lower' else 'before'} the change"
+    partly = f"alike in both: {percent_text(shared.before_percent)} of the motion before, {percent_text(shared.after_percent)} after"
+    answers = answered(
+        _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
+        [typed],
+        _lines(compared, ("effort", "friction"), "no effort in these logs"),
+        [
+            f"{shared.cycles_before} {_pieces(compared)} before, {shared.cycles_after} after; intervals from their scatter",
+            partly if min(shared.before_percent, shared.after_percent) < 99.0 else "",
+            "what differs from one recording to the next, as temperature does, is in no interval" if is_single else "",
+        ],
+        [wording.advice, "to be surer, further logs of each side: `--before`, `--after`" if is_single else ""]
+        if wording
+        else ["record the reference too, and name its column in the axis file"],
+    )
+    facts = about(*(f"{side}: {file}" for side, file in files.items() if file))
+    return Front(f"{name}: before and after", facts, comparison_ruling(compared), answers, "basis")
+
+
+def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:
+    """Return the changes of these groups, but for the one that stands in the verdict."""
+    changes = [change for name, change in compared.changes.items() if name.partition(".")[0] in groups]
+    lines = []
+    for change in changes:
+        if change.name != RMS or len(changes) == 1:
+            verdict = VERDICTS["no_change"].cell if change.verdict == "no_change" else percent_of(change)
+            lines.append(f"{WORDS[change.name]}: {_text(change, change.after)}, before {_text(change, change.before)} ({verdict})")
+    return lines or [otherwise]
 
 
 def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[str, str]) -> dict[str, Any]:

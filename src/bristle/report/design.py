@@ -1,92 +1,98 @@
-"""The report of a loop that is designed."""
+"""The report of a loop that is designed: whether to keep it, its margins and errors, which gains to type in, and what they take."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from markupsafe import Markup
+
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
+from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.loop.tuning import UNSTATED
-from bristle.report.design_tables import (
-    budget_table,
-    circle_table,
-    controller_text,
-    delay_table,
-    least_phase,
-    loop_name,
-    margin_table,
-    proposal_table,
-)
-from bristle.report.front import length_text
-from bristle.report.fronts.design import LESS, MORE, best_of, counts_much, design_front, design_ruling, peak_of
-from bristle.report.further import further_figures
+from bristle.report.compensation import NO_CHANGE
+from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
+from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, whole_sentence
-from bristle.report.page import Picture, picture, render
+from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.core.variable import Kind
     from bristle.figures.report_figure import ReportFigure
     from bristle.loop import Budget, Design, Proposal
 
-__all__ = ["design_report", "design_sentences", "design_summary"]
+__all__ = ["design_report", "design_ruling", "design_sentences", "design_summary"]
 
-NO_LESS = 0.05  # of an error: what a cause takes away from it that is as good as nothing
+MUCH = 0.5  # of the friction: effort for a single count that is worth a word
+WORTH = 0.8  # of an error: above it other gains are not worth their margins
+GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
+motions and large ones; “with an observer” a proportional-derivative law with a disturbance observer and the same margins.
+Both feed forward along the desired motion. Neither knows how the friction of the real axis will differ from the model."""
+MARGINS = """The loop as it is sampled: effort held over a sample, computation delay, lag of the drive, velocity as the law
+estimates it. Poles decide whether it is stable, margins how far it is from not being so. Small motions are those inside a
+boundary layer or dead band of the law, large ones those far outside it. Stuck friction is a spring, sliding friction the
+slope of its curve at the largest speed of the reference."""
 
 
 def design_report(design: Design, *, command: str, provenance: Mapping[str, str], figures: Sequence[ReportFigure] = ()) -> str:
     """Return the report of a loop that is designed as one HTML page."""
-    return render(
-        "design.html",
-        provenance=provenance,
-        command=command,
-        banner=None,
-        front=design_front(design, _loops_picture(design)),
-        name=design.experiment.name,
-        verdict=design_sentences(design),
-        margins=margin_table(design),
-        delays=delay_table(design.delays),
-        budget=None if design.budget is None else budget_table(design.budget, design),
-        proposals=proposal_table(design),
-        laws=[(proposal.name, controller_text(proposal.variant)) for proposal in design.proposals[1:]],
-        circles=circle_table(design.circles, design) if design.circles else None,
-        circle=_circle_words(design),
-        pictures=_pictures(design),
-        further=further_figures(figures, {"design": design}),
-    )
+    budget = None if design.budget is None else budget_table(design.budget, design)
+    laws = [
+        block
+        for proposal in design.proposals[1:]
+        for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
+    ]
+    errs = ["Simulated with one cause at a time, and with all but one.", budget] if budget is not None else []
+    circles = [_circle_words(design), circle_table(design.circles, design)] if design.circles else []
+    sections = [
+        Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
+        Section("budget", "What it errs by", errs),
+        Section("summary", "In words", design_sentences(design), folded=True),
+        Section(
+            "margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design.delays)], folded=True
+        ),
+        Section("circle", "A circle", circles, folded=True),
+    ]
+    facts = {
+        "design": design,
+        "kind": design.experiment.kind,
+        "assessment": design.assessment,
+        "budget": design.budget if design.budget is not None and design.budget.entries else None,
+        "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
+        "names": [loop_name(loop.name, design) for loop in design.proposals],
+        "phases": [least_phase(loop.assessment) for loop in design.proposals],
+    }
+    return report_page("design", facts, _front(design), sections, command=command, provenance=provenance, figures=figures)
 
 
 def design_sentences(design: Design) -> list[str]:
     """Return what matters most of a design, in words."""
-    assessment = design.assessment
-    lines = [f"{design.variant.name}: {message(verdict_of(assessment))}."]
-    lines += [whole_sentence(doubt) for doubt in doubts_of(assessment)]
-    delays = design.delays
+    delay = design.delays.total
+    lines = [f"{design.variant.name}: {message(verdict_of(design.assessment))}."]
+    lines += [whole_sentence(doubt) for doubt in doubts_of(design.assessment)]
     lines.append(
-        f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
-        f"bandwidths, such as λ + K_1, {number(0.5 / delays.total, digits=2)} 1/s."
+        f"The loop has {with_unit(delay, 's')} of delay. As a rule of thumb that allows the sum of its two "
+        f"bandwidths, such as λ + K_1, {number(0.5 / delay, digits=2)} 1/s."
     )
-    lines += _about_the_lag(design)
-    lines += _about_a_count(design)
-    if design.budget is not None and design.budget.entries:
-        lines.append(_about_causes(design.budget, design.experiment.kind))
+    lines += _about_the_lag(design) + _about_a_count(design)
+    lines += [_about_causes(design.budget, design)] if design.budget is not None and design.budget.entries else []
     return lines + _advice(design)
 
 
-def _about_causes(budget: Budget, kind: Kind) -> str:
+def _about_causes(budget: Budget, design: Design) -> str:
     """Return what a loop errs by and the cause without which it errs least, where one stands out."""
-    first, whole = budget.entries[0], budget.all_causes.peak_to_peak
+    kind, first, whole = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
     total = f"It errs by {length_text(whole, kind)} peak to peak."
-    if first.without.peak_to_peak < (1.0 - NO_LESS) * whole:
+    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * whole:
         without = length_text(first.without.peak_to_peak, kind)
         return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
     largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
-    alone = length_text(largest.alone.peak_to_peak, kind)
     return (
         f"{total} To take a single cause away makes that no smaller: causes cancel each other, or several make the "
-        f"same error. Alone, {largest.cause} makes the most of all, {alone}."
+        f"same error. Alone, {largest.cause} makes the most of all, {length_text(largest.alone.peak_to_peak, kind)}."
     )
 
 
@@ -95,11 +101,10 @@ def _about_the_lag(design: Design) -> list[str]:
     late = design.late
     if late is None:
         return []
-    least, most = (1e3 * lag for lag in UNSTATED)
-    phase = least_phase(late)
+    (least, most), phase = (1e3 * lag for lag in UNSTATED), least_phase(late)
     own = f"is unstable with {most:g} ms"
     if late.verdict is Verdict.STABLE and phase is not None:
-        own = f"has a phase margin of {number(phase, digits=3)}° with {most:g} ms"
+        own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
     return [
         f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
         f"margins from {least:g} to {most:g} ms; {design.variant.name} {own}. Write the lag of the drive into the axis "
@@ -107,40 +112,55 @@ def _about_the_lag(design: Design) -> list[str]:
     ]
 
 
+def _counts_much(design: Design) -> bool:
+    """Return whether a single count of the encoder calls up an effort like that of friction."""
+    return design.friction > 0.0 and design.proposals[0].count_effort > MUCH * design.friction
+
+
 def _about_a_count(design: Design) -> list[str]:
-    present, kind = design.proposals[0], design.experiment.kind
-    if not counts_much(design):
+    if not _counts_much(design):
         return []
-    effort, friction = (with_unit(force, unit_of("force", kind)) for force in (present.count_effort, design.friction))
+    count = design.proposals[0].count_effort
+    effort, friction = (with_unit(force, unit_of("force", design.experiment.kind)) for force in (count, design.friction))
     return [
-        f"One count of the encoder calls up {effort}, {number(present.count_effort / design.friction, digits=2)} times "
-        f"the friction ({friction}): much of the effort is noise. A finer encoder, a lower cut-off of the velocity or "
-        "less gain lowers it."
+        f"One count of the encoder calls up {effort}, {number(count / design.friction, digits=2)} times the friction ({friction}): much "
+        "of the effort is noise. A finer encoder, a lower cut-off of the velocity or less gain lowers it."
     ]
 
 
+def _peak(proposal: Proposal) -> float:
+    """Return the simulated following error of a loop, peak to peak [m or rad]; infinite where there is none."""
+    return proposal.following_error.peak_to_peak if proposal.following_error is not None else math.inf
+
+
+def _best(design: Design) -> Proposal | None:
+    """Return which of the loops proposed errs least; None where none was simulated."""
+    return min((proposal for proposal in design.proposals[1:] if proposal.following_error is not None), key=_peak, default=None)
+
+
+def _chosen(design: Design) -> Proposal:
+    """Return the loop to run: the one as it is, unless another one errs less or that one is not stable."""
+    present, best = design.proposals[0], _best(design)
+    return best if best is not None and (not design.is_stable or _peak(best) < WORTH * _peak(present)) else present
+
+
 def _advice(design: Design) -> list[str]:
-    best, present = best_of(design), design.proposals[0].following_error
+    best, present = _best(design), design.proposals[0]
     if best is None:
         return []
-    error = length_text(peak_of(best), design.experiment.kind)
-    if present is not None and peak_of(best) > MORE * present.peak_to_peak:
+    is_simulated, error = present.following_error is not None, length_text(_peak(best), design.experiment.kind)
+    if is_simulated and _peak(best) > (1.0 + NO_CHANGE) * _peak(present):
         return ["None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against the error."]
-    if present is not None and peak_of(best) > LESS * present.peak_to_peak:
-        return [
-            f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
-            f"simulation, {error}, with margins kept."
-        ]
+    loop = f"The loop {best.name} ({best.variant.controller.name}, gains below) errs"
+    if is_simulated and _peak(best) > (1.0 - NO_CHANGE) * _peak(present):
+        return [f"{loop} about as little in the simulation, {error}, with margins kept."]
     return [
-        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {error} "
-        "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
+        f"{loop} by {error} in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
         "the model leaves are a good start for any axis."
     ]
 
 
 def _circle_words(design: Design) -> str:
-    if not design.circles:
-        return ""
     circle, kind = design.circles[0], design.experiment.kind
     radius, feed = (with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind)))
     return (
@@ -149,59 +169,74 @@ def _circle_words(design: Design) -> str:
     )
 
 
-def _loops_picture(design: Design) -> Picture:
-    from bristle import figures
+def design_ruling(design: Design) -> Ruling:
+    """Return whether to keep a loop, and why."""
+    chosen, present, doubts = _chosen(design), design.proposals[0], tuple(message(doubt) for doubt in doubts_of(design.assessment))
+    if not design.is_stable:
+        return Ruling("no", "Do not run it", (message(verdict_of(design.assessment)), *doubts))
+    if chosen is not present:
+        kind = design.experiment.kind
+        instead = "" if present.following_error is None else f" instead of {length_text(_peak(present), kind)}"
+        reason = f"the loop {chosen.name} errs by {length_text(_peak(chosen), kind)}{instead}, with margins kept"
+        return Ruling("with_care", "Change the gains", (reason, *doubts))
+    if doubts:
+        return Ruling("with_care", "Keep it, with care", doubts)
+    return Ruling("usable", "Keep it", (_margin_text(present), "no loop proposed errs by a fifth less"))
 
-    loops = design.proposals
-    errors = [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in loops]
-    return picture(
-        "loops",
-        lambda: figures.loops_proposed(
-            [loop_name(loop.name, design) for loop in loops],
-            errors,
-            [loop.effort_rms for loop in loops],
-            [least_phase(loop.assessment) for loop in loops],
-            PHASE_ENOUGH,
-            design.experiment.kind,
-        ),
-        "Following error, effort and smallest phase margin of the loop as it is and of those proposed",
-        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
-        "is the loop as it is, the others are proposed.",
+
+def _margin_text(proposal: Proposal) -> str:
+    phase = least_phase(proposal.assessment)
+    return "it has no crossover, and so no phase margin" if phase is None else f"phase margin {short_text(phase)}°"
+
+
+def _front(design: Design) -> Front:
+    kind, budget, chosen, present = design.experiment.kind, design.budget, _chosen(design), design.proposals[0]
+    is_present = chosen is present
+    quality = [f"stable as it is, {_margin_text(present)}" if design.is_stable else "not stable as it is"]
+    if budget is not None and budget.entries:
+        first = budget.entries[0]
+        quality += [
+            f"following error {length_text(budget.all_causes.peak_to_peak, kind)} peak to peak, simulated",
+            f"mostly by {first.cause} ({first.description}): without it {length_text(first.without.peak_to_peak, kind)}",
+        ]
+    runs = 0 if budget is None else budget.runs
+    simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the file"
+    title = f"{design.variant.name}, as it is" if is_present else f"{chosen.name}, in its place"
+    answers = answered(
+        quality,
+        [f"loop {title}", *law_lines(chosen.variant)],
+        _cost(chosen, present, design),
+        [
+            "margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file",
+            "" if budget is None else simulated,
+        ],
+        [
+            "" if is_present else "write these gains (below, to be copied) into the experiment file, then `bristle run` it",
+            "a finer encoder or a lower cut-off of the velocity: much of the effort is noise" if _counts_much(design) else "",
+            "on the machine, record before and after, then `bristle compare`",
+        ],
     )
+    facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")
+    return Front(f"{design.experiment.name}: the loop", facts, design_ruling(design), answers, "summary")
 
 
-def _pictures(design: Design) -> dict[str, Picture]:
-    from bristle import figures
-
-    kind = design.experiment.kind
-    pictures = {
-        "margins": picture(
-            "margins",
-            lambda: figures.margins(design.assessment),
-            "Gain and phase of the open loop over frequency, and the poles of the closed loop",
-            "The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
-            "circle grow; close inside it they ring.",
-        )
-    }
-    if design.budget is not None and design.budget.entries:
-        budget = design.budget
-        pictures["budget"] = picture(
-            "budget",
-            lambda: figures.error_budget(budget, kind),
-            "Following error with each cause of error alone and without each",
-            "A cause whose dark bar is long errs by itself; one whose light bar is far below the dashed line is worth "
-            "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
-        )
-    if design.circles:
-        named = tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles)
-        pictures["circles"] = picture(
-            "circles",
-            lambda: figures.circles(named, kind),
-            "Radial deviation of the circle, around it and unrolled",
-            "How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
-            "reversals friction changes sides, and the path bulges.",
-        )
-    return pictures
+def _cost(chosen: Proposal, present: Proposal, design: Design) -> list[str]:
+    """Return error, effort and margin of the loop that is chosen, instead of those of the present one where that is another."""
+    kind, is_change = design.experiment.kind, chosen is not present
+    force = unit_of("force", kind)
+    lines = []
+    if chosen.following_error is not None and present.following_error is not None and is_change:
+        lines.append(f"following error {length_text(_peak(chosen), kind)} instead of {length_text(_peak(present), kind)}")
+    for word, new, old in (
+        ("effort, root mean square", chosen.effort_rms, present.effort_rms),
+        ("effort that one count of the encoder calls up", chosen.count_effort, present.count_effort),
+    ):
+        if new is not None:
+            lines.append(f"{word}: {fixed(new, force)}" + (f" instead of {fixed(old, force)}" if is_change and old else ""))
+    margins = [least_phase(loop.assessment) for loop in (chosen, present)]
+    if is_change and margins[0] is not None and margins[1] is not None:
+        lines.append(f"phase margin {short_text(margins[0])}° instead of {short_text(margins[1])}°")
+    return lines
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -229,7 +264,20 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
                 for entry in budget.entries
             },
         },
-        "proposals": {proposal.name: _proposal(proposal) for proposal in design.proposals},
+        "proposals": {
+            loop.name: {
+                "controller": loop.variant.controller.name,
+                "bandwidth": loop.bandwidth,
+                "parameters": loop.variant.controller.values,
+                "mass_fed_forward": loop.variant.feedforward.mass,
+                "stiffness": loop.stiffness,
+                "count_effort": loop.count_effort,
+                "verdict": loop.assessment.verdict.value,
+                "following_error": None if loop.following_error is None else vars(loop.following_error),
+                "effort_rms": loop.effort_rms,
+            }
+            for loop in design.proposals
+        },
         "circles": {
             circle.variant: {"radius": circle.radius, "feed": circle.feed, "peak_to_peak": circle.peak_to_peak, "glitches": circle.glitches}
             for circle in design.circles
@@ -259,19 +307,4 @@ def _loop(assessment: Any) -> dict[str, Any]:
             }
             for point in assessment.points
         ],
-    }
-
-
-def _proposal(proposal: Proposal) -> dict[str, Any]:
-    error = proposal.following_error
-    return {
-        "controller": proposal.variant.controller.name,
-        "bandwidth": proposal.bandwidth,
-        "parameters": proposal.variant.controller.values,
-        "mass_fed_forward": proposal.variant.feedforward.mass,
-        "stiffness": proposal.stiffness,
-        "count_effort": proposal.count_effort,
-        "verdict": proposal.assessment.verdict.value,
-        "following_error": None if error is None else vars(error),
-        "effort_rms": proposal.effort_rms,
     }

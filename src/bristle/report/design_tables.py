@@ -7,17 +7,13 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number, stiffness_text
 from bristle.core.variable import unit_of
-from bristle.files.components import key_of
-from bristle.report.table import Quantity, Table
+from bristle.report.compensation import NO_CHANGE
+from bristle.report.table import MICROMETRE, Quantity, Table, short_text
 
 if TYPE_CHECKING:
-    from bristle.core.experiment import Variant
     from bristle.loop import Assessment, Budget, Circle, Delays, Design
 
-NEARLY_NOTHING = 0.01  # of what a loop errs by
-MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
-
-__all__ = ["at_the_motor", "budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
+__all__ = ["budget_table", "circle_table", "delay_table", "least_phase", "loop_name", "margin_table", "proposal_table"]
 
 
 def margin_table(design: Design) -> Table:
@@ -34,19 +30,23 @@ def margin_table(design: Design) -> Table:
     )
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
-        rows = []
-        for point in assessment.points:
-            phase, gain, crossover, delay, _ = point.margins
-            hertz = None if crossover is None else crossover / (2.0 * math.pi)
-            cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz))
-            rows.append((point.motions.value, point.friction.value, number(point.loop.spectral_radius), *cells))
-        loops.setdefault(tuple(rows), []).append(assessment.name)
+        rows = tuple(
+            (
+                point.motions.value,
+                point.friction.value,
+                number(point.loop.spectral_radius),
+                *map(_cell, (point.margins.phase, point.margins.gain, point.margins.delay)),
+                _cell(None if point.margins.crossover is None else point.margins.crossover / (2.0 * math.pi)),
+            )
+            for point in assessment.points
+        )
+        loops.setdefault(rows, []).append(assessment.name)
     table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
     return Table("Poles and margins of the sampled loop", heads, table_rows)
 
 
 def _cell(value: float | None) -> str:
-    return "–" if value is None else number(value, digits=3)
+    return "–" if value is None else short_text(value)
 
 
 def delay_table(delays: Delays) -> Table:
@@ -68,31 +68,25 @@ def _lengths(design: Design, values: list[float]) -> Quantity:
 def budget_table(budget: Budget, design: Design) -> Table:
     """Return the error budget."""
     errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
-    length = Quantity.of(unit_of("length", design.experiment.kind), [budget.all_causes.peak_to_peak, *errors, MICROMETRE], digits=4)
+    length = _lengths(design, [budget.all_causes.peak_to_peak, *errors])
     heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is")
     rows = [
         (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
         for entry in budget.entries
     ]
+    is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
+    left = "left by the law itself and its sampling, such as a velocity that is late where the desired one is not"
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
-        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", _about_the_rest(budget)),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
     ]
     return Table("Error budget: following error, peak to peak", heads, rows)
-
-
-def _about_the_rest(budget: Budget) -> str:
-    """Return what a loop errs by that errs by none of its causes; nothing where that is nearly nothing."""
-    if not budget.no_cause.peak_to_peak > NEARLY_NOTHING * budget.all_causes.peak_to_peak:
-        return ""
-    return "left by the law itself and its sampling, such as a velocity that is late where the desired one is not"
 
 
 def proposal_table(design: Design) -> Table:
     """Return the loop as it is and as proposed: margins, stiffness, what a count does, simulated error."""
     kind, proposals = design.experiment.kind, design.proposals
-    simulated = [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error]
-    length = _lengths(design, simulated)
+    length = _lengths(design, [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error])
     effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
     count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
     heads = (
@@ -132,42 +126,9 @@ def least_phase(assessment: Assessment) -> float | None:
     return min((phase for phase in phases if phase is not None), default=None)
 
 
-def controller_text(variant: Variant) -> str:
-    """Return control law and inertia fed forward of a loop as the tables of an experiment file that describe them."""
-    controller, mass = variant.controller, variant.feedforward.mass
-    lines = ["[controller]", f'model = "{controller.name}"']
-    for name, value in controller.values.items():
-        unit = controller.component.variables[name].unit(controller.kind)
-        if isinstance(value, str):
-            lines.append(f'{key_of(name)} = "{value}"')
-        elif isinstance(value, int) or unit == "1":
-            lines.append(f"{key_of(name)} = {value}")
-        elif math.isfinite(value):
-            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"{_as_comment(value, unit, variant)}')
-    if mass > 0.0:
-        unit = unit_of("mass", controller.kind)
-        lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit}"']
-    return "\n".join(lines)
-
-
-MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
-"""By its unit on a carriage, the unit of a gain at the motor."""
-
-
-def at_the_motor(value: float, unit: str, variant: Variant) -> str:
-    """Return a gain as the drive of a motor behind a screw has it; nothing where there is no screw."""
-    arm = None if variant.axis is None else variant.axis.arm
-    return f"{value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
-
-
-def _as_comment(value: float, unit: str, variant: Variant) -> str:
-    text = at_the_motor(value, unit, variant)
-    return f"  # {text}" if text else ""
-
-
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     """Return how round the circles are."""
-    length = Quantity.of(unit_of("length", design.experiment.kind), [MICROMETRE, *(circle.peak_to_peak for circle in circles)], digits=4)
+    length = _lengths(design, [circle.peak_to_peak for circle in circles])
     reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
     heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.normal import NORMAL_95
+from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
 from bristle.core.typography import number, with_unit
-from bristle.report.page import Picture, picture, render
+from bristle.report.page import Figures, Front, Section, report_page
+from bristle.report.study import FAILURES_SHOWN, WORST_SHOWN
 from bristle.report.table import Quantity, Table
 from bristle.study.dataset import OK
 
@@ -20,9 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["failed_logs_table", "fleet_report", "fleet_sentences", "fleet_summary", "parameters_table"]
 
 IDENTIFIED = "identified"
-FAILURES_SHOWN, LOGS_SHOWN, DRAWN_MOST = 50, 200, 12
+LOGS_SHOWN, DRAWN_MOST = 200, 12
 APART = 3.5  # robust standard deviations, its own interval counted in
-PER_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 FEWEST = 5  # logs of which one can stand apart
 
 
@@ -44,30 +44,19 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
             for place in failed.tolist()
         ],
         "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
-        "held_out_error": {"median": _median(errors), "largest": _largest(errors)},
-        "warnings": _warnings(columns),
+        "held_out_error": {"median": _of_finite(np.median, errors), "largest": _of_finite(np.max, errors)},
+        "warnings": dict(Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code).most_common()),
         "provenance": dict(provenance),
     }
-
-
-def _warnings(columns: Mapping[str, np.ndarray]) -> dict[str, int]:
-    """Return of how many logs each warning was given, the most frequent first."""
-    counts = Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code)
-    return dict(counts.most_common())
 
 
 def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
     return {name: columns[name][place].item() for name in ("run", "folder", "log")}
 
 
-def _median(values: np.ndarray) -> float | None:
+def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> float | None:
     finite = values[np.isfinite(values)]
-    return float(np.median(finite)) if finite.size else None
-
-
-def _largest(values: np.ndarray) -> float | None:
-    finite = values[np.isfinite(values)]
-    return float(np.max(finite)) if finite.size else None
+    return float(statistic(finite)) if finite.size else None
 
 
 def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
@@ -87,7 +76,7 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
         "low": low,
         "median": median,
         "high": high,
-        "half_width": _median(half),
+        "half_width": _of_finite(np.median, half),
         "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()],
     }
 
@@ -104,7 +93,7 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     values = columns[name][tells]
     std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
     distance = np.abs(values - np.median(values))
-    allowed = APART * np.hypot(PER_MAD * float(np.median(distance)), std)
+    allowed = APART * np.hypot(DEVIATION_OVER_MEDIAN * float(np.median(distance)), std)
     far = np.flatnonzero(distance > allowed)
     return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
 
@@ -154,7 +143,7 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
-def apart_table(summary: Mapping[str, Any]) -> Table | None:
+def _apart_table(summary: Mapping[str, Any]) -> Table | None:
     """Return the logs that stand apart, by parameter."""
     rows = [
         (
@@ -165,7 +154,7 @@ def apart_table(summary: Mapping[str, Any]) -> Table | None:
             with_unit(about["median"], about["unit"] or "1"),
         )
         for name, about in summary["parameters"].items()
-        for entry in about["apart"][:10]
+        for entry in about["apart"][:WORST_SHOWN]
     ]
     heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
     return Table("Logs that stand apart from the others", heads, rows) if rows else None
@@ -173,44 +162,26 @@ def apart_table(summary: Mapping[str, Any]) -> Table | None:
 
 def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
     """Return the report of a fleet as one HTML page."""
-    return render(
-        "fleet.html",
-        provenance=summary["provenance"],
-        command=command,
-        banner=None,
-        name=summary["name"],
-        facts=f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
-        sentences=fleet_sentences(summary),
-        picture=_picture(runs, summary),
-        parameters=parameters_table(summary),
-        failed=failed_logs_table(summary),
-        apart=apart_table(summary),
-        logs=_logs_table(runs, summary),
-    )
+    sections = [
+        Section("", "", fleet_sentences(summary)),
+        Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
+        Section("apart", "Logs to look at", [failed_logs_table(summary), _apart_table(summary)]),
+        Section("logs", "Every log", [_logs_table(runs, summary)], folded=True),
+    ]
+    names = _drawn_parameters(summary)
+    facts = {"fleet": runs, "names": names or None, "apart": {name: apart(runs.columns, name) for name in names}}
+    about = f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}"
+    front = Front(f"{summary['name']}: a fleet", about)
+    return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
 
 
-def drawn_parameters(summary: Mapping[str, Any]) -> list[str]:
+def _drawn_parameters(summary: Mapping[str, Any]) -> list[str]:
     """Return the parameters that at least one log tells, as many as are drawn."""
     return [name for name, entry in summary["parameters"].items() if entry["count"]][:DRAWN_MOST]
 
 
-def _picture(runs: Runs, summary: Mapping[str, Any]) -> Picture | None:
-    from bristle.figures import fleet_parameters
-
-    names = drawn_parameters(summary)
-    if not names:
-        return None
-    return picture(
-        "fleet",
-        lambda: fleet_parameters(runs, names, {name: apart(runs.columns, name) for name in names}),
-        f"{', '.join(names)} of each log with 95 % intervals",
-        "Each log by its number, with its 95 % interval; the line is the median. Hollow: a log that stands apart. A "
-        "tick at the bottom: a log that failed, or that does not tell this parameter. An arrow: beyond the panel.",
-    )
-
-
 def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
-    names = drawn_parameters(summary)
+    names = _drawn_parameters(summary)
     columns = runs.columns
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
     heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")

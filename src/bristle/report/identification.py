@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
+import numpy as np
+from markupsafe import Markup
+
+from bristle.core.typography import number, typeset, with_unit
+from bristle.core.variable import Kind, unit_of
+from bristle.identification.parameters import Role, name_of
 from bristle.logs.passages import passages
-from bristle.prediction.drive_table import largest_deviation, steady_curve
-from bristle.report.advice import next_measurements
-from bristle.report.certificates import certificate_table
-from bristle.report.compensation import gain_of
-from bristle.report.first_page import answers, facts
-from bristle.report.front import Front
-from bristle.report.further import further_figures
-from bristle.report.judgement import judged
-from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
-from bristle.report.loop_tables import variant_table
-from bristle.report.messages import assumptions_of, message, notes_of, warnings_of
-from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
-from bristle.report.page import render
-from bristle.report.passages import break_away_table, passage_table
-from bristle.report.pictures import pictures_on
-from bristle.report.settings import changed_settings, settings_table
+from bristle.prediction.drive_table import LevelValues, largest_deviation, level_values, never_slid, reversal_distance, steady_curve
+from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
+from bristle.report.compensation import NAMES_MAX, NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, several
+from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
+from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
+from bristle.report.loops import variant_table
+from bristle.report.messages import assumptions_of, message, notes_of, sentence_of, warnings_of, whole_sentence, why_effective
+from bristle.report.model_tables import as_csv, certificate_table, changed_settings, comparison_table, drive_rows, parameter_table
+from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.simulation import focus_of
-from bristle.report.verdict import sentences
+from bristle.report.symbols import worded
+from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
@@ -35,13 +34,19 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
-    from bristle.report.living import Living
-    from bristle.report.page import Picture
+    from bristle.report.page import Living
     from bristle.simulation.result import Prediction, SimulationResult
 
-__all__ = ["identification_report"]
+__all__ = ["answers", "identification_report", "sentences"]
 
 ROUNDING = 1e-6  # of the largest effort
+WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
+BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
+the position is differentiated twice for it, and its noise with it."""
+FIT_FOR_USE = """A feedforward along the desired motion needs a model that is well posed, and no more: it replays a motion that is
+known. The last column tells where the others matter."""
+DRIVE_TABLE = """Steady friction at constant velocity, offset included and inertia not, in the direction of motion. At standstill it
+has an entry for either side. Between the entries, straight lines {}."""
 
 
 def identification_report(
@@ -62,95 +67,97 @@ def identification_report(
 ) -> str:
     """Return the report of an identification as one HTML page."""
     fit, kind = identification.best, identification.best.plant.kind
-    curve = steady_curve(fit)
-    segments = passages(identification.log)
     gain = None if simulation is None else gain_of(simulation)
-    contradicted = following is not None and following.contradiction is not None
-    if simulation is not None and contradicted:
+    if simulation is not None and following is not None and following.contradiction is not None:
         simulation = _as_recorded(simulation)
-    basis: Facts = {
+    facts: Facts = {
         "identification": identification,
         "fit": fit,
         "kind": kind,
         "log": identification.log,
+        "log_name": _log_name(identification),
         "table": table or (),
-        "curve": curve,
-        "passages": segments,
+        "curve": steady_curve(fit),
+        "passages": passages(identification.log),
         "simulation": simulation,
         "following": following,
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
     }
-    pictures = pictures_on("identification", basis)
-    return render(
-        "identification.html",
-        provenance=provenance,
-        command=command,
-        banner=banner,
-        axis_name=axis_name,
-        front=_front(identification, simulation, following, axis_name, axis, next(iter(pictures["front"]), None)),
-        verdict=sentences(identification, axis_name, gain, prediction, following),
-        parameters=parameter_table(fit, axis),
-        warnings=[*warnings_of(fit), *_contradictions(following)],
-        next_measurements=next_measurements(fit),
-        drive=None if not table else drive_rows(table, kind, axis),
-        deviation=_deviation(fit, table) if table else None,
-        drive_csv=None if not table else as_csv(table, kind),
-        variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
-        contradicted=contradicted,
-        comparison=comparison_table(identification),
-        by_position=fit.position_rmse is not None,
-        pictures=pictures,
-        assumptions=_assumed(fit, prediction),
-        settings=settings_table(identification.settings, kind),
-        changed_settings=changed_settings(identification.settings),
-        passages=passage_table([segment.as_data() for segment in segments], kind),
-        break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
-        log=log_facts(identification.log, identification.further_logs)
-        + treatment_facts(identification.treatment, kind)
-        + scatter_facts(fit.resampling, kind),
-        certificates=certificate_table(fit.name, certificates) if certificates else None,
-        notes=identification.notes,
-        living=living,
-        further=further_figures(figures, basis),
-    )
+    verdict = [Markup("<p>{}</p>").format(line) for line in sentences(identification, axis_name, gain, prediction, following)]
+    by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
+    certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
+    sections = [
+        *_drive_sections(fit, table, axis),
+        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
+        _doubt_section(fit, following),
+        *_loop_sections(simulation, following),
+        Section("summary", "In words", verdict, folded=True),
+        Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
+        Section("models", "Models compared", [comparison_table(identification)], folded=True),
+        Section("certificates", "Is the model fit to be used?", certified, folded=True),
+        Section("assumptions", "What was assumed", _assumptions(identification, prediction), folded=True),
+        Section("log", "The log", _log_blocks(identification, facts), folded=True),
+    ]
+    front = _front(identification, simulation, following, axis_name, axis)
+    common = {"command": command, "provenance": provenance, "banner": banner, "figures": figures, "living": living}
+    return report_page("identification", facts, front, sections, **common)
 
 
-def _each_once(reasons: Sequence[str]) -> list[str]:
-    """Return reasons without those whose parameters another one names already."""
-    names = [reason.partition(": ")[2] for reason in reasons]
-    return [reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place]]
+def _drive_sections(fit: Fit, table: Sequence[tuple[float, float]] | None, axis: Axis | None) -> list[Section]:
+    """Return the table for the drive, and how far straight lines between its entries are from the model."""
+    if not table:
+        return []
+    kind, deviation, largest = fit.plant.kind, largest_deviation(fit, table), max(abs(effort) for _, effort in table)
+    lines = "follow the model"
+    if deviation > ROUNDING * largest:
+        lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
+    lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
+    beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
+    return [Section("drive", "Table for the drive", [lead, beside])]
 
 
-def _deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> str:
-    """Return how far straight lines between the entries are from the model: not at all where it is straight itself."""
-    deviation, largest = largest_deviation(fit, table), max(abs(effort) for _, effort in table)
-    if deviation <= ROUNDING * largest:
-        return "follow the model"
-    return f"deviate from the model by {with_unit(deviation, unit_of('force', fit.plant.kind))} at most"
+def _doubt_section(fit: Fit, following: Following | None) -> Section:
+    contradiction = None if following is None else following.contradiction
+    doubts = [*warnings_of(fit), *([message(contradiction)] if contradiction is not None else [])]
+    blocks = [Block("items", doubts, ("warnings",)) if doubts else "Nothing that the model asks for is left open."]
+    if measurements := next_measurements(fit):
+        lines = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
+        blocks += ["What to measure next:", Block("items", lines)]
+    return Section("doubts", "What this log does not tell", blocks)
 
 
-def _front(
-    identification: Identification,
-    simulation: SimulationResult | None,
-    following: Following | None,
-    axis_name: str,
-    axis: Axis | None,
-    figure: Picture | None,
-) -> Front:
-    fit = identification.best
-    judgement = judged(fit, identification.settings, following)
-    return Front(
-        f"{axis_name}: identified friction",
-        facts(identification),
-        judgement.level,
-        judgement.words,
-        _each_once(judgement.reasons),
-        answers(identification, simulation, following, next_measurements(fit), axis, usable=judgement.level != "measure_again"),
-        figure,
-        "doubts",
-        "Nothing in this log speaks against it.",
-    )
+def _loop_sections(simulation: SimulationResult | None, following: Following | None) -> list[Section]:
+    if simulation is None:
+        return []
+    contradicted = following is not None and following.contradiction is not None
+    which = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
+    return [Section("following", f"Following error {which}", [variant_table(simulation, following.measured if following else None)])]
+
+
+def _assumptions(identification: Identification, prediction: Prediction | None) -> list[object]:
+    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
+    thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
+    return [Block("items", [*assumptions_of(identification.best), *notes]), changed_settings(identification.settings), thresholds]
+
+
+def _log_blocks(identification: Identification, facts: Facts) -> list[object]:
+    kind, resampling = identification.best.plant.kind, identification.best.resampling
+    treated = treatment_facts(identification.treatment, kind) + scatter_facts(resampling, kind)
+    pairs = log_facts(identification.log, identification.further_logs) + treated
+    return [
+        passage_table([segment.as_data() for segment in facts["passages"]], kind),
+        break_away_table(identification.break_aways, kind) if identification.break_aways else None,
+        Figures("log"),
+        Block("facts", pairs, ("What was read, and how it was treated",)),
+        Block("items", identification.notes),
+    ]
+
+
+def _log_name(identification: Identification) -> str:
+    """Return the name of the log, and how many were used beside it."""
+    further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
+    return identification.log.source.name.strip("<>") + further
 
 
 def _as_recorded(simulation: SimulationResult) -> SimulationResult:
@@ -160,10 +167,211 @@ def _as_recorded(simulation: SimulationResult) -> SimulationResult:
     return replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
 
 
-def _contradictions(following: Following | None) -> list[str]:
-    return [] if following is None or following.contradiction is None else [message(following.contradiction)]
+def sentences(
+    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None, following: Following | None = None
+) -> list[str]:
+    """Return in words that can be forwarded: which model, how well it predicts, how sure it is, what compensation gains."""
+    fit = identification.best
+    return [
+        _model_sentence(identification, axis_name),
+        _error_sentence(fit),
+        _certainty_sentence(fit),
+        *(whole_sentence(delay) for delay in fit.diagnostics if delay.code == "delay_found"),
+        *([] if prediction is None else _prediction_sentences(prediction)),
+        *about_loop(gain, following, fit.plant.kind),
+        *([f"What compensation gains was {NOT_SIMULATED}."] if gain is None else []),
+    ]
 
 
-def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
-    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
-    return [*assumptions_of(fit), *notes]
+def _model_sentence(identification: Identification, axis_name: str) -> str:
+    fit, competitors = identification.best, identification.fits[1:]
+    basis = f"held-out {fit.held_out.of}" if fit.held_out is not None else "the log they were fitted to"
+    compared = f", the best of {len(competitors) + 1} models by their error on {basis}" if competitors else ""
+    text = f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
+    closest = min(competitors, key=_held_out, default=fit)
+    if closest is fit or _held_out(closest) >= float(f"{_held_out(fit):.3g}"):
+        return text
+    return (
+        f"{text} {closest.name} comes to {_percent(_held_out(closest))} there instead of {_percent(_held_out(fit))}, which is no reason "
+        "to prefer it: the blocks do not tell the two apart, or this log leaves half of its parameters open."
+    )
+
+
+def _held_out(fit: Fit) -> float:
+    return fit.held_out.mean_percent if fit.held_out is not None else math.inf
+
+
+def _error_sentence(fit: Fit) -> str:
+    kind, error = fit.plant.kind, _percent(fit.error_percent)
+    if fit.position_rmse is not None:
+        rmse = with_unit(fit.position_rmse, unit_of("length", kind))
+        text = f"From the effort of the log it makes the motion to {error} ({rmse} root mean square)"
+    elif fit.loop_rmse is not None:
+        rmse = with_unit(fit.loop_rmse, unit_of("force", kind))
+        text = f"From the reference it makes the effort of the closed loop to {error} ({rmse} root mean square)"
+    else:
+        text = (
+            f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "
+            f"({_percent(fit.friction_alone_error_percent)} of what friction takes of it)"
+        )
+    if fit.held_out is None:
+        return f"{text}; nothing was held out, so how it does on another log is open."
+    text += f", and to {_percent(fit.held_out.mean_percent)} on {fit.held_out.of} that it was not fitted to."
+    wider = (
+        " The second is clearly larger: either the model has more freedom than this log supports, or the friction changed while it was "
+        "recorded."
+    )
+    return text + wider * (fit.held_out.mean_percent > WIDER_OUTSIDE * fit.error_percent)
+
+
+def _certainty_sentence(fit: Fit) -> str:
+    free = [estimate for estimate in fit.estimates if estimate.status != "held"]
+    unknown = [estimate.name for estimate in free if estimate.status != "identified"]
+    if unknown:
+        text = f"{len(unknown)} of {len(free)} parameters could not be identified from this log: {', '.join(unknown)}."
+        return text + (f" The others are effective: {why_effective(fit)}." if fit.effective else "")
+    if not free:
+        return "No parameter was asked of this log: all were held."
+    percents = [(half, estimate.name) for estimate in free if (half := estimate.interval_percent) is not None and half < 100.0]
+    zero = [estimate.name for estimate in free if estimate.interval_percent is None or estimate.interval_percent >= 100.0]
+    text = f"All {len(free)} parameters are {f'identified, but effective: {why_effective(fit)}' if fit.effective else 'identified'}"
+    if percents:
+        widest, name = max(percents)
+        text += f"; the least certain, {name}, to ± {_percent(widest)} (95 % interval)"
+    return f"{text}; {' and '.join(zero)} cannot be told from zero." if zero else f"{text}."
+
+
+def _prediction_sentences(prediction: Prediction) -> list[str]:
+    force, position = prediction.metrics.get("force_error_percent"), prediction.metrics.get("position_rmse")
+    parts = [f"the effort with an error of {_percent(float(force))}"] if force is not None else []
+    unit = str(prediction.metrics["position_unit"])
+    parts += [f"the position to {with_unit(float(position), unit)} root mean square"] if position is not None else []
+    return [f"Run on the log in {prediction.mode} mode, it predicts {' and '.join(parts)}."] if parts else []
+
+
+def _percent(value: float) -> str:
+    return percent_text(value).replace("\u00a0", " ")
+
+
+def _front(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str, axis: Axis | None
+) -> Front:
+    fit = identification.best
+    ruling = judged(fit, identification.settings, following)
+    # What another reason names already is left out.
+    names = [reason.partition(": ")[2] for reason in ruling.reasons]
+    reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
+    about_log = about(f"log {_log_name(identification)}, {fixed(identification.log.duration, 's')}", f"model {fit.name}")
+    five = answers(identification, simulation, following, axis, usable=ruling.level != "measure_again")
+    without = "Nothing in this log speaks against it."
+    return Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
+
+
+def answers(
+    identification: Identification,
+    simulation: SimulationResult | None,
+    following: Following | None,
+    axis: Axis | None = None,
+    *,
+    usable: bool = True,
+) -> list[tuple[str, list[str]]]:
+    """Return the five questions of a person who has an axis, each with its answer in a few lines."""
+    fit, kind = identification.best, identification.best.plant.kind
+    if fit.position_rmse is not None:
+        quality = f"misses the position of the log by {length_text(fit.position_rmse, kind)}"
+    elif fit.loop_rmse is not None:
+        quality = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', kind))}"
+    else:
+        quality = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
+        quality += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
+    held_out = "nothing was held out"
+    if fit.held_out is not None:
+        held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
+    return answered(
+        [quality, held_out],
+        _typed_in(fit, axis) if usable else ["nothing yet: measure again first"],
+        gain_lines(simulation, following, kind),
+        _trust(fit),
+        _next(fit, usable=usable),
+    )
+
+
+def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
+    kind, levels, unit = fit.plant.kind, level_values(fit), unit_of("force", fit.plant.kind)
+    if not any(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.value):
+        return ["nothing: no parameter was identified"]
+    if levels is None and never_slid(fit):
+        return ["nothing: the log never slides, so that no level of friction was seen; record motion that slides"]
+    if levels is None:
+        return ["nothing: a plant on a spring does not move on steadily"]
+    inertia, units = name_of(Role.INERTIA, fit.plant.component.variables), drive_units(axis, kind)
+    is_open = inertia in fit.parameters and fit.parameters[inertia].status == "unidentifiable"
+    mass = ": not identified" if is_open else f" {fixed(levels.inertia, unit_of('mass', kind))}"
+    sides = {"F+": levels.forward, "F\u2212": levels.backward}
+    words = [f"{name}\u00a0{fixed(value, unit)}" for name, value in sides.items() if value is not None]
+    words += [f"constant {fixed(levels.constant, unit)}"] if levels.constant else []
+    words += _viscous_words(levels, kind)
+    return [
+        f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",
+        f"{', '.join(words)}: never above the steady friction, up to {fixed(levels.deviation, unit)} below it",
+        *_in_drive_units(levels, units._replace(inertias=()) if is_open else units),
+        *_after_reversal(fit, axis),
+        "or the table for the drive, below",
+    ]
+
+
+def _viscous_words(levels: LevelValues, kind: Kind) -> list[str]:
+    """Return the viscous friction beside the levels: one value where both directions have the same."""
+    sides = {"forward": levels.viscous_forward, "backward": levels.viscous_backward}
+    known = {name: fixed(value, unit_of("force*time/length", kind)) for name, value in sides.items() if value}
+    if len(set(known.values())) == 1:
+        return [f"viscous {next(iter(known.values()))}"]
+    return [f"viscous {name} {text}" for name, text in known.items()]
+
+
+def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
+    """Return inertia and levels in each unit that the drive may want them in."""
+    lines = [f"that is {fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
+    named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
+    for unit in units.efforts:
+        values = (f"{name}\u00a0{short_text(unit.of(value))}" for name, value in named.items() if value is not None)
+        lines.append(f"in {typeset(unit.name)}: {', '.join(values)}")
+    return lines
+
+
+def _after_reversal(fit: Fit, axis: Axis | None) -> list[str]:
+    """Return over which distance friction turns, in the units of the drive too; nothing where it turns at once."""
+    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    motor = [unit for unit in length_units(axis, fit.plant.kind) if "motor" in unit.name]
+    beside = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
+    return [f"after a reversal 95 % of the friction turns within {length_text(distance, fit.plant.kind)}{beside}"] if distance else []
+
+
+def _trust(fit: Fit) -> list[str]:
+    sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
+    identified = [estimate for estimate in sought if estimate.status == "identified"]
+    if not identified:
+        return ["no parameter was identified"]
+    halves = {estimate.name: estimate.interval_percent for estimate in identified}
+    precise = [
+        f"{name} {'–' if half is None else f'± {number(half, digits=2)} %' if half < 100.0 else '≈ 0'}" for name, half in halves.items()
+    ]
+    widths = several(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
+    effective = f"they are effective: {why_effective(fit)}" if fit.effective else ""
+    return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
+
+
+def _next(fit: Fit, *, usable: bool) -> list[str]:
+    grave = (sentence_of(doubt.code).advice for doubt in fit.diagnostics if doubt.severity == "error")
+    lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
+    models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
+    lines += [f"fit what this model lacks: `--model {','.join(dict.fromkeys(models))}`"] if models else []
+    by_motion: dict[str, list[str]] = {}
+    for names, motion in next_measurements(fit):
+        sentence, _, command = motion.partition(WRITTEN_BY)
+        by_motion.setdefault(f"{command}, which writes the motion" if command else sentence, []).append(names)
+    lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
+    otherwise = "record the axis again, in both directions and at several speeds"
+    if usable:
+        otherwise = "try it on the machine, record again, and let `bristle compare` tell what it gained"
+    return lines or [otherwise]

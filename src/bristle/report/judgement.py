@@ -1,18 +1,18 @@
-"""Whether an identified model can be used: the one word that a person who types it into a drive looks for, and why."""
+"""Whether an identified model can be used, and why, in the word that a person looks for; and what to measure next."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from bristle.report.messages import sentence_of
+from bristle.report.page import Ruling
 
 if TYPE_CHECKING:
-    from bristle.core.diagnostic import Diagnostic
     from bristle.identification.result import Fit
     from bristle.identification.settings import Settings
     from bristle.prediction.following import Following
 
-__all__ = ["DOUBTS", "LEVELS", "Judgement", "judged"]
+__all__ = ["DOUBTS", "LEVELS", "WRITTEN_BY", "judged", "next_measurements"]
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
 """The words of each level."""
@@ -46,38 +46,48 @@ DOUBTS = (
     "half_cycles_differ",
 )
 """Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first."""
+WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
+
+# The purposes of a motion (`bristle excite --for`) that serves.
+MOTIONS = {
+    "sliding": "stribeck",
+    "speed": "stribeck",
+    "stribeck": "stribeck",
+    "presliding": "presliding,break-away,damping",
+    "acceleration": "stribeck",
+}
+ADVICE = {
+    "sliding": "Move in both directions, at least ten reversals, each with a stretch of steady motion after it.",
+    "speed": "Move at several steady speeds between a tenth and all of the working speed, in both directions.",
+    "stribeck": (
+        "Move slowly and steadily, in both directions: at least five speeds below the one at which friction is least, "
+        "down to where the axis begins to stick."
+    ),
+    "presliding": (
+        "Reverse gently and often, at amplitudes of the break-away distance and below (slow triangles of a few "
+        "encoder counts to some ten times that), sampled so that a reversal lasts at least fifty samples."
+    ),
+    "displacement": (
+        "Move at several amplitudes, up to the largest that matters and through the resonance if there is one, so that "
+        "the force yields or hardens visibly."
+    ),
+    "acceleration": "Accelerate harder, or weigh the moving mass and give it in the axis file.",
+}
 
 
-class Judgement(NamedTuple):
-    """What a model is good for: a level of `LEVELS`, and the reasons why it is no better."""
-
-    level: str
-    reasons: tuple[str, ...]
-
-    @property
-    def words(self) -> str:
-        """The level in words."""
-        return LEVELS[self.level]
-
-    def as_data(self) -> dict[str, Any]:
-        """Return it as it stands in JSON."""
-        return {"level": self.level, "reasons": self.reasons}
-
-
-def judged(fit: Fit, settings: Settings, following: Following | None = None) -> Judgement:
+def judged(fit: Fit, settings: Settings, following: Following | None = None) -> Ruling:
     """Return whether a fit is usable, to be used with care, or no reason to type anything into a drive.
 
     It takes another record where the log contradicts itself, half of the parameters are open, or the model misses most
     of what friction takes. It takes care where anything is doubted that a number stands on.
     """
     grave, doubts = _grave(fit, settings), _doubts(fit, settings, following)
-    if grave:
-        return Judgement("measure_again", (*grave, *doubts))
-    return Judgement("with_care" if doubts else "usable", tuple(doubts))
+    level = "measure_again" if grave else "with_care" if doubts else "usable"
+    return Ruling(level, LEVELS[level], (*grave, *doubts))
 
 
 def _grave(fit: Fit, settings: Settings) -> list[str]:
-    reasons = [_means(doubt.code) for doubt in fit.diagnostics if doubt.severity == "error"]
+    reasons = [sentence_of(doubt.code).means for doubt in fit.diagnostics if doubt.severity == "error"]
     sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
     unknown = [estimate.name for estimate in sought if estimate.status != "identified"]
     if unknown and len(unknown) >= settings.doubtful_share * len(sought):
@@ -89,27 +99,32 @@ def _grave(fit: Fit, settings: Settings) -> list[str]:
 
 def _doubts(fit: Fit, settings: Settings, following: Following | None) -> list[str]:
     doubted = {doubt.code: doubt for doubt in fit.diagnostics if doubt.severity == "warning"}
-    reasons = [_reason(doubted[code]) for code in DOUBTS if code in doubted]
+    reasons = []
+    for doubt in (doubted[code] for code in DOUBTS if code in doubted):
+        causes = doubt.numbers.get("causes")
+        reasons.append(sentence_of(doubt.code).means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
     unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
     if unknown:
         reasons.append(f"not identified: {', '.join(unknown)}")
     if settings.usable_error < _error(fit) <= settings.useless_error:
         reasons.append(f"the model misses {_error(fit):.3g} % of what friction takes")
     if following is not None and following.contradiction is not None:
-        reasons.append(_means(following.contradiction.code))
+        reasons.append(sentence_of(following.contradiction.code).means)
     return reasons
-
-
-def _reason(diagnostic: Diagnostic) -> str:
-    causes = diagnostic.numbers.get("causes")
-    return _means(diagnostic.code) + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else "")
-
-
-def _means(code: str) -> str:
-    return sentence_of(code).means
 
 
 def _error(fit: Fit) -> float:
     """Return how much the model misses, of what friction takes where it was fitted to the effort [%]."""
     simulated = fit.position_rmse is not None or fit.loop_rmse is not None
     return fit.error_percent if simulated else fit.friction_alone_error_percent
+
+
+def next_measurements(fit: Fit) -> list[tuple[str, str]]:
+    """Return which motion to record so that a log determines the parameters that this one did not."""
+    variables = fit.plant.component.variables | fit.friction.component.variables
+    open_: dict[str, list[str]] = {}
+    for estimate in fit.estimates:
+        if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
+            open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
+    commands = {needed: f"{WRITTEN_BY}`bristle excite AXIS.toml --for {purposes}`" for needed, purposes in MOTIONS.items()}
+    return [(", ".join(names), ADVICE[needed] + commands.get(needed, "")) for needed, names in open_.items() if needed in ADVICE]

@@ -11,89 +11,24 @@ from itertools import groupby
 
 __all__ = ["as_latex", "roman"]
 
-ESCAPED = {
-    "\\": r"\textbackslash{}",
-    "{": r"\{",
-    "}": r"\}",
-    "$": r"\$",
-    "&": r"\&",
-    "#": r"\#",
-    "_": r"\_",
-    "%": r"\%",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    '"': "''",
-    "`": r"\`{}",
-    "‘": "`",
-    "’": "'",
-    "“": "``",
-    "”": "''",
-    "–": "--",
-    "—": "---",
-    "…": r"\ldots{}",
-    "\u00a0": "~",
-    "\u2009": r"\,",
-    "\u202f": r"\,",
-    "ß": r"\ss{}",
-    "ø": r"\o{}",
-    "Ø": r"\O{}",
-    "æ": r"\ae{}",
-    "Æ": r"\AE{}",
-    "œ": r"\oe{}",
-    "ł": r"\l{}",
-    "Ł": r"\L{}",
-    "ı": r"\i{}",
-    "§": r"\S{}",
-    "©": r"\copyright{}",
-}
-SIGNS = {
-    "−": "-",
-    "±": r"\pm",
-    "×": r"\times",
-    "·": r"\cdot",
-    "÷": r"\div",
-    "→": r"\to",
-    "←": r"\leftarrow",
-    "≤": r"\leq",
-    "≥": r"\geq",
-    "≠": r"\neq",
-    "≈": r"\approx",
-    "∝": r"\propto",
-    "∞": r"\infty",
-    "√": r"\surd",
-    "∫": r"\int",
-    "∬": r"\int\!\!\int",
-    "∂": r"\partial",
-    "∇": r"\nabla",
-    "∈": r"\in",
-    "∑": r"\sum",
-    "∏": r"\prod",
-    "′": r"^{\prime}",
-    "″": r"^{\prime\prime}",
-    "°": r"^{\circ}",
-    "ℓ": r"\ell",
-    "‖": r"\|",
-    "µ": r"\mu",
-    "½": r"\frac{1}{2}",
-    "¼": r"\frac{1}{4}",
-    "∘": r"\circ",
-    "≡": r"\equiv",
-    "∆": r"\Delta",
-    "Ω": r"\Omega",
-    "∓": r"\mp",
-    "∼": r"\sim",
-    "⇒": r"\Rightarrow",
-    "∀": r"\forall",
-    "∃": r"\exists",
-    "∩": r"\cap",
-    "∪": r"\cup",
-    "⊂": r"\subset",
-    "≪": r"\ll",
-    "≫": r"\gg",
-}
+
+def _table(pairs: str) -> dict[str, str]:
+    """Return what stands for each character: both by turns."""
+    words = pairs.split()
+    return dict(zip(words[::2], words[1::2], strict=True))
+
+
+ESCAPED = _table(r"""
+\ \textbackslash{}  { \{  } \}  $ \$  & \&  # \#  _ \_  % \%  ~ \textasciitilde{}  ^ \textasciicircum{}  < \textless{}
+> \textgreater{}  | \textbar{}  ` \`{}  ‘ `  ’ '  “ ``  ” ''  – --  — ---  … \ldots{}  ß \ss{}  ø \o{}  Ø \O{}  æ \ae{}  Æ \AE{}
+œ \oe{}  ł \l{}  Ł \L{}  ı \i{}  § \S{}  © \copyright{}
+""") | {'"': "''", "\u00a0": "~", "\u2009": r"\,", "\u202f": r"\,"}
+SIGNS = _table(r"""
+− -  ± \pm  × \times  · \cdot  ÷ \div  → \to  ← \leftarrow  ≤ \leq  ≥ \geq  ≠ \neq  ≈ \approx  ∝ \propto  ∞ \infty  √ \surd
+∫ \int  ∬ \int\!\!\int  ∂ \partial  ∇ \nabla  ∈ \in  ∑ \sum  ∏ \prod  ′ ^{\prime}  ″ ^{\prime\prime}  ° ^{\circ}  ℓ \ell  ‖ \|
+µ \mu  ½ \frac{1}{2}  ¼ \frac{1}{4}  ∘ \circ  ≡ \equiv  ∆ \Delta  Ω \Omega  ∓ \mp  ∼ \sim  ⇒ \Rightarrow  ∀ \forall  ∃ \exists
+∩ \cap  ∪ \cup  ⊂ \subset  ≪ \ll  ≫ \gg
+""")
 IN_TEXT = {
     "\u0300": "`",
     "\u0301": "'",
@@ -120,74 +55,12 @@ IN_FORMULAS = {
     "\u0308": "ddot",
     "\u030c": "check",
 }
-GREEK = dict(
-    zip(
-        "αβγδεζηθικλμνξοπρςστυφχψω",
-        (
-            r"\alpha",
-            r"\beta",
-            r"\gamma",
-            r"\delta",
-            r"\varepsilon",
-            r"\zeta",
-            r"\eta",
-            r"\theta",
-            r"\iota",
-            r"\kappa",
-            r"\lambda",
-            r"\mu",
-            r"\nu",
-            r"\xi",
-            "o",
-            r"\pi",
-            r"\rho",
-            r"\varsigma",
-            r"\sigma",
-            r"\tau",
-            r"\upsilon",
-            r"\varphi",
-            r"\chi",
-            r"\psi",
-            r"\omega",
-        ),
-        strict=True,
-    )
-) | dict(
-    zip(
-        "ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩϑϕϖϵ",
-        (
-            "A",
-            "B",
-            r"\Gamma",
-            r"\Delta",
-            "E",
-            "Z",
-            "H",
-            r"\Theta",
-            "I",
-            "K",
-            r"\Lambda",
-            "M",
-            "N",
-            r"\Xi",
-            "O",
-            r"\Pi",
-            "P",
-            r"\Sigma",
-            "T",
-            r"\Upsilon",
-            r"\Phi",
-            "X",
-            r"\Psi",
-            r"\Omega",
-            r"\vartheta",
-            r"\phi",
-            r"\varpi",
-            r"\epsilon",
-        ),
-        strict=True,
-    )
-)
+GREEK = _table(r"""
+α \alpha  β \beta  γ \gamma  δ \delta  ε \varepsilon  ζ \zeta  η \eta  θ \theta  ι \iota  κ \kappa  λ \lambda  μ \mu  ν \nu  ξ \xi
+ο o  π \pi  ρ \rho  ς \varsigma  σ \sigma  τ \tau  υ \upsilon  φ \varphi  χ \chi  ψ \psi  ω \omega  Α A  Β B  Γ \Gamma  Δ \Delta
+Ε E  Ζ Z  Η H  Θ \Theta  Ι I  Κ K  Λ \Lambda  Μ M  Ν N  Ξ \Xi  Ο O  Π \Pi  Ρ P  Σ \Sigma  Τ T  Υ \Upsilon  Φ \Phi  Χ X  Ψ \Psi
+Ω \Omega  ϑ \vartheta  ϕ \phi  ϖ \varpi  ϵ \epsilon
+""")
 NUMERALS = ((10, "X"), (9, "IX"), (5, "V"), (4, "IV"), (1, "I"))
 _MARKS = "\u0300-\u036f"
 _INDICES = "₀-₎ₐ-ₜᵢ-ᵪⱼ⁺⁻"

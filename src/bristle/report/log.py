@@ -1,21 +1,40 @@
-"""The report of a log: what is in it, which experiments it contains, and what is wrong with it."""
+"""The report of a log: whether it can be identified, which experiments it contains, what is wrong with it; and its facts elsewhere."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from bristle.report.fronts.log import log_front
-from bristle.report.log_facts import log_facts
-from bristle.report.page import render
-from bristle.report.passages import passage_table
-from bristle.report.pictures import pictures_on
+import numpy as np
+
+from bristle.core.typography import interval_text, number, with_unit
+from bristle.core.variable import Kind, unit_of
+from bristle.logs.passages import KINDS
+from bristle.report.messages import sentence_of
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.table import Quantity, Table, fixed, span_text
 
 if TYPE_CHECKING:
+    from bristle.identification.result import Resampling
+    from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
     from bristle.logs.passages import Passage
 
-__all__ = ["log_report"]
+__all__ = ["break_away_table", "log_facts", "log_report", "log_ruling", "passage_table", "scatter_facts", "treatment_facts"]
+
+TREATMENT = {
+    "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
+    "decimation": ("Samples for one row of the regression", "{:.0f}"),
+    "dropped": ("Samples dropped at each edge", "{:.0f}"),
+    "rows": ("Rows of the regression", "{:.0f}"),
+    "delay": ("Delay of the effort, identified", "{:.3g} s"),
+    "delay_half_width": ("Half-width of its 95 % interval", "{:.3g} s"),
+    "smoothing": ("Filter of the effort beyond that of the position, identified", "{:.3g} s"),
+    "position_smoothing": ("Filter of the position, identified", "{:.3g} s"),
+    "slow": ("Cut-off of the acceleration", "{:.3g} Hz"),
+    "lag": ("Lag of the drive behind its controller, identified", "{:.3g} s"),
+    "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
+}
 
 
 def log_report(
@@ -28,16 +47,154 @@ def log_report(
     diagnostics: Sequence[Mapping[str, Any]] = (),
 ) -> str:
     """Return the report of a log as one HTML page."""
-    (figure,) = pictures_on("log", {"log": log, "passages": segments})["front"]
-    return render(
-        "log.html",
-        provenance=provenance,
+    found = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
+    sections = [
+        Section("check", "What to mend or to know", [found]),
+        Section("passages", "What it contains", [passage_table([segment.as_data() for segment in segments], log.kind)]),
+        Section("log", "The log", [Block("facts", log_facts(log), ("What was read",)), Block("items", log.notes)]),
+    ]
+    front = _front(log, segments, diagnostics, name)
+    return report_page(
+        "log",
+        {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")},
+        front,
+        sections,
         command=command,
-        banner=None,
-        name=name,
-        front=log_front(log, segments, diagnostics, name, figure),
-        facts=log_facts(log),
-        notes=log.notes,
-        found=[diagnostic["message"] for diagnostic in diagnostics],
-        passages=passage_table([segment.as_data() for segment in segments], log.kind),
+        provenance=provenance,
     )
+
+
+def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
+    """Return whether a log can be identified, and why."""
+    grave, doubts = (
+        [sentence_of(diagnostic["code"]).means for diagnostic in diagnostics if diagnostic["severity"] == severity]
+        for severity in ("error", "warning")
+    )
+    if log.effort is None:
+        grave.insert(0, "it has no effort, and friction is an effort")
+    reasons = tuple(dict.fromkeys([*grave, *doubts]))
+    if grave:
+        return Ruling("no", "Mend it first", reasons)
+    return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "It can be identified")
+
+
+def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str) -> Front:
+    ruling, source, count = log_ruling(log, diagnostics), log.source.name.strip("<>"), len(log.segments)
+    advice = (sentence_of(diagnostic["code"]).advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
+    lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
+    times: dict[str, float] = {}
+    for segment in segments:
+        times[segment.kind] = times.get(segment.kind, 0.0) + segment.end - segment.begin
+    longest_first = sorted(times.items(), key=lambda entry: -entry[1])
+    spans = []
+    for signal, quantity in (("position", "length"), ("effort", "force")):
+        if (channel := getattr(log, signal)) is not None:
+            text = fixed(float(np.ptp(channel.values)), unit_of(quantity, log.kind))
+            spans.append(f"{signal} spans {text} (column {channel.column})")
+    fit = f"fit models to it: `bristle identify {source} --axis axis.toml --out results`"
+    answers = answered(
+        [f"{KINDS[kind]}: {fixed(time, 's')}" for kind, time in longest_first] or ["it does not move"],
+        lines or ["nothing is to be mended in the axis file"],
+        spans,
+        [
+            f"{len(log)} samples in {count} {'stretch' if count == 1 else 'stretches'}",
+            f"a sample every {fixed(log.sample_time, 's')} ({number(1.0 / log.sample_time)} Hz)",
+            "with a reference: the following error is told" if log.reference is not None else "without a reference",
+        ],
+        [fit if ruling.level != "no" else "mend it, then look at it again: `bristle log`"],
+        third="How far, and how hard",
+    )
+    facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}")
+    return Front(f"{name}: a log", facts, ruling, answers, "check", "Nothing in it speaks against it.")
+
+
+def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
+    """Return what there is to know of a log, and the names of those that were used beside it."""
+    count = log.time.values.size
+    facts = [
+        ("File", log.origin.name),
+        ("SHA-256", log.origin.checksum),
+        ("Samples", f"{count} in {len(log.segments)} {'stretch' if len(log.segments) == 1 else 'stretches'}"),
+        ("Sample time", f"{with_unit(log.sample_time, 's', 4)} ({number(1.0 / log.sample_time)} Hz)"),
+        ("Duration", with_unit(count * log.sample_time, "s", 4)),
+    ]
+    for name, channel in log.channels():
+        if name != "time":
+            low, high = float(np.min(channel.values)), float(np.max(channel.values))
+            column = Quantity.of(channel.unit, (low, high), digits=4)
+            span = f"{column.cell(low)} to {column.cell(high)} {column.scale.unit}"
+            facts.append((name.capitalize(), f"column {channel.column}, {span}"))
+    return facts + ([("Further logs", ", ".join(log.origin.name for log in further))] if further else [])
+
+
+def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[str, str]]:
+    """Return how a log was treated before the identification."""
+    facts = [(word, pattern.format(treatment[key])) for key, (word, pattern) in TREATMENT.items() if key in treatment]
+    if "velocity_max" in treatment:
+        facts.append(("Largest speed of the rows", with_unit(treatment["velocity_max"], unit_of("length/time", kind))))
+    return facts
+
+
+def scatter_facts(resampling: Resampling | None, kind: Kind) -> list[tuple[str, str]]:
+    """Return how repeatable the friction of a log is, and what else keeps a fit from being exact."""
+    if resampling is None:
+        return []
+    bands, scatter = resampling.bands, resampling.scatter
+    value, low, high = (number(100.0 * share, digits=2) for share in (scatter.value, scatter.low, scatter.high))
+    noise, left = (with_unit(force, unit_of("force", kind)) for force in (bands.noise, bands.unexplained))
+    facts = [("Noise of the effort, sample by sample", noise)]
+    if scatter.value > 0.0:
+        text = f"{value} %, 95 % interval {low} to {high} %, {resampling.half_cycles} half-cycles"
+        facts.append(("Scatter of friction from reversal to reversal", text))
+    return [*facts, ("Residual that noise, encoder and scatter do not explain", f"{left}, root mean square")]
+
+
+def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
+    """Return what a log contains, one row for each kind of passage."""
+    rows = []
+    for name, words in KINDS.items():
+        of_kind = [segment for segment in segments if segment["kind"] == name]
+        if of_kind:
+            legs, together = (sum(segment["legs"] for segment in of_kind), sum(segment["end"] - segment["begin"] for segment in of_kind))
+            counts = (str(len(of_kind)), str(legs or ""), f"{together:.3g}", f"{of_kind[0]['begin']:.4g}")
+            rows.append((words, *counts, *_ranges(name, of_kind, kind)))
+    heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
+    return Table("What the motion of the log is", heads, rows).without_empty_columns()
+
+
+def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:
+    if name == "rest":
+        return "", "", ""
+    amplitudes = span_text([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
+    speeds = span_text([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind))
+    if name == "loops":
+        depth, levels = max(segment["depth"] for segment in of_kind), max(segment["levels"] for segment in of_kind)
+        nested = f"nested {depth} deep" if depth > 2 else "none inside another"
+        return amplitudes, speeds, f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
+    turns = [end for segment in of_kind for end in segment["frequencies"]] if name in ("chirp", "oscillation") else []
+    return amplitudes, speeds, span_text(turns, "Hz") if turns else ""
+
+
+def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
+    """Return break-away by rate, with its 95 % intervals."""
+    speeds = Quantity.of(unit_of("length/time", kind), [break_away.speed for break_away in break_aways])
+    forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
+    distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])
+    rows = [
+        (
+            speeds.cell(break_away.speed),
+            str(break_away.legs),
+            forces.cell(break_away.force),
+            _between(forces, break_away.force_interval),
+            distances.cell(break_away.distance),
+            _between(distances, break_away.distance_interval),
+        )
+        for break_away in break_aways
+    ]
+    interval = "95 % interval"
+    heads = (speeds.head("Rate"), "Legs", forces.head("Force"), interval, distances.head("Distance"), interval)
+    return Table("Break-away from rest, after a motion the other way, as measured", heads, rows)
+
+
+def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:
+    return "–" if interval is None else interval_text(*map(quantity.cell, interval))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from string import Formatter
 from typing import TYPE_CHECKING, Any
 
@@ -149,20 +149,18 @@ class _Words(Formatter):
 
     def format_field(self, value: Any, format_spec: str) -> str:
         """Return one number in words."""
-        if format_spec in ("list", "and"):
-            return {"list": ", ", "and": " and "}[format_spec].join(value)
-        if format_spec == "whole numbers":
-            return ", ".join(str(int(order)) for order in value)
-        if format_spec == "lead":
-            return f"{number(1e3 * value, digits=4)} mm"
-        if format_spec == "unit":
-            return value if isinstance(value, str) else with_unit(value, self.unit)
-        if format_spec == "percents":
-            return ", ".join(f"{number(share, 10.0)} %" for share in value)
-        if format_spec == "samples":
-            return counted(int(value))
-        if format_spec == "stiffness of an axis":
-            return stiffness_text(value, self.kind)
+        named: dict[str, Callable[[], str]] = {
+            "list": lambda: ", ".join(value),
+            "and": lambda: " and ".join(value),
+            "whole numbers": lambda: ", ".join(str(int(order)) for order in value),
+            "lead": lambda: f"{number(1e3 * value)} mm",
+            "unit": lambda: value if isinstance(value, str) else with_unit(value, self.unit),
+            "percents": lambda: ", ".join(f"{number(share, 10.0)} %" for share in value),
+            "samples": lambda: counted(int(value)),
+            "stiffness of an axis": lambda: stiffness_text(value, self.kind),
+        }
+        if format_spec in named:
+            return named[format_spec]()
         if format_spec.endswith(" digits"):
             return number(value, digits=int(format_spec.split()[0]))
         if re.split(r"[*/]", format_spec)[0] in NAMES:

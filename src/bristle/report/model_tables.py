@@ -8,21 +8,34 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import Scale, interval_text, number, printable, scale_of, typeset, with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.prediction.drive_units import drive_units
-from bristle.report.drive_values import drive_values
-from bristle.report.table import Quantity, Table
+from bristle.identification.settings import thresholds
+from bristle.prediction.drive_units import drive_units, units_of
+from bristle.report.table import Quantity, Table, short_text
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.core.axis import Axis
     from bristle.identification.result import Estimate, Fit, Identification
+    from bristle.identification.settings import Settings
 
-__all__ = ["as_csv", "comparison_table", "drive_rows", "parameter_table"]
+__all__ = ["as_csv", "certificate_table", "changed_settings", "comparison_table", "drive_rows", "drive_values", "parameter_table"]
 
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
 EFFECTIVE = "effective"
 """What stands beside a parameter of a model that lacks a force."""
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
+VERDICTS = {True: "passed", False: "FAILED", None: "does not apply"}
+
+
+USES = {
+    "well_posed": "every use",
+    "passive": "a simulation that must not gain energy, friction fed forward along the measured motion",
+    "drift": "a simulation of an axis that holds a load",
+    "closure": "a simulation of small motions inside large ones",
+    "dissipation": "a simulation that must not gain energy, friction fed forward along the measured motion",
+}
+"""What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more."""
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
@@ -50,14 +63,10 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
         [
             _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
             for estimate in (*fit.estimates, *fit.combinations)
-            if not _is_left_out(estimate)
+            # Held at infinity is a term that the model does without.
+            if estimate.status != "held" or not math.isinf(estimate.value)
         ],
     ).without_empty_columns()
-
-
-def _is_left_out(estimate: Estimate) -> bool:
-    """Return whether a parameter says nothing: one that is held at infinity is a term that the model does without."""
-    return estimate.status == "held" and math.isinf(estimate.value)
 
 
 def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> tuple[str, ...]:
@@ -106,7 +115,7 @@ def _in_unit(value: float, name: str) -> str:
     if at:
         return f"{with_unit(value, unit, digits=4)} (motor)"
     short = name.removesuffix(" of rated").replace("rpm of the motor", "rpm").replace("deg of the motor", "deg (motor)")
-    return f"{number(value, digits=4)} {typeset(printable(short))}"
+    return f"{number(value)} {typeset(printable(short))}"
 
 
 def _interval(estimate: Estimate, factor: float) -> str:
@@ -131,37 +140,27 @@ def _percent(value: float | None) -> str:
     return "–" if value is None or not math.isfinite(value) else number(value, digits=2)
 
 
-def comparison_table(identification: Identification) -> Table:
-    """Return the models side by side, best first."""
-    heads = (
-        "Model",
-        "Parameters",
-        "Held-out error [%]",
-        "Spread over blocks [%]",
-        "Error of the fit [%]",
-        "AIC, above the best",
-        "BIC, above the best",
-        "Condition number",
-        "Not identified",
-    )
+def comparison_table(identification: Identification, *, details: bool = True) -> Table:
+    """Return the models side by side, best first; without `details` no information criteria and no condition numbers."""
+    heads = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]")
+    heads += ("AIC, above the best", "BIC, above the best", "Condition number") if details else ()
     rows = []
     for fit in identification.fits:
-        held_out = fit.held_out
+        held_out, information = fit.held_out, fit.information
         unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
+        criteria = ("–", "–") if information is None else (short_text(information.aic), short_text(information.bic))
         rows.append(
             (
                 fit.name,
                 str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
-                "–" if held_out is None else number(held_out.mean_percent, digits=3),
+                "–" if held_out is None else short_text(held_out.mean_percent),
                 "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
-                number(fit.error_percent, digits=3),
-                "–" if fit.information is None else number(fit.information.aic, digits=3),
-                "–" if fit.information is None else number(fit.information.bic, digits=3),
-                number(fit.condition_number, digits=3),
+                short_text(fit.error_percent),
+                *((*criteria, short_text(fit.condition_number)) if details else ()),
                 ", ".join(unknown) or "–",
             )
         )
-    return Table("Models compared, best first", heads, rows)
+    return Table("Models compared, best first", (*heads, "Not identified"), rows)
 
 
 def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | None = None) -> Table:
@@ -180,8 +179,8 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
             str(index),
             _side(v) or speed.cell(v),
             effort.cell(force),
-            *(_side(v) or number(unit.of(v), digits=4) for unit in velocities),
-            *(number(unit.of(force), digits=4) for unit in efforts),
+            *(_side(v) or number(unit.of(v)) for unit in velocities),
+            *(number(unit.of(force)) for unit in efforts),
         )
         for index, (v, force) in enumerate(table, 1)
     ]
@@ -199,3 +198,45 @@ def as_csv(table: Sequence[tuple[float, float]], kind: Kind) -> str:
     """Return the drive table as comma-separated values in SI."""
     lines = [f"velocity [{unit_of('length/time', kind)}],effort [{unit_of('force', kind)}]"]
     return "\n".join(lines + [f"{v:.6g},{force:.6g}" for v, force in table])
+
+
+def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
+    """Return for each parameter that has other units than SI its value in each of them, by name."""
+    variables, values = fit.plant.component.variables | fit.friction.component.variables, {}
+    for estimate in fit.estimates:
+        if estimate.name in variables and math.isfinite(estimate.value):
+            units = units_of(variables[estimate.name].quantity, axis, fit.plant.kind)
+            values |= {estimate.name: {unit.name: unit.of(estimate.value) for unit in units}} if units else {}
+    return values
+
+
+def changed_settings(settings: Settings) -> Table | None:
+    """Return those thresholds that differ from the default; None where there is none."""
+    rows = [
+        (
+            threshold.name,
+            f"{getattr(settings, threshold.name):g}",
+            f"{threshold.default:g}",
+            threshold.unit if threshold.unit != "1" else "–",
+            f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
+        )
+        for threshold in thresholds()
+        if threshold.name in settings.changed
+    ]
+    return Table("Thresholds that were changed", ("Name", "Value", "Default", "Unit", "Meaning"), rows) if rows else None
+
+
+def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Table:
+    """Return whether a model is fit to be used, question by question, and what would make it so."""
+    rows = [
+        (
+            key,
+            VERDICTS[certificate.passed],
+            *("" if value is None else with_unit(value, certificate.unit) for value in (certificate.value, certificate.threshold)),
+            certificate.advice,
+            USES[key],
+        )
+        for key, certificate in certificates.items()
+    ]
+    heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do", "Matters for")
+    return Table(f"Is it fit to be used: {name}", heads, rows)

@@ -1,4 +1,4 @@
-"""Hysteresis operators in numbers and tables: what was fitted to recorded curves, and what one says of others."""
+"""The reports of hysteresis operators: what was fitted to recorded curves, and what an operator says of others."""
 
 from __future__ import annotations
 
@@ -7,15 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.report.fronts.operators import operator_front, operator_ruling
-from bristle.report.table import Quantity, Table
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
-__all__ = ["comparison_of_operators", "operator_prediction_report", "operator_prediction_summary", "operator_report", "operator_summary"]
+__all__ = [
+    "comparison_of_operators",
+    "operator_prediction_report",
+    "operator_prediction_summary",
+    "operator_report",
+    "operator_ruling",
+    "operator_summary",
+]
+
+NEAR, FAR = 5.0, 20.0  # percent of full scale: errors up to which an operator is usable, and of some use
+TWICE = 2.0  # times the fitted error, from which what was not fitted tells of too many parameters
 
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -29,7 +39,16 @@ def operator_summary(identification: OperatorIdentification, *, provenance: Mapp
         "metrics": best.metrics,
         "notes": best.notes,
         "congruency": {"alike": identification.congruency.alike, "anywhere": identification.congruency.anywhere},
-        "models": [_model(fit) for fit in identification.fits],
+        "models": [
+            {
+                "name": fit.name,
+                "rank": fit.rank,
+                "parameters": _parameters(fit.operator, fit.offset),
+                "metrics": fit.metrics,
+                "notes": fit.notes,
+            }
+            for fit in identification.fits
+        ],
         "log": _log(identification.recorded),
         "unfinished": identification.unfinished or None,
         "provenance": provenance,
@@ -52,96 +71,97 @@ def operator_prediction_summary(
     }
 
 
-def operator_report(
-    identification: OperatorIdentification, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None
-) -> str:
-    """Return the report of the identification of an operator as one HTML page."""
-    best = identification.best
-    comparison = comparison_of_operators(identification) if len(identification.fits) > 1 else None
-    return _page(
-        best.prediction,
-        best.operator,
-        identification.recorded,
-        title=f"{best.name} identified",
-        name=name,
-        fits=identification.fits,
-        notes=identification.notes,
-        comparison=comparison,
-        command=command,
-        provenance=provenance,
-        banner=banner,
-    )
+def operator_report(identification: OperatorIdentification, **options: Any) -> str:
+    """Return the report of the identification of an operator as one HTML page; options as of `operator_prediction_report`."""
+    best, fits = identification.best, identification.fits
+    compared = comparison_of_operators(identification) if len(fits) > 1 else None
+    title = f"{best.name} identified"
+    return _page(best.prediction, best.operator, identification.recorded, fits, title, compared, identification.notes, **options)
 
 
-def operator_prediction_report(
-    prediction: OperatorPrediction,
-    operator: Model,
-    recorded: Curves,
-    *,
-    name: str,
-    command: str,
-    provenance: Mapping[str, str],
-    banner: str | None = None,
-) -> str:
-    """Return the report of recorded curves, predicted by an operator, as one HTML page."""
-    return _page(
-        prediction,
-        operator,
-        recorded,
-        title=f"prediction by {operator.name}",
-        name=name,
-        fits=(),
-        notes=(),
-        comparison=None,
-        command=command,
-        provenance=provenance,
-        banner=banner,
-    )
+def operator_prediction_report(prediction: OperatorPrediction, operator: Model, recorded: Curves, **options: Any) -> str:
+    """Return the report of recorded curves, predicted by an operator, as one HTML page.
+
+    Options are the `name` of the axis, and `command`, `provenance` and `banner` of every report.
+    """
+    return _page(prediction, operator, recorded, (), f"prediction by {operator.name}", None, (), **options)
 
 
 def _page(
-    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, title: str, fits: Sequence[OperatorFit], **content: Any
+    prediction: OperatorPrediction,
+    operator: Model,
+    recorded: Curves,
+    fits: Sequence[OperatorFit],
+    title: str,
+    compared: Table | None,
+    notes: Sequence[str],
+    *,
+    name: str,
+    **options: Any,
 ) -> str:
-    from bristle.figures import recorded_curves
-    from bristle.report.page import picture, render
-
-    drawn = picture(
-        "curves",
-        lambda: recorded_curves(recorded.curves, prediction.outputs, recorded.kind),
-        "Recorded and predicted output over the input",
-        "Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
-    )
-    unit = unit_of("force", recorded.kind)
-    facts = [
+    read = [
         ("Curves", str(len(recorded.curves))),
         ("Samples", str(sum(curve.u.size for curve in recorded.curves))),
         ("Each begins", recorded.start),
-        ("Full scale", with_unit(recorded.full_scale, unit)),
+        ("Full scale", with_unit(recorded.full_scale, unit_of("force", recorded.kind))),
         *(("Note", note) for note in recorded.notes),
     ]
-    return render(
-        "operator.html",
-        axis_name=name,
-        what=title,
-        front=operator_front(prediction, name, title, recorded, drawn, fits),
-        facts=facts,
-        parameters=_parameter_table(operator),
-        **content,
+    sections = [
+        Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
+        Section("model", "The operator", [_parameter_table(operator)]),
+        Section("log", "The data", [Block("facts", read, ("What was read",))], folded=True),
+    ]
+    front = _front(prediction, f"{name}: {title}", recorded, fits)
+    facts = {"recorded": recorded, "outputs": prediction.outputs, "log_name": recorded.source.name.strip("<>")}
+    return report_page("operator", facts, front, sections, **options)
+
+
+def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ruling:
+    """Return whether an operator is usable, and why."""
+    decisive = error if held_out is None else held_out
+    place = "on what it was not fitted to" if held_out is not None else "on these curves"
+    reasons = [f"it misses {percent_text(decisive)} of full scale {place}"]
+    if fitted and held_out is None:
+        reasons.append("nothing was held out: its error says nothing of other curves")
+    if held_out is not None and held_out > TWICE * error:
+        reasons.append(f"on the curves that it was fitted to it misses no more than {percent_text(error)}")
+    if decisive > FAR:
+        return Ruling("no", "Not usable", tuple(reasons))
+    care = decisive > NEAR or len(reasons) > 1
+    return Ruling("with_care" if care else "usable", "Use with care" if care else "Usable", tuple(reasons))
+
+
+def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits: Sequence[OperatorFit]) -> Front:
+    """Return the first page of an operator, identified or held against other curves; `fits` are best first."""
+    held_out, unit = fits[0].held_out if fits else None, unit_of("force", recorded.kind)
+    curves = f"{len(recorded.curves)} {'curve' if len(recorded.curves) == 1 else 'curves'}"
+    then = "predict curves that it has not seen: `bristle predict model.toml CURVES --axis axis.toml`"
+    answers = answered(
+        [
+            f"off by {fixed(prediction.rmse, unit)} of {fixed(recorded.full_scale, unit)}, root mean square",
+            f"error on {held_out.of} that it was not fitted to: {percent_text(held_out.mean_percent)}" if held_out is not None else "",
+        ],
+        ["the model file, model.toml, as it is written" if fits else "nothing new: the model file as it is"],
+        [
+            f"beside it: {percent_text(fit.prediction.error_percent if fit.held_out is None else fit.held_out.mean_percent)} by {fit.name}"
+            for fit in fits[1:4]
+        ]
+        or ["no other operator was compared"],
+        [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
+        [then if fits else "where it misses: record more curves there, and identify again"],
+        third="How others do",
     )
+    ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
+    return Front(heading, about(curves), ruling, answers, "model")
 
 
 def _parameter_table(operator: Model) -> Table:
     """Return the parameters of an operator; of a list, how many numbers it has."""
     rows = []
     for name, variable in operator.component.variables.items():
-        value = operator.values[name]
-        if isinstance(value, str):
-            text = value
-        elif hasattr(value, "__len__"):
-            text = f"{len(value)} numbers, in the model file"
-        else:
-            text = with_unit(float(value), variable.unit(operator.kind))
-        rows.append([name, text, variable.description])
+        value, is_list = operator.values[name], hasattr(operator.values[name], "__len__")
+        text = f"{len(value)} numbers, in the model file" if is_list else with_unit(float(value), variable.unit(operator.kind))
+        rows.append([name, value if isinstance(value, str) else text, variable.description])
     return Table(operator.name, ("Parameter", "Value", "Meaning"), rows)
 
 
@@ -152,19 +172,14 @@ def comparison_of_operators(identification: OperatorIdentification) -> Table:
         [
             fit.name,
             str(fit.rank),
-            f"{number(fit.held_out.mean_percent, digits=3)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
-            number(fit.prediction.error_percent, digits=3),
-            number(fit.prediction.rmse * rmse.scale.factor, digits=3),
+            f"{short_text(fit.held_out.mean_percent)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
+            short_text(fit.prediction.error_percent),
+            short_text(fit.prediction.rmse * rmse.scale.factor),
         ]
         for fit in identification.fits
     ]
     heads = ("Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]")
     return Table("Operators compared", (*heads, rmse.head("Fitted")), rows)
-
-
-def _model(fit: OperatorFit) -> dict[str, Any]:
-    parameters = _parameters(fit.operator, fit.offset)
-    return {"name": fit.name, "rank": fit.rank, "parameters": parameters, "metrics": fit.metrics, "notes": fit.notes}
 
 
 def _parameters(operator: Model, offset: float) -> dict[str, Any]:

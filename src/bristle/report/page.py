@@ -1,38 +1,74 @@
-"""A page from a template: everything in one file, everything escaped but the figures drawn here.
+"""The skeleton of every report: one self-contained HTML page with a first page, sections of blocks, and figures.
 
-What a person wrote is shown as it is, but for characters that no page may hold: names of files can have any.
+A kind of report hands in its facts, its first page and its sections; figures come from `bristle.figures.on_reports`. Text is escaped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import datetime
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup, escape
 
+from bristle.core.errors import InputWarning, place_in_own_code, told_by
 from bristle.core.typography import typeset_sentence
 from bristle.report.symbols import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from bristle.report.further import FurtherFigure
+    from bristle.figures.report_figure import Facts, ReportFigure
 
-__all__ = ["Picture", "Plate", "picture", "plates", "render"]
+__all__ = [
+    "QUESTIONS",
+    "Block",
+    "Figures",
+    "Front",
+    "Living",
+    "Picture",
+    "Plate",
+    "Ruling",
+    "Section",
+    "about",
+    "answered",
+    "picture",
+    "plates",
+    "render",
+    "report_page",
+]
 
+QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
+"""What a person who answers for an axis asks of each report."""
 SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line
+HEADING_OF_FIGURES = "Further figures"
+
+
+class Ruling(NamedTuple):
+    """The verdict of a report, with its reasons."""
+
+    level: str
+    words: str
+    reasons: tuple[str, ...] = ()
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as it stands in JSON."""
+        return self._asdict()
 
 
 class Picture(NamedTuple):
-    """A figure of a page: its identifier, the drawing, and a caption that says what to see."""
+    """A figure of a page: its identifier, the drawing, a caption that says what to see, and the log that it is of."""
 
     id: str
     svg: Markup
     caption: str
+    log: str = ""
+    macro = "figure"
 
 
 class Plate(NamedTuple):
@@ -46,6 +82,56 @@ class Plate(NamedTuple):
     alternative: str
     caption: str
     own: bool = False
+
+
+class Front(NamedTuple):
+    """The first page of a report; without a ruling only heading and facts."""
+
+    heading: str
+    facts: str
+    ruling: Ruling | None = None
+    answers: Sequence[tuple[str, Sequence[str]]] = ()
+    further: str = ""
+    without_reasons: str = ""
+    figure: Picture | None = None
+
+
+class Block(NamedTuple):
+    """A block of a section: a macro of the templates, and what it shows; nothing to show is left out."""
+
+    macro: str
+    content: Any
+    further: Sequence[Any] = ()
+
+
+class Figures(NamedTuple):
+    """The place for the figures of a section of `bristle.figures.on_reports`, where it is not the end of the one of that name."""
+
+    section: str
+
+
+class Living(NamedTuple):
+    """A part of a report in which parameters are moved; without scripts it is not there."""
+
+    policy: str
+    style: Markup
+    shared: Markup
+    script: Markup
+    data: Markup
+    follows: bool
+    macro = "living"
+
+
+class Section(NamedTuple):
+    """A section of a page, by the name that `bristle.figures.on_reports` knows it by; one without blocks is left out.
+
+    Its blocks are paragraphs of text, markup, `Table`, `Block`, `Picture`, `Figures` and `Living`; None is left out.
+    """
+
+    id: str
+    heading: str
+    blocks: Sequence[Any]
+    folded: bool = False
 
 
 _plates: ContextVar[list[Plate] | None] = ContextVar("plates", default=None)
@@ -62,6 +148,17 @@ def plates() -> Iterator[list[Plate]]:
         _plates.reset(before)
 
 
+def about(*facts: str) -> str:
+    """Return the line under the heading: the date, and what else is to be known first."""
+    return " · ".join((datetime.date.today().isoformat(), *filter(None, facts)))
+
+
+def answered(*answers: Iterable[str], third: str = QUESTIONS[2]) -> list[tuple[str, list[str]]]:
+    """Return the five questions, each with its lines that are not empty; the third one may have other words."""
+    questions = (*QUESTIONS[:2], third, *QUESTIONS[3:])
+    return [(question, list(filter(None, lines))) for question, lines in zip(questions, answers, strict=True)]
+
+
 def picture(
     name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = "", own: bool = False
 ) -> Picture:
@@ -75,14 +172,84 @@ def picture(
     return Picture(f"figure-{name}", svg, caption)
 
 
-def render(
-    template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, further: Sequence[FurtherFigure] = (), **content: Any
+def report_page(
+    kind: str,
+    facts: Facts,
+    front: Front,
+    sections: Sequence[Section],
+    *,
+    command: str,
+    provenance: Mapping[str, str],
+    banner: str | None = None,
+    figures: Sequence[ReportFigure] = (),
+    living: Living | None = None,
 ) -> str:
+    """Return the page of a kind of report, with its figures and a user's own among its sections."""
+    pictures = _pictures(kind, facts)
+    filled = [_filled(section, pictures) for section in sections]
+    own = [block for figure in figures for block in _own_blocks(figure, facts)]
+    return render(
+        "page.html",
+        command=command,
+        provenance=provenance,
+        banner=banner,
+        living=living,
+        front=front._replace(figure=next(iter(pictures.get("front", ())), None)),
+        sections=[section for section in (*filled, Section("further", HEADING_OF_FIGURES, own)) if section.blocks],
+    )
+
+
+def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
     """Return the page of a template."""
     from bristle.figures.lettering import printable
 
     page = _environment().get_template(template)
-    return printable(page.render(provenance=provenance, command=command, banner=banner, further=further, **content))
+    return printable(page.render(provenance=provenance, command=command, banner=banner, **content))
+
+
+def _pictures(kind: str, facts: Facts) -> dict[str, list[Picture]]:
+    """Return the figures of a kind of report, by section, in the order of the page."""
+    from bristle.figures.on_reports import REPORTS
+
+    pictures: dict[str, list[Picture]] = {place.section: [] for place in REPORTS[kind]}
+    for place in REPORTS[kind]:
+        if place.is_taken(facts):
+            figure, arguments = place.figure, place.figure.arguments(facts)
+            alternative, caption = (text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption))
+            drawing = picture(figure.name, partial(figure.draw, *arguments), alternative, caption)
+            # A prediction may be of another log than the report.
+            log = facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
+            pictures[place.section].append(drawing._replace(log=log))
+    return pictures
+
+
+def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Section:
+    """Return a section with its figures in their places, else at its end, and without what is empty."""
+    blocks = [block for block in section.blocks if block and (not isinstance(block, Block) or block.content)]
+    if not any(isinstance(block, Figures) for block in blocks):
+        blocks.append(Figures(section.id))
+    groups = (pictures.get(block.section, ()) if isinstance(block, Figures) else (block,) for block in blocks)
+    return section._replace(blocks=[block for group in groups for block in group])
+
+
+def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
+    """Return a figure of a user's own under its title; what fails is told by a warning and on the page, and costs nothing else."""
+    from bristle.figures.own import draw_own
+
+    place = ""
+    try:
+        if missing := figure.missing(facts):
+            reason = f"this report has no {' and no '.join(missing)}"
+        else:
+            name, texts = f"own-{figure.name.replace('_', '-')}", (str(figure.alternative), str(figure.caption))
+            drawing = picture(name, lambda: draw_own(figure, facts), *texts, file=figure.name, own=True)
+            return [Markup("<h3>{}</h3>").format(figure.title), drawing]
+    # What a user's code may raise has no common type, and exit() in it is no reason to lose the results.
+    except (Exception, SystemExit) as error:  # noqa: BLE001
+        reason, place = f"{type(error).__name__}: {told_by(error)}".rstrip(": "), place_in_own_code(error)
+    remark = f"{place or figure.name}: the figure {figure.name} is not drawn: {reason}"
+    warnings.warn(f"{remark}. The results are whole without it", InputWarning, stacklevel=2)
+    return [Markup("<h3>{}</h3><p>{}.</p>").format(figure.title, remark)]
 
 
 def _breakable(text: str) -> Markup:
@@ -100,10 +267,11 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["typeset"] = typeset_sentence
-    environment.filters["worded"] = worded
-    environment.filters["breakable"] = _breakable
+    environment.filters |= {"typeset": typeset_sentence, "worded": worded, "breakable": _breakable}
     # Names that would stretch a table: they are broken anywhere instead.
-    environment.tests["long"] = lambda text: len(text) > LONGEST
-    environment.tests["unbroken"] = lambda text: any(len(word) > LONGEST for word in text.split())
+    environment.tests |= {
+        "long": lambda text: len(text) > LONGEST,
+        "unbroken": lambda text: any(len(word) > LONGEST for word in text.split()),
+        "prose": lambda block: isinstance(block, str) and not isinstance(block, Markup),
+    }
     return environment

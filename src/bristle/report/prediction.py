@@ -1,29 +1,33 @@
-"""The report of a prediction: a model run on a log, and how far off it is."""
+"""The report of a prediction: a model run on a log, whether it holds there, and how far off it is."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import Kind
-from bristle.report.front import length_text
-from bristle.report.fronts.prediction import prediction_front
-from bristle.report.further import further_figures
-from bristle.report.log_facts import log_facts
-from bristle.report.loop_tables import component_table
-from bristle.report.messages import notes_of
-from bristle.report.page import render
-from bristle.report.pictures import pictures_on
+import numpy as np
+
+from bristle.core.status import Status
+from bristle.core.typography import with_unit
+from bristle.core.variable import Kind, unit_of
+from bristle.identification.settings import DEFAULT, Settings
+from bristle.report.log import log_facts
+from bristle.report.loops import component_table
+from bristle.report.messages import as_data, notes_of, sentence_of
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.result import MODES
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.figures.report_figure import Facts, ReportFigure
+    from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-__all__ = ["metrics_in_words", "prediction_report"]
+__all__ = ["metrics_in_words", "prediction_as_data", "prediction_report", "prediction_ruling", "prediction_summary"]
+
+INSIDE = 80.0  # percent of what is measured that lie in a band of 95 %, below which the band is said to be too narrow
+OWN_LOG = "it was fitted to this very log, which says nothing of another one"
 
 
 def prediction_report(
@@ -40,41 +44,137 @@ def prediction_report(
     figures: Sequence[ReportFigure] = (),
 ) -> str:
     """Return the report of a prediction as one HTML page."""
-    predicts = MODES.get(prediction.mode, prediction.mode)
-    basis: Facts = {"prediction": prediction, "kind": log.kind, "log": log}
-    figure = next(iter(pictures_on("prediction", basis)["front"]), None)
-    return render(
-        "prediction.html",
-        provenance=provenance,
-        command=command,
-        banner=banner,
-        front=prediction_front(prediction, friction, log, axis_name, predicts, figure, own_log=own_log),
-        axis_name=axis_name,
-        metrics=metrics_in_words(prediction),
-        notes=(*notes_of(prediction), *log.notes),
-        components=component_table("The model", [("Plant", plant), ("Friction", friction)]),
-        log=log_facts(log),
-        further=further_figures(figures, basis),
-    )
+    notes = (*notes_of(prediction), *log.notes)
+    errors = Block("facts", metrics_in_words(prediction), ("Errors are root mean square; in percent, of what was measured",))
+    sections = [
+        Section("metrics", "How far off it is", [errors, Block("items", notes)]),
+        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], folded=True),
+        Section("log", "The log", [Block("facts", log_facts(log), ("What was read",))], folded=True),
+    ]
+    front = _front(prediction, friction, log, axis_name, own_log=own_log)
+    facts = {"prediction": prediction, "kind": log.kind, "log": log}
+    return report_page("prediction", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
 
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
     """Return the errors of a prediction, each with its name, set for reading."""
-    rows = []
+    rows, metrics = [], prediction.metrics
     for key, word in (("force_error_percent", "Effort error"), ("position_error_percent", "Position error")):
-        value = prediction.metrics.get(key)
         # Of a position that follows a reference a share of the stroke means nothing.
         of_stroke = prediction.mode == "closed-loop" and key == "position_error_percent"
-        if isinstance(value, (int, float)) and not of_stroke:
-            rows.append((word, f"{number(float(value), digits=3)} %"))
-    for signal, share in (("effort", prediction.inside_percent), ("position", prediction.position_inside_percent)):
-        if share is not None:
-            rows.append((f"Measured {signal} inside the 95 % band", f"{number(share, digits=3)} %"))
-    rmse, unit = prediction.metrics.get("force_rmse"), prediction.metrics.get("force_unit")
-    if isinstance(rmse, (int, float)):
-        rows.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))
-    rmse, unit = prediction.metrics.get("position_rmse"), prediction.metrics.get("position_unit")
-    if isinstance(rmse, (int, float)):
-        kind: Kind = "rotational" if unit == "rad" else "translational"
+        if isinstance(value := metrics.get(key), (int, float)) and not of_stroke:
+            rows.append((word, f"{short_text(float(value))} %"))
+    bands = _bands(prediction).items()
+    rows += [(f"Measured {signal} inside the 95 % band", f"{short_text(share)} %") for signal, share in bands]
+    if isinstance(rmse := metrics.get("force_rmse"), (int, float)):
+        rows.append(("Effort error, root mean square", with_unit(float(rmse), str(metrics.get("force_unit") or "N"))))
+    if isinstance(rmse := metrics.get("position_rmse"), (int, float)):
+        kind: Kind = "rotational" if metrics.get("position_unit") == "rad" else "translational"
         rows.append(("Position error, root mean square", length_text(float(rmse), kind).replace("\u00a0", " ")))
     return rows
+
+
+def prediction_summary(
+    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str], own_log: bool = False
+) -> dict[str, Any]:
+    """Return a prediction in numbers; `notes` are those of the log, `own_log` where the model was fitted to it."""
+    verdict = prediction_ruling(prediction, own_log=own_log).as_data()
+    head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
+    return head | prediction_as_data(prediction) | {"log_notes": notes, "provenance": provenance}
+
+
+def prediction_as_data(prediction: Prediction) -> dict[str, Any]:
+    """Return the numbers of a prediction alone."""
+    return {
+        "mode": prediction.mode,
+        "metrics": dict(prediction.metrics),
+        "inside_band_percent": prediction.inside_percent,
+        "position_inside_band_percent": prediction.position_inside_percent,
+        "status": prediction.status.sentence,
+        "completed": prediction.status is not Status.NOT_FINITE,
+        "notes": notes_of(prediction),
+        "diagnostics": as_data(prediction.diagnostics),
+    }
+
+
+def _bands(prediction: Prediction) -> dict[str, float]:
+    """Return the share of each signal that lies in its band of 95 %, where it has one [%]."""
+    shares = {"effort": prediction.inside_percent, "position": prediction.position_inside_percent}
+    return {name: share for name, share in shares.items() if share is not None}
+
+
+def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, own_log: bool = False) -> Ruling:
+    """Return whether a model holds on a log, and why.
+
+    The effort decides, where it is predicted: of a position nearly everything is told by the reference.
+    """
+    doubted = [diagnostic for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
+    doubts = list(dict.fromkeys(sentence_of(diagnostic.code).means for diagnostic in doubted))
+    if prediction.status is Status.NOT_FINITE:
+        return Ruling("no", "It does not run", (prediction.status.sentence, *doubts))
+    signals = {"effort": "force_error_percent", "position": "position_error_percent"}
+    errors = {signal: prediction.metrics.get(key) for signal, key in signals.items()}
+    finite = {signal: float(value) for signal, value in errors.items() if isinstance(value, (int, float)) and np.isfinite(value)}
+    signal, error = next(iter(finite.items()), ("log", 0.0))
+    care = [OWN_LOG] if own_log else []
+    care += [
+        f"no more than {percent_text(share)} of the {name} lie in the band that should hold 95 %"
+        for name, share in _bands(prediction).items()
+        if share < INSIDE
+    ]
+    care += [] if prediction.status is Status.OK else [prediction.status.sentence]
+    reasons = ([f"it misses {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts
+    if error > settings.useless_error or any(diagnostic.severity == "error" for diagnostic in doubted):
+        return Ruling("no", "The model does not hold", tuple(reasons))
+    if care or doubts or not finite or error > settings.usable_error:
+        return Ruling("with_care", "The model holds, with care", tuple(reasons))
+    return Ruling("usable", "The model holds", tuple(reasons))
+
+
+def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:
+    ruling = prediction_ruling(prediction, own_log=own_log)
+    source = log.source.name.strip("<>")
+    bands = [f"in its band of 95 %: {percent_text(share)} of the {name}" for name, share in _bands(prediction).items()]
+    answers = answered(
+        _quality(prediction, log) or ["nothing was predicted that could be held against the log"],
+        ["nothing from this model" if ruling.level == "no" else "nothing new: what the report of the identification says stands"],
+        [MODES.get(prediction.mode, prediction.mode), _left(prediction, log)],
+        bands or ["the model does not say how sure it is: it has no band"],
+        _next(ruling, prediction, own_log=own_log),
+        third="What was predicted",
+    )
+    facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
+    return Front(f"{name}: does the model hold?", facts, ruling, answers, "metrics")
+
+
+def _quality(prediction: Prediction, log: Log) -> list[str]:
+    lines = []
+    force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
+    if isinstance(force, (int, float)):
+        lines.append(f"effort off by {fixed(float(force), unit_of('force', log.kind))}, root mean square")
+    if isinstance(length, (int, float)):
+        line = f"position off by {length_text(float(length), log.kind)}, root mean square"
+        if prediction.position_predicted is not None:
+            worst = float(np.max(np.abs(prediction.position - prediction.position_predicted)))
+            line += f", {length_text(worst, log.kind)} at most"
+        lines.append(line)
+    return lines
+
+
+def _left(prediction: Prediction, log: Log) -> str:
+    """Return what a model fed forward would leave to the controller; nothing where only the motion is predicted."""
+    effort, rmse = prediction.effort, prediction.metrics.get("force_rmse")
+    if prediction.mode != "inverse" or effort is None or not isinstance(rmse, (int, float)):
+        return ""
+    left, whole = (fixed(value, unit_of("force", log.kind)) for value in (float(rmse), float(np.sqrt(np.mean(np.square(effort))))))
+    return f"fed forward along this motion, it would leave {left} of {whole} to the controller, root mean square"
+
+
+def _next(ruling: Ruling, prediction: Prediction, *, own_log: bool) -> list[str]:
+    advice = [sentence_of(diagnostic.code).advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
+    then = "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`"
+    if own_log:
+        then = "predict another log of this axis, of another motion"
+    elif ruling.level == "usable":
+        then = "feed it forward, record the machine without and with it, then `bristle compare`"
+    return [*(line for line in dict.fromkeys(advice) if line != "nothing"), then]

@@ -1,28 +1,31 @@
-"""The report of a simulated experiment: its variants side by side."""
+"""The report of a simulated experiment: its variants side by side, whether compensation helps there, and what it takes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.report.best import closing_sentences, standing
-from bristle.report.compensation import pair_in
-from bristle.report.fronts.simulation import is_open, simulation_front
-from bristle.report.further import further_figures
-from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
-from bristle.report.page import render
-from bristle.report.pictures import pictures_on
+from bristle.report.compensation import Standing, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
+from bristle.report.loops import component_table, direction_table, law_lines, loop_doubts, loop_warnings, run_table, variant_table
+from bristle.report.messages import as_data
+from bristle.report.page import Front, Ruling, Section, about, answered, report_page
+from bristle.report.table import fixed, length_text
+from bristle.simulation.reversals import swing_at_worst_reversal
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
+    from bristle.core.diagnostic import Diagnostic
     from bristle.core.experiment import Variant
-    from bristle.figures.report_figure import Facts, ReportFigure
-    from bristle.simulation.result import SimulationResult
+    from bristle.figures.report_figure import ReportFigure
+    from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["focus_of", "simulation_report"]
+__all__ = ["focus_of", "simulation_report", "simulation_ruling", "simulation_summary", "variants_as_data"]
+
+ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
 
 
 def simulation_report(
@@ -36,31 +39,58 @@ def simulation_report(
     figures: Sequence[ReportFigure] = (),
 ) -> str:
     """Return the report of a simulated experiment as one HTML page."""
-    variants, open_ = result.experiment.variants, is_open(result)
-    basis: Facts = {
+    variants, is_open = result.experiment.variants, _is_open(result)
+    facts = {
         "simulation": result,
-        "open_loop": result if open_ else None,
-        "focus": None if open_ else focus_of(result),
-        "at_reversal": None if open_ else _at_reversal(result),
+        "open_loop": result if is_open else None,
+        "focus": None if is_open else focus_of(result),
+        "at_reversal": None if is_open else _at_reversal(result),
     }
-    pictures = pictures_on("simulation", basis)
-    return render(
-        "simulation.html",
-        provenance=provenance,
-        command=command,
-        banner=banner,
-        front=simulation_front(result, warnings if doubts is None else doubts, next(iter(pictures["front"]), None)),
-        name=result.experiment.name,
-        verdict=[*(f"{warning}." for warning in warnings), *_sentences(result)],
-        is_open=open_,
-        variants=variant_table(result),
-        directions=None if open_ else direction_table(result),
-        pictures=pictures,
-        loops=[component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants],
-        efforts=[f"{variant.name}: {variant.effort.description}" for variant in variants if variant.effort is not None],
-        runs=run_table(variants),
-        further=further_figures(figures, basis),
-    )
+    if is_open:
+        basis = ["An open loop: no controller acts, the effort is given and held from sample to sample."]
+        basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
+    else:
+        basis = ["Following error is the reference less the encoder reading; true error is the reference less the position itself."]
+    parts = [component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants]
+    sections = [
+        Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
+        Section("summary", "In words", [*(f"{warning}." for warning in warnings), *_sentences(result)], folded=True),
+        Section("directions", "Forward and backward", [None if is_open else direction_table(result)], folded=True),
+        Section("assumptions", "What was simulated", [*basis, run_table(variants), *parts], folded=True),
+    ]
+    front = _front(result, warnings if doubts is None else doubts)
+    return report_page("simulation", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
+
+
+def simulation_summary(
+    result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], diagnostics: Sequence[Diagnostic] = ()
+) -> dict[str, Any]:
+    """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `diagnostics` of its loops."""
+    kind = result.experiment.kind
+    return {
+        "name": result.experiment.name,
+        "kind": kind,
+        "error_unit": unit_of("length", kind),
+        "effort_unit": unit_of("force", kind),
+        "runs": max((variant.runs for variant in result.variants.values()), default=0),
+        "variants": variants_as_data(result)
+        | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
+        "files": files,
+        "verdict": simulation_ruling(result, loop_doubts(diagnostics)).as_data(),
+        "warnings": loop_warnings(diagnostics),
+        "diagnostics": as_data(diagnostics),
+        "provenance": provenance,
+    }
+
+
+def variants_as_data(result: SimulationResult) -> dict[str, Any]:
+    """Return the variants of an experiment in numbers, by name."""
+    return {name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE} for name, variant in result.variants.items()}
+
+
+def _is_open(result: SimulationResult) -> bool:
+    """Return whether no variant has a loop."""
+    return all(variant.effort is not None for variant in result.experiment.variants)
 
 
 def _at_reversal(result: SimulationResult) -> tuple[list[str], list[str]] | None:
@@ -71,8 +101,7 @@ def _at_reversal(result: SimulationResult) -> tuple[list[str], list[str]] | None
     # Close up stand the two that differ in the friction fed forward alone: the lag of a loop would flatten both.
     pair, best = pair_in(result), rank.best.name
     near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
-    names, close = (list(dict.fromkeys(group)) for group in ((rank.base.name, *near), near))
-    return names, close
+    return list(dict.fromkeys((rank.base.name, *near))), list(dict.fromkeys(near))
 
 
 def focus_of(result: SimulationResult) -> tuple[str, ...]:
@@ -82,9 +111,8 @@ def focus_of(result: SimulationResult) -> tuple[str, ...]:
 
 def _sentences(result: SimulationResult) -> list[str]:
     failed = [variant.name for variant in result.variants.values() if variant.status is Status.NOT_FINITE]
-    lines = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
     unit = unit_of("length", result.experiment.kind)
-    lines += [
+    lines = [
         f"{variant.name}: moves by {with_unit(variant.motion.peak_to_peak, unit)} peak to peak."
         if variant.is_open
         else f"{variant.name}: following error {with_unit(variant.following_error.peak_to_peak, unit)} peak to peak, "
@@ -92,17 +120,114 @@ def _sentences(result: SimulationResult) -> list[str]:
         for variant in result.variants.values()
         if variant.name not in failed
     ]
-    return lines + closing_sentences(result)
+    return [*(f"{name}: {Status.NOT_FINITE.sentence}." for name in failed), *lines, *closing_sentences(result)]
 
 
 def _parts(variant: Variant) -> list[tuple[str, Model | None]]:
+    of_axis: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction)]
     if variant.effort is not None:
-        return [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
-    return [
-        ("Plant", variant.plant),
-        ("Friction", variant.friction),
-        ("Controller", variant.controller),
-        ("Sensor", variant.sensor),
-        ("Reference", variant.reference),
-        ("Friction fed forward", variant.feedforward.friction),
-    ]
+        return [*of_axis, ("Sensor", variant.sensor)]
+    fed = variant.feedforward.friction
+    of_loop = [("Controller", variant.controller), ("Sensor", variant.sensor), ("Reference", variant.reference)]
+    return [*of_axis, *of_loop, ("Friction fed forward", fed)]
+
+
+def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) -> Ruling:
+    """Return whether the variants of an experiment are worth having, and why."""
+    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    failed = [f"{name}: {reason}" for name, reason in result.refused.items()]
+    failed += [f"{name}: {variant.status.sentence}" for name, variant in result.variants.items() if variant not in completed]
+    # What is refused was warned of in the same words.
+    doubts = tuple(dict.fromkeys([*warnings, *failed]))
+    if not completed:
+        return Ruling("no", "It does not run", doubts)
+    level = "with_care" if doubts else "usable"
+    if _is_open(result):
+        return Ruling(level, "No loop: the effort is given", doubts)
+    rank = standing(result)
+    if rank is None:
+        return Ruling("with_care", "Nothing to compare with", doubts)
+    if len(completed) == 1:
+        return Ruling(level, "It runs: one loop, nothing to compare with", doubts)
+    if rank.best is rank.base:
+        subject = "Compensation" if gain_of(result) is not None else "Another loop"
+        return Ruling("no", f"{subject} does not help", (f"no variant errs less than {rank.base.name}", *doubts))
+    fed, plain = (variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
+    is_compensation = fed is not None and plain is None and (rank.alike or _is_friction(result, rank))
+    helps = "hardly helps" if rank.alike else "helps"
+    subject = "Compensation" if is_compensation else "Another loop"
+    return Ruling("with_care" if rank.alike else level, f"{subject} {helps}", (rank.instead, *doubts))
+
+
+def _is_friction(result: SimulationResult, rank: Standing) -> bool:
+    """Return whether the friction fed forward helps by itself, and not the other law alone that stands beside it."""
+    pair = pair_of(result.experiment, variant_of(result, rank.best.name))
+    plain = None if pair is None else result.variants.get(pair[0].name)
+    return plain is None or plain.status is Status.NOT_FINITE or not is_alike(rank.best, plain)
+
+
+def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
+    count, runs = len(result.experiment.variants) + len(result.refused), max((loop.runs for loop in result.variants.values()), default=0)
+    facts = about(f"simulated, {count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
+    rank = None if _is_open(result) else standing(result)
+    answers = _open_answers(result) if rank is None else _loop_answers(result, rank)
+    return Front(f"{result.experiment.name}: simulated", facts, simulation_ruling(result, warnings), answers, "variants")
+
+
+def _open_answers(result: SimulationResult) -> list[tuple[str, list[str]]]:
+    kind = result.experiment.kind
+    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    went = [f"moves by {length_text(variant.motion.peak_to_peak, kind)} ({variant.name})" for variant in completed if variant.is_open]
+    return answered(
+        went or ["nothing completed against which an error could be measured"],
+        ["nothing: no loop was compared with another"],
+        [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["nothing completed"],
+        ["it is a simulation: what the models leave out, it leaves out"],
+        ["mend what the verdict names" if not completed else "compare the motion with a log of the same effort"],
+    )
+
+
+def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, list[str]]]:
+    kind, best, gain, is_base = result.experiment.kind, rank.best, gain_of(result), rank.best is rank.base
+    variant, spread = variant_of(result, best.name), best.spread.get("following_error", {}).get("peak_to_peak")
+    swings = [swing for swing in (_swing(result, best), _swing(result, rank.base)) if swing is not None]
+    new, old = (length_text(swing, kind) for swing in swings) if len(swings) > 1 else ("", "")
+    cost = ""
+    if gain is not None and len(gain.steps) > 1 and gain.alone:
+        before, after = gain.steps[-2:]
+        cost = f"friction fed forward alone: from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
+        cost += length_text(after.peak_to_peak, kind)
+    limit = variant.run.effort_limit
+    return answered(
+        [
+            f"following error {length_text(best.following_error.peak_to_peak, kind)} peak to peak, "
+            f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})",
+            new and f"at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
+        ],
+        [f"variant {best.name}, {'as it is' if is_base else 'of the file'}", *law_lines(variant)],
+        [
+            cost,
+            f"effort {_effort(best)}" + ("" if is_base else f"; that of {rank.base.name} {_effort(rank.base)}"),
+            "the drive is at its limit" if math.isfinite(limit) and best.effort_peak >= limit else "",
+        ],
+        [
+            gain.caveat if gain is not None else "This is a simulation: confirm it on the machine.",
+            f"{best.runs} runs with other noise: ± {length_text(float(spread), kind)}" if best.runs > 1 and spread else "",
+        ],
+        ["what limits this loop, and gains for it: `bristle design EXPERIMENT.toml`"]
+        if is_base
+        else [ON_THE_MACHINE, "what the loop still errs by: `bristle design EXPERIMENT.toml`"],
+    )
+
+
+def _swing(result: SimulationResult, variant: VariantResult) -> float | None:
+    """Return how far the following error swings at its worst reversal, after the settling time."""
+    run = variant_of(result, variant.name).run
+    judged = slice(round(run.settle / run.sample_time), None)
+    reference = variant.reference[judged]
+    return swing_at_worst_reversal(reference, reference - variant.measured[judged]) if reference.size else None
+
+
+def _effort(variant: VariantResult) -> str:
+    unit = unit_of("force", variant.kind)
+    return f"{fixed(variant.effort_rms, unit)} root mean square, {fixed(variant.effort_peak, unit)} at its peak"

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core.typography import interval_text, number, scale_of, with_unit
-from bristle.report.further import further_figures
-from bristle.report.page import Picture, picture, render
+from bristle.report.page import Figures, Front, Section, report_page
 from bristle.report.table import Quantity, Table
 from bristle.study.dataset import OK
 
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.study.dataset import Runs
 
-__all__ = ["failed_table", "spread_tables", "study_report", "study_sentences", "study_summary", "worst_table"]
+__all__ = ["spread_tables", "study_report", "study_sentences", "study_summary"]
 
 FAILURES_SHOWN = 20
 GROUPS_DRAWN = 5
@@ -39,10 +38,11 @@ def study_summary(
     # Runs of one draw at several points are not independent, nor are those that Sobol indices need.
     independent = not described["grid"] and not described["sobol_indices"]
     names, counts = np.unique(status, return_counts=True)
+    points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
     metrics = {
         name: {key: described["columns"][name][key] for key in ("unit", "description")}
         | asdict(spread_of(columns[name], independent=independent))
-        | ({"points": _points(runs, name)} if described["grid"] else {})
+        | ({"points": [point | asdict(spread_of(columns[name][chosen])) for point, chosen in points]} if described["grid"] else {})
         for name in described["metrics"]
     }
     return {
@@ -70,15 +70,6 @@ def study_summary(
         "traces": list(traces),
         "provenance": dict(provenance),
     }
-
-
-def _points(runs: Runs, metric: str) -> list[dict[str, Any]]:
-    from bristle.study.influence import spread_of
-
-    return [
-        {"at": point, "name": _named(point, runs)} | asdict(spread_of(runs.columns[metric][chosen]))
-        for point, chosen in _points_of_grid(runs)
-    ]
 
 
 def _named(point: Mapping[str, Any], runs: Runs) -> str:
@@ -179,7 +170,7 @@ def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
     )
 
 
-def worst_table(summary: Mapping[str, Any]) -> Table | None:
+def _worst_table(summary: Mapping[str, Any]) -> Table | None:
     """Return the worst runs with what repeats them."""
     if not summary["worst"]:
         return None
@@ -189,34 +180,25 @@ def worst_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), rows)
 
 
-def failed_table(summary: Mapping[str, Any]) -> Table | None:
-    """Return the first runs that did not end well, with their reason."""
-    if not summary["failures"]:
-        return None
-    rows = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
-    return Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), rows)
-
-
 def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
     """Return the report of a study as one HTML page."""
-    influence = _influence_table(summary)
-    return render(
-        "study.html",
-        provenance=summary["provenance"],
-        command=command,
-        banner=None,
-        name=summary["name"],
-        facts=_facts(summary, runs.described),
-        sentences=study_sentences(summary),
-        spreads=spread_tables(summary),
-        pictures=_pictures(runs, summary),
-        influence=influence,
-        indices=_index_table(summary),
-        worst=worst_table(summary),
-        failed=failed_table(summary),
-        columns=_column_table(runs.described),
-        further=further_figures(figures, {"study": runs}),
-    )
+    failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
+    failed = Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
+    tables = [_index_table(summary), _influence_table(summary)]
+    columns = [(name, about["role"], about["unit"] or "–") for name, about in runs.described["columns"].items()]
+    sections = [
+        Section("", "", study_sentences(summary)),
+        Section("spread", "What comes out", [Figures("spread"), *spread_tables(summary)]),
+        Section("influence", "Which cause matters", [Figures("influence"), *tables] if any(tables) else []),
+        Section("worst", "The worst runs", [_worst_table(summary), failed]),
+        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
+    ]
+    entries = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}
+    spread = {name: (_capital(entry["description"]), entry["unit"], _groups(runs, name)) for name, entry in entries.items()}
+    facts = {"study": runs, "spread": spread or None, "influence": _influence(summary, next(iter(entries))) if entries else None}
+    front = Front(f"{summary['name']}: a study", _facts(summary, runs.described))
+    options = {"command": command, "provenance": summary["provenance"], "figures": figures}
+    return report_page("study", facts, front, sections, **options)
 
 
 def _facts(summary: Mapping[str, Any], described: Mapping[str, Any]) -> str:
@@ -258,32 +240,6 @@ def _index_table(summary: Mapping[str, Any]) -> Table | None:
     return Table("Sobol indices: shares of the variance", heads, rows) if rows else None
 
 
-def _column_table(described: Mapping[str, Any]) -> Table:
-    rows = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
-    return Table("Columns of the files in runs/", ("Column", "Role", "Unit"), rows)
-
-
-def _pictures(runs: Runs, summary: Mapping[str, Any]) -> dict[str, Picture]:
-    from bristle.figures import study_spread
-
-    entries = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}
-    if not entries:
-        return {}
-    groups = {_capital(entry["description"]): _groups(runs, name) for name, entry in entries.items()}
-    lines = "A line for each point of the grid." if runs.described["grid"] else "Shaded are the 90 % in the middle."
-    pictures = {
-        "spread": picture(
-            "spread",
-            lambda: study_spread(groups, [entry["unit"] for entry in entries.values()]),
-            f"Distribution of {', '.join(entries)} over the runs",
-            f"How often the runs come out at which value. {lines}",
-        )
-    }
-    first = next(iter(entries))
-    of_first = _drawn_influence(summary, first)
-    return pictures | ({"influence": of_first} if of_first is not None else {})
-
-
 def _groups(runs: Runs, name: str) -> dict[str, np.ndarray]:
     points = _points_of_grid(runs)
     if not runs.described["grid"] or len(points) > GROUPS_DRAWN:
@@ -291,28 +247,14 @@ def _groups(runs: Runs, name: str) -> dict[str, np.ndarray]:
     return {_named(point, runs): runs.columns[name][chosen] for point, chosen in points}
 
 
-def _drawn_influence(summary: Mapping[str, Any], metric: str) -> Picture | None:
-    from bristle.figures import study_influence
-
-    indices = [entry for entry in summary["sobol_indices"] if entry["metric"] == metric]
-    entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
+def _influence(summary: Mapping[str, Any], metric: str) -> tuple[list[str], dict[str, list[Any]], str] | None:
+    """Return the causes, the numbers of each and what these are, of a metric; Sobol indices where there are some."""
+    indices = sorted((entry for entry in summary["sobol_indices"] if entry["metric"] == metric), key=lambda entry: -entry["total"])
+    ranks = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
     if indices:
-        ordered = sorted(indices, key=lambda entry: -entry["total"])
-        bars = {
-            "alone": [(entry["first"], entry["first_interval"]) for entry in ordered],
-            "with others": [(entry["total"], entry["total_interval"]) for entry in ordered],
-        }
-        word, caption = f"Share of the variance of {metric}", "Sobol indices with their 95 % intervals."
-    elif entries:
-        ordered = sorted(entries, key=lambda entry: -abs(entry["value"]))
-        bars = {"rank correlation": [(entry["value"], entry["interval"]) for entry in ordered]}
-        word, caption = f"Rank correlation with {metric}", "Rank correlations with their 95 % intervals."
-    else:
-        return None
-    causes = [entry["cause"] for entry in ordered]
-    return picture(
-        "influence",
-        lambda: study_influence(causes, bars, word, signed=not indices),
-        f"{word} of each cause",
-        f"{caption} The further from zero, the more the cause matters.",
-    )
+        names = {"alone": "first", "with others": "total"}
+        bars = {word: [(entry[key], entry[f"{key}_interval"]) for entry in indices] for word, key in names.items()}
+        return [entry["cause"] for entry in indices], bars, f"Share of the variance of {metric}"
+    ranks.sort(key=lambda entry: -abs(entry["value"]))
+    bars = {"rank correlation": [(entry["value"], entry["interval"]) for entry in ranks]}
+    return ([entry["cause"] for entry in ranks], bars, f"Rank correlation with {metric}") if ranks else None

@@ -1,4 +1,4 @@
-"""Results in numbers, as plain data: what is printed as JSON and written to ``summary.json``."""
+"""An identification in numbers, as plain data: what is printed as JSON and written to ``summary.json``."""
 
 from __future__ import annotations
 
@@ -7,27 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance
 from bristle.prediction.drive_units import drive_units, length_units, units_of
-from bristle.report.drive_values import drive_values
-from bristle.report.fronts.prediction import prediction_ruling
-from bristle.report.fronts.simulation import simulation_ruling
 from bristle.report.judgement import judged
-from bristle.report.loop_warnings import loop_doubts, loop_warnings
-from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
+from bristle.report.messages import as_data, assumptions_of, message, note_of, warnings_of
+from bristle.report.model_tables import drive_values
+from bristle.report.prediction import prediction_as_data
+from bristle.report.simulation import variants_as_data
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.axis import Axis
-    from bristle.core.contracts import Model
-    from bristle.core.diagnostic import Diagnostic
     from bristle.identification.result import Estimate, Fit, Identification
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
-__all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
+__all__ = ["identification_summary"]
 
 
 NOT_SIMULATED: dict[str, Any] = dict.fromkeys(("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse"))
@@ -47,11 +43,11 @@ def identification_summary(
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
     kind = best.friction.kind
-    doubt = None if following is None else following.contradiction
+    doubt, ruling = None if following is None else following.contradiction, judged(best, identification.settings, following)
     return {
         "model": best.name,
         "kind": kind,
-        "verdict": judged(best, identification.settings, following).as_data(),
+        "verdict": {"level": ruling.level, "reasons": ruling.reasons},
         "parameters": _parameters(best, axis),
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,
@@ -81,8 +77,8 @@ def identification_summary(
         },
         "drive_levels": _levels(best, axis),
         "following_error": None if following is None else following.as_data(),
-        "compensation": None if simulation is None else _variants(simulation),
-        "prediction": None if prediction is None else _prediction(prediction),
+        "compensation": None if simulation is None else variants_as_data(simulation),
+        "prediction": None if prediction is None else prediction_as_data(prediction),
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
         "unfinished": identification.unfinished or None,
         "left_out": dict(identification.left_out),
@@ -90,36 +86,6 @@ def identification_summary(
         "treatment": identification.treatment,
         "settings": identification.settings.as_data(),
         "break_aways": [break_away._asdict() for break_away in identification.break_aways],
-        "provenance": provenance,
-    }
-
-
-def prediction_summary(
-    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str], own_log: bool = False
-) -> dict[str, Any]:
-    """Return a prediction in numbers; `notes` are those of the log, `own_log` where the model was fitted to it."""
-    verdict = prediction_ruling(prediction, own_log=own_log).as_data()
-    head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
-    return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
-
-
-def simulation_summary(
-    result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], diagnostics: Sequence[Diagnostic] = ()
-) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `diagnostics` of its loops."""
-    kind = result.experiment.kind
-    return {
-        "name": result.experiment.name,
-        "kind": kind,
-        "error_unit": unit_of("length", kind),
-        "effort_unit": unit_of("force", kind),
-        "runs": max((variant.runs for variant in result.variants.values()), default=0),
-        "variants": _variants(result)
-        | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
-        "files": files,
-        "verdict": simulation_ruling(result, loop_doubts(diagnostics)).as_data(),
-        "warnings": loop_warnings(diagnostics),
-        "diagnostics": as_data(diagnostics),
         "provenance": provenance,
     }
 
@@ -187,21 +153,4 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
         "jackknife_std": dict(resampling.jackknife),
         "virgin_curve": {name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))},
         "virgin_curve_from": resampling.curve_from,
-    }
-
-
-def _variants(result: SimulationResult) -> dict[str, Any]:
-    return {name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE} for name, variant in result.variants.items()}
-
-
-def _prediction(prediction: Prediction) -> dict[str, Any]:
-    return {
-        "mode": prediction.mode,
-        "metrics": dict(prediction.metrics),
-        "inside_band_percent": prediction.inside_percent,
-        "position_inside_band_percent": prediction.position_inside_percent,
-        "status": prediction.status.sentence,
-        "completed": prediction.status is not Status.NOT_FINITE,
-        "notes": notes_of(prediction),
-        "diagnostics": as_data(prediction.diagnostics),
     }

@@ -10,25 +10,8 @@ from bristle.core.typography import typeset_sentence
 
 __all__ = ["GREEK", "symbolic", "worded"]
 
-GREEK = {
-    "alpha": "α",
-    "beta": "β",
-    "gamma": "γ",
-    "delta": "δ",
-    "epsilon": "ε",
-    "zeta": "ζ",
-    "eta": "η",
-    "kappa": "κ",
-    "lambda": "λ",
-    "mu": "µ",
-    "nu": "ν",
-    "rho": "ρ",
-    "sigma": "σ",
-    "tau": "τ",
-    "phi": "φ",
-    "psi": "ψ",
-    "omega": "ω",
-}
+NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
+GREEK = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _CODE = re.compile(r"`([^`]+)`")
@@ -43,28 +26,21 @@ def symbolic(text: str) -> Markup:
     >>> symbolic("F_C_pos and sigma_0 of stribeck_free")
     Markup('<i>F</i><sub>C+</sub> and <i>σ</i><sub>0</sub> of stribeck_free')
     """
-    return Markup(_ALONE.sub(_letter, _NAME.sub(_symbol, str(escape(text)))))
+    named = _NAME.sub(lambda name: f"<i>{GREEK.get(name[1], name[1])}</i><sub>{name[2]}{SIDES.get(name[3], '')}</sub>", str(escape(text)))
+    return Markup(_ALONE.sub(lambda at: f"<i>{GREEK.get(at[2], at[2])}</i>" if at[2] else f"<i>F</i><sub>{at[1]}</sub>", named))
 
 
 def worded(text: str) -> Markup:
-    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code.
+    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code; markup stays as it is.
 
     Examples
     --------
     >>> worded('F_C is 5 N*m, see `k_v = "2 N*m"`')
     Markup('<i>F</i><sub>C</sub> is 5 N·m, see <code>k_v = &#34;2 N*m&#34;</code>')
     """
+    if isinstance(text, Markup):
+        return text
     pieces = _CODE.split(text)
     return Markup().join(
         Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
     )
-
-
-def _letter(match: re.Match[str]) -> str:
-    side, letter = match.groups()
-    return f"<i>{GREEK.get(letter, letter)}</i>" if letter else f"<i>F</i><sub>{side}</sub>"
-
-
-def _symbol(match: re.Match[str]) -> str:
-    base, below, side = match.groups()
-    return f"<i>{GREEK.get(base, base)}</i><sub>{below}{SIDES.get(side, '')}</sub>"

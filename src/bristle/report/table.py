@@ -1,4 +1,4 @@
-"""Tables of text, and columns of one quantity in which all numbers have the same unit and the same decimals."""
+"""Numbers, lengths and shares as text, and tables whose columns have one unit and the same decimals."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from bristle.core.typography import Scale, number, scale_of
+from bristle.core.typography import Scale, number, scale_of, with_unit
+from bristle.core.variable import Kind, unit_of
 
-__all__ = ["Quantity", "Table"]
+__all__ = ["MICROMETRE", "Quantity", "Table", "fixed", "length_text", "percent_text", "short_text", "span_text"]
 
-_NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")
-
-
+MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 EMPTY = ("", "–")  # cells that say nothing
+_NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")
 
 
 class Table(NamedTuple):
@@ -23,11 +23,11 @@ class Table(NamedTuple):
     caption: str
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
+    macro = "table"
 
     def is_number(self, column: int) -> bool:
         """Return whether a column holds numbers, which stand to the right."""
-        cells = [row[column] for row in self.rows]
-        return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
+        return bool(self.rows) and all(_NUMBER.fullmatch(row[column]) for row in self.rows)
 
     def without_empty_columns(self) -> Table:
         """Return the table without the columns in which no row has anything to say."""
@@ -61,3 +61,36 @@ class Quantity(NamedTuple):
     def cell(self, value: float) -> str:
         """Return a number in SI as it stands in the column."""
         return number(value * self.scale.factor, self.step)
+
+
+def fixed(value: float, unit: str) -> str:
+    """Return a number with its unit, between which no line ends."""
+    return with_unit(value, unit).replace(" ", "\u00a0")
+
+
+def length_text(value: float, kind: Kind) -> str:
+    r"""Return a length in no smaller unit than the micrometre, in which the errors of servos are told.
+
+    Examples
+    --------
+    >>> length_text(4.19e-7, "translational"), length_text(2.5e-3, "rotational")
+    ('0.419\xa0µm', '2.5\xa0mrad')
+    """
+    unit = unit_of("length", kind)
+    return f"{short_text(value / MICROMETRE)}\u00a0µ{unit}" if 0.0 < abs(value) < MICROMETRE else fixed(value, unit)
+
+
+def short_text(value: float) -> str:
+    """Return a number to three digits."""
+    return number(value, digits=3)
+
+
+def percent_text(value: float) -> str:
+    """Return a share to three digits."""
+    return f"{short_text(value)}\u00a0%"
+
+
+def span_text(values: Sequence[float], unit: str) -> str:
+    """Return the least and the largest of values with their unit, once where they read alike."""
+    low, high = (with_unit(end, unit) for end in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +15,11 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from bristle.exports.rendering import version
+from bristle.exports.described import version
 from bristle.exports.targets import TARGETS
 from bristle.friction import DEFAULT_MODELS, MODELS, find
-from bristle.lab.page import hash_of, joined
+from bristle.lab.packing import as_json
+from bristle.lab.page import environment, hash_of, joined
 from bristle.server.bodies import RefusedRequestError
 from bristle.server.cases import Cases
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
@@ -69,21 +68,14 @@ ENTER = (
 
 def server_page(limits: Limits) -> tuple[str, str]:
     """Return the page, and the policy under which a browser runs it."""
-    import jinja2
-
     script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
     style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    page = environment.get_template("server.html").render(
-        style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version()
+    page = (
+        environment("bristle.server")
+        .get_template("server.html")
+        .render(style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version())
     )
     return page, _policy(script, style)
-
-
-def _template(name: str) -> str:
-    return resources.files("bristle.server").joinpath("templates", name).read_text(encoding="utf-8")
 
 
 def _policy(script: str, style: str) -> str:
@@ -105,7 +97,7 @@ def _data(limits: Limits) -> str:
         if not target.needs
     ]
     data = {"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs}
-    return json.dumps(data).replace("<", "\\u003c")
+    return as_json(data)
 
 
 ARRIVES = 0.1  # [s] within which what was sent with a connection is read

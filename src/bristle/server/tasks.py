@@ -11,7 +11,7 @@ from bristle.core.errors import InputError
 from bristle.exports.face import NAME
 from bristle.files.toml import read_toml
 from bristle.friction import DEFAULT_MODELS
-from bristle.report.passages import passage_table
+from bristle.report.log import passage_table
 from bristle.server.axis_form import EMPTY, edited
 from bristle.server.errand import Answer, Errand, command, thinned, zipped
 from bristle.server.look import look
@@ -85,20 +85,17 @@ def _command(errand: Errand) -> str:
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return what the page shows: the verdict, the models, what to type in."""
-    from bristle.report.advice import next_measurements
-    from bristle.report.first_page import answers
+    from bristle.report.identification import answers
     from bristle.report.judgement import judged
     from bristle.report.messages import warnings_of
     from bristle.report.model_tables import comparison_table, drive_rows, parameter_table
 
     best, kind = identified.best, identified.best.plant.kind
     judgement = judged(best, identified.settings, outcome.following)
-    front = answers(
-        identified, outcome.simulation, outcome.following, next_measurements(best), outcome.axis, usable=judgement.level != "measure_again"
-    )
+    front = answers(identified, outcome.simulation, outcome.following, outcome.axis, usable=judgement.level != "measure_again")
     traces = best.traces
     return {
-        "verdict": {"level": judgement.level, "words": judgement.words, "reasons": judgement.reasons},
+        "verdict": judgement.as_data(),
         "answers": front,
         "command": outcome.command,
         "kind": kind,
@@ -122,7 +119,7 @@ def _table(table: Table) -> dict[str, Any]:
 def predict(errand: Errand) -> Answer:
     """Return the error of the model on each log that was held out."""
     import bristle
-    from bristle.report.fronts.prediction import prediction_ruling
+    from bristle.report.prediction import prediction_ruling
 
     if errand.results is None:
         raise InputError("is missing", path="model", mend="Identify first")

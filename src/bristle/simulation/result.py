@@ -333,6 +333,8 @@ class Prediction(Tabular):
         does not predict the effort.
     position_half_width : ndarray or None
         Half-width of the 95 % band around the position [m or rad]; None where the same holds for it.
+    log : str
+        Name of the log.
     """
 
     mode: str
@@ -346,6 +348,7 @@ class Prediction(Tabular):
     diagnostics: tuple[Diagnostic, ...] = ()
     half_width: np.ndarray | None = None
     position_half_width: np.ndarray | None = None
+    log: str = ""
 
     @property
     def kind(self) -> Kind:

@@ -30,7 +30,7 @@ from bristle.core.cores import Abreast, cores_for_simulations
 from bristle.core.errors import InputError, InputWarning, said_by_library, shortened, told_by
 from bristle.core.locks import LOADING
 from bristle.core.tabular import library
-from bristle.study.block import Simulator
+from bristle.study.block import REASON, Simulator
 from bristle.study.plan import Block, Study
 from bristle.study.workers import AHEAD, PATIENCE, Results, WorkerError, outcome_of
 
@@ -41,7 +41,6 @@ PORT = 8786
 ANSWERS = 10.0  # [s] until which something answers at an address, and a scheduler that was lost is there again
 SAYS = 60.0  # [s] until which workers have said what they are: they load libraries for it
 ALONE = 5.0  # [s] without a worker, after which it is told
-CAUSE = 300  # letters
 LIBRARIES = ("numpy", "scipy", "numba")
 UNFIT = "unfit"
 LETTERS = 12
@@ -167,7 +166,7 @@ class Cluster:
         """Let a worker simulate, or refuse it, by what it says of itself."""
         own = described()
         if isinstance(facts, (ImportError, AttributeError)):
-            self._refuse(address, "the worker cannot load this bristle", shortened(f"{type(facts).__name__}: {told_by(facts)}", CAUSE))
+            self._refuse(address, "the worker cannot load this bristle", shortened(f"{type(facts).__name__}: {told_by(facts)}", REASON))
         elif isinstance(facts, Exception):
             return  # it is gone; where it is there, it is asked again
         elif (facts["bristle"], facts["code"]) != (own["bristle"], own["code"]):

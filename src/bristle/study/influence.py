@@ -45,17 +45,7 @@ class Index:
 
 @dataclass(frozen=True)
 class Spread:
-    """How one metric is distributed over runs.
-
-    Parameters
-    ----------
-    count : int
-        Runs with a number.
-    mean, std, median, low, high : float
-        Mean, standard deviation, median, and the quantiles at 5 and 95 %.
-    mean_interval, median_interval, high_interval : tuple of float
-        Their 95 % intervals: that of the mean by its standard error, those of quantiles by the ranks that hold them.
-    """
+    """How one metric is distributed over runs: quantiles at 5 and 95 %, and 95 % intervals by standard error or ranks."""
 
     count: int
     mean: float

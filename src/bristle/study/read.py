@@ -15,8 +15,7 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.random_numbers import SEED_MAX
 from bristle.files.components import check_keys, check_schema, table_at
-from bristle.files.experiment import experiment_from
-from bristle.files.pipeline import with_models
+from bristle.files.experiment import experiment_from, with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.files.variant import SECTIONS

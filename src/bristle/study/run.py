@@ -39,8 +39,7 @@ __all__ = [
 
 SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
-ENOUGH = 1.0  # [s] of runs, by which the cost of one is measured
-MOST_PROBED = 2000
+ENOUGH = 0.25  # [s] of runs, by which the cost of one is measured
 
 
 @dataclass(frozen=True)
@@ -81,9 +80,9 @@ def cost_of(study: Study) -> Cost:
         begin = time.perf_counter()
         simulator.columns(Block(0, count))
         seconds = time.perf_counter() - begin
-        if seconds > ENOUGH / 4.0 or count >= min(study.count, study.block, MOST_PROBED):
+        if seconds > ENOUGH or count >= min(study.count, study.block):
             return Cost(study.count, seconds / count, count, simulator.in_batches)
-        count = min(4 * count, study.count, study.block, MOST_PROBED)
+        count = min(4 * count, study.count, study.block)
 
 
 def run_study(
@@ -140,7 +139,7 @@ def run_within(
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
     tally = _Tally(study.count, sum(block.count for block in missing), progress)
-    crew = _crew(study, bool(missing), workers, scheduler, simulator)
+    crew = _crew(study, len(missing), workers, scheduler, simulator)
     with closing(crew.results(missing)) as results:  # whatever ends this ends the workers
         for block, columns in results:
             store.write(block, columns)
@@ -148,20 +147,20 @@ def run_within(
     return Ran(len(study.blocks), len(present), tuple(crew.lost), time.monotonic() - begin)
 
 
-def _crew(study: Any, is_missing: bool, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
+def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
     """Return what simulates the blocks that are missing."""
     if scheduler is not None and workers is not None:
         raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers, mend="Leave one of them out")
-    if scheduler is not None and is_missing:
+    if scheduler is not None and missing:
         return Cluster(study, scheduler)
-    count = min(workers or core_count(), len(study.blocks))
-    if not is_missing or (workers is not None and count > 1):
-        return Crew(study, count, make)
-    if workers is None and make is Simulator:
+    if workers is None and make is Simulator and missing:
         simulator = Simulator(study)
         if simulator.in_batches:  # threads have begun before another process has
             return Here(simulator.columns, core_count())
-    return Crew(study, count, make) if count > 1 else Here(make(study).columns)
+    count = min(workers or core_count(), max(missing, 1))
+    if count > 1 or not missing:  # a crew of which nothing is asked begins no process
+        return Crew(study, count, make)
+    return Here(make(study).columns)
 
 
 class _Tally:

@@ -80,31 +80,29 @@ class Store:
 
     def _schema(self) -> Any:
         pa = self.pyarrow
-        texts = {"status": pa.string(), "reason": pa.string()}
-        fields = [pa.field("run", pa.int64()), pa.field("seed", pa.int64())]
-        fields += [pa.field(name, kind) for name, kind in texts.items()]
-        probe = self.study.values(self.study.blocks[0])
-        for path, unit in self.study.units.items():
-            kind = pa.string() if probe[path].dtype.kind == "U" else pa.float64()
-            names = [path] if probe[path].ndim == 1 else [f"{path}[{k}]" for k in range(probe[path].shape[1])]
-            fields += [pa.field(name, kind, metadata={"unit": unit}) for name in names]
-        fields += [pa.field(metric.column, pa.float64(), metadata={"unit": metric.unit}) for metric in self.study.metrics]
-        return pa.schema(fields)
+        kinds = {"run": pa.int64(), "seed": pa.int64(), "time_of_log": pa.timestamp("us")}
+        texts = {path for path, values in self._probe().items() if values.dtype.kind == "U"}
+        return pa.schema(
+            pa.field(name, kinds.get(name, pa.string()))
+            if column["role"] == "run"
+            else pa.field(name, pa.string() if name in texts else pa.float64(), metadata={"unit": column["unit"]})
+            for name, column in self.columns.items()
+        )
+
+    def _probe(self) -> Mapping[str, np.ndarray]:
+        return self.study.values(self.study.blocks[0])
 
     @property
     def columns(self) -> dict[str, dict[str, str]]:
         """What each column of a block is: its role and its unit in SI."""
-        metrics = {metric.column: metric for metric in self.study.metrics}
-        grid = {target.path for target, _ in self.study.grid}
-        columns = {}
-        for field in self.schema:
-            unit = (field.metadata or {}).get(b"unit", b"").decode()
-            if field.name in metrics:
-                columns[field.name] = {"role": "metric", "unit": unit, "description": metrics[field.name].described}
-            elif field.metadata is not None:
-                columns[field.name] = {"role": "grid" if field.name in grid else "drawn", "unit": unit}
-            else:
-                columns[field.name] = {"role": "run", "unit": ""}
+        probe, grid = self._probe(), {target.path for target, _ in self.study.grid}
+        columns = {name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")}
+        for path, unit in self.study.units.items():
+            shape = probe[path].shape[1:]
+            names = [f"{path}[{element}]" for element in range(shape[0])] if shape else [path]
+            columns |= {name: {"role": "grid" if path in grid else "drawn", "unit": unit} for name in names}
+        for metric in self.study.metrics:
+            columns[metric.column] = {"role": "metric", "unit": metric.unit, "description": metric.described}
         return columns
 
 

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ TRIES = 5  # of a block, and of a worker that does not even begin
 PATIENCE = 0.2  # [s]: so often signals are looked for
 AHEAD = 4  # blocks for each worker: while it simulates one, others wait for it
 THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-Results = Iterator[tuple[Block, dict[str, Any]]]
+Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
 class WorkerError(BristleError):

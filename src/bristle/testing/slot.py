@@ -22,7 +22,7 @@ from bristle.engine import force_along, interpreted, run_closed_loop
 from bristle.exports.build import Builder
 from bristle.exports.proof import compiler, proved
 from bristle.exports.scope import NotExportableError, is_kernel
-from bristle.exports.types import REAL, struct_of, type_of
+from bristle.exports.tree import REAL, struct_of, type_of
 from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
 from bristle.friction.variation import SMALLEST_FACTOR
 from bristle.plants import inertia

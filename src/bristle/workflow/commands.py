@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
     from bristle.excitation import Excitation
-    from bristle.exports.target import Product, Target
+    from bristle.exports.targets import Product, Target
     from bristle.files.results import Results
     from bristle.logs.log import Log
     from bristle.logs.passages import Passage
@@ -218,7 +218,7 @@ def export_model_file(
     """Return a friction model or an operator, from its file, as files for another world."""
     from bristle.exports.described import Source
     from bristle.exports.face import NAME, PERIOD, STEP
-    from bristle.exports.target import Request
+    from bristle.exports.targets import Request
     from bristle.exports.writing import files_for, name_for, target_named
     from bristle.files.arrays import read_arrays
     from bristle.files.summary import provenance

@@ -14,7 +14,7 @@ from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
 from bristle.core.lazy import cached_property
 from bristle.files.arguments import logs_and_axes
-from bristle.files.axis_text import axis_text
+from bristle.files.axis import axis_text
 from bristle.files.results import results_folder
 from bristle.files.single import write_whole
 from bristle.files.summary import provenance

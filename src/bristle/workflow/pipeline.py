@@ -14,8 +14,8 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.fingerprint import digest
 from bristle.core.status import Status
+from bristle.files.experiment import DEPENDS_ON, Planned, planned_in
 from bristle.files.model import FITTED_TO
-from bristle.files.pipeline import DEPENDS_ON, Planned, planned_in
 from bristle.files.results import results_folder
 from bristle.files.sources import Sources
 from bristle.files.toml import read_toml

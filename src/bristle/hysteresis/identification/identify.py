@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -134,7 +133,7 @@ def identify_operator(
                 progress((before + share) / len(names), f"fitting {name}")
 
         try:
-            fits.append(_fit(name, recorded, partial(FITTED[name], stops=stops, cells=cells), folds, report))
+            fits.append(_fit(name, recorded, lambda recorded, rows, name=name: FITTED[name](recorded, rows, stops, cells), folds, report))
         except KeyboardInterrupt:
             if not fits:
                 raise

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bristle.core.typography import number
-from bristle.figures import Spread, errors_by_truth
+from bristle.figures.errors import Spread, errors_by_truth
 from bristle.paper.robust.findings import (
     LOOPS,
     ON_ALL_TRUTHS,
@@ -32,8 +32,7 @@ from bristle.paper.robust.findings import (
 )
 from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
-from bristle.report.front import Front, Ruling, about, answered
-from bristle.report.page import Picture, picture, render
+from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 
 __all__ = ["LIMITS", "robust_report", "robust_summary", "ruling_of", "words_of"]
 
@@ -150,7 +149,7 @@ def _front(trial: Trial) -> Front:
         ],
     )
     facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
-    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(trial), "claims", "No case is above its limit.")
+    return Front(HEADING, facts, ruling, answers, "claims", "No case is above its limit.", _picture(trial))
 
 
 def _picture(trial: Trial) -> Picture:

@@ -1,4 +1,4 @@
-"""What a log says against itself before anything is fitted, and how to mend it."""
+"""What a log says against itself before anything is fitted, and of two logs that are held against each other; how to mend it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from bristle.core.typography import with_unit
 from bristle.report.sentences.sentence import Choice, Sentence, says
 
-__all__ = ["CHECKS"]
+__all__ = ["CHECKS", "COMPARISONS"]
 
 _SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
 
@@ -42,9 +42,8 @@ CHECKS: dict[str, Sentence] = {
     ),
     "stamps_jitter": Sentence(
         (
-            "the time stamps are off even ones by {percent:.2g} % of the sample time (19 of 20) and up to "
-            "{largest:.0f} %: all channels were resampled on their stamps onto steps of {sample_time:time}, which errs "
-            "by about {position_error:length} in the position",
+            "the time stamps are off even ones by {percent:.2g} % of the sample time (19 of 20) and up to {largest:.0f} %: all channels "
+            "were resampled on their stamps onto steps of {sample_time:time}, which errs by about {position_error:length} in the position",
             " and {effort_error:force} in the effort",
             " (root mean square). If the stamps are off and the samples are not, leave the column of time out of "
             "the axis file and write sample_time under [timing]",
@@ -60,9 +59,8 @@ CHECKS: dict[str, Sentence] = {
         "mend the unit",
     ),
     "rates_differ": says(
-        "column {column} was recorded every {own_sample_time:time} and the position every {sample_time:time}: "
-        "{percent:.0f} % of its samples were interpolated, with an error of at most {error_percent:.2g} % of its "
-        "standard deviation",
+        "column {column} was recorded every {own_sample_time:time} and the position every {sample_time:time}: {percent:.0f} % of its "
+        "samples were interpolated, with an error of at most {error_percent:.2g} % of its standard deviation",
         "channels have sample times of their own: they were brought to the times of the position",
         "record all channels at one rate",
     ),
@@ -213,5 +211,65 @@ CHECKS: dict[str, Sentence] = {
         "the motion repeats itself every {period:.3g} s: predict a log of another motion to see what a model is worth",
         "the motion repeats itself",
         "record another motion too",
+    ),
+}
+
+
+COMPARISONS: dict[str, Sentence] = {
+    "no_reference": says(
+        "no reference {sides:and}: nothing is said of the following error, and motions are told alike by the measured position",
+        "a log has no reference, so that nothing tells its following error",
+        "record the reference, and name its column in the axis file",
+    ),
+    "no_effort": says(
+        "no effort {sides:and}: nothing is said of effort and friction",
+        "a log has no effort",
+        "record the effort, and name its column in the axis file",
+    ),
+    "motions_differ": says(
+        "the motions differ: {before_percent:3 digits} % of that before and {after_percent:3 digits} % of that after "
+        "are in both, and only these are compared",
+        "two logs share only a part of their motion",
+        "record both with the same reference",
+    ),
+    "pieces_for_cycles": says(
+        "there are not two whole cycles of each side: pieces of the motion stand for them, and intervals tell how the "
+        "change differs along the motion",
+        "the motion does not go to and fro often enough for cycles",
+        "record ten cycles or more, to and fro",
+    ),
+    "few_cycles": says(
+        "one side has only {cycles} cycles: intervals are wide, and rest on these showing how cycles scatter",
+        "few cycles tell how much they scatter",
+        "record ten cycles or more",
+    ),
+    "cycles_identical": says(
+        "the cycles of a quantity are the same to the last digits, as in a simulation without noise: its interval "
+        "tells nothing of a machine",
+        "cycles do not scatter, so that an interval has no width",
+        "record the machine itself",
+    ),
+    "no_interval": says(
+        "one cycle tells no scatter, so that no change has an interval", "a log is too short for intervals", "record ten cycles or more"
+    ),
+    "cycles_alike": says(
+        "neighbouring cycles are alike, as while an axis warms up: {cycles:2 digits} of them count as one",
+        "cycles are not independent of their neighbours, and intervals are wider for it",
+        "record after the axis has warmed up",
+    ),
+    "friction_not_told": Sentence(
+        ("friction is not told: no speed is reached often enough in both directions of both logs", "{why}"),
+        "a log tells no friction",
+        "record a motion to and fro, over more than ten samples for each period of the cut-off",
+        choose=lambda texts, numbers: f"friction is not told: {texts[1]}" if numbers["why"] else texts[0],
+    ),
+    "sample_times_differ": says(
+        "the logs were sampled differently: of each, a sample about every {longest:time} is taken",
+        "logs of different sample times are compared at the longest",
+    ),
+    "one_recording": says(
+        "a side has one log: what differs from one recording to the next without any change, as temperature does, is in no interval",
+        "intervals tell scatter from cycle to cycle, not from recording to recording",
+        "record each side several times, and give all of its logs",
     ),
 }

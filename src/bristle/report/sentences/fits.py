@@ -1,4 +1,4 @@
-"""What there is to know of a fit as a whole, and what it rests on."""
+"""What there is to know of a fit as a whole and what it rests on, and of a prediction."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from bristle.report.sentences.sentence import Sentence, plural, says
 
-__all__ = ["FITS"]
+__all__ = ["FITS", "PREDICTIONS"]
 
 _NO_TEST = (
     "what was held out is the motion that was fitted, so that its error tells how well the axis repeats itself, not "
@@ -20,14 +20,11 @@ _INTERVALS = (
 )
 
 
-HALF_SAMPLE = 0.1  # so many samples from half of one are as good as half
-
-
 def _lead(numbers: Mapping[str, Any]) -> int:
     """Return 0 where the effort lags, 1 where it leads, 2 where it leads by half a sample."""
     if numbers["delay"] >= 0.0:
         return 0
-    return 2 if abs(numbers["samples"] + 0.5) <= HALF_SAMPLE else 1
+    return 2 if -0.6 <= numbers["samples"] <= -0.4 else 1
 
 
 _TAKEN_OUT = (
@@ -55,18 +52,14 @@ FITS: dict[str, Sentence] = {
         "slide at several speeds, as fast as the axis works",
     ),
     "half_sample": says(
-        "{names:list} may be too large by {shift:force*time/length} and more: an effort that the controller holds "
-        "until "
-        "its next sample leads the position by half a sample. Write `held = true` under [effort] of the axis file if "
-        "it "
-        "does so, `held = false` if not",
+        "{names:list} may be too large by {shift:force*time/length} and more: an effort that the controller holds until its next sample "
+        "leads the position by half a sample. Write `held = true` under [effort] of the axis file if it does so, `held = false` if not",
         "half a sample between effort and position decides on a damping",
         "write `held` under [effort]",
     ),
     "noisy_acceleration": says(
-        "{parameter} is too small by about {percent:.2g} %: so much of the acceleration is noise of the position; "
-        "lower "
-        "the cut-off to {cutoff:.0f} Hz",
+        "{parameter} is too small by about {percent:.2g} %: so much of the acceleration is noise of the position; lower the cut-off to "
+        "{cutoff:.0f} Hz",
         "noise of the position makes the inertia too small",
         "lower the cut-off to the one told",
     ),
@@ -78,9 +71,8 @@ FITS: dict[str, Sentence] = {
         "add `lugre` or `dahl`",
     ),
     "unexplained": says(
-        "the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
-        "channels and the mass in the axis file, and whether gravity of a link, cogging or a spring acts on the axis "
-        "(`[plant]` and `[[cogging]]`)",
+        "the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the channels and the mass in "
+        "the axis file, and whether gravity of a link, cogging or a spring acts on the axis (`[plant]` and `[[cogging]]`)",
         "the model explains little",
         "check units, signs, delay, mass, and what else acts on the axis",
     ),
@@ -93,9 +85,8 @@ FITS: dict[str, Sentence] = {
     "rising_friction": Sentence(
         (
             "friction rises from {first:force} to {level:force} over the first {speed:length/time}: no Stribeck effect, whose force falls",
-            "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving "
-            "{direction}: "
-            "no Stribeck effect, whose force falls",
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving {direction}: no Stribeck "
+            "effect, whose force falls",
         ),
         "friction rises with speed before it levels off",
         "take the curve for what it is",
@@ -108,9 +99,8 @@ FITS: dict[str, Sentence] = {
         "look for what differs: position, load, temperature",
     ),
     "shifted": says(
-        "fits to records that were made with this model come out beside it in {names:list}, and so may the fit to "
-        "the log: the interval takes that back and does not hold the value, nor do draws of the fit. Where it lies is "
-        "the better guess",
+        "fits to records that were made with this model come out beside it in {names:list}, and so may the fit to the log: the interval "
+        "takes that back and does not hold the value, nor do draws of the fit. Where it lies is the better guess",
         "a value lies outside its interval",
         "take the middle of the interval, or record at a higher rate",
     ),
@@ -160,9 +150,8 @@ FITS: dict[str, Sentence] = {
         "the position was fitted",
     ),
     "output_error_closed": says(
-        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
-        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
-        "measured motion and serves as the start only",
+        "the parameters make the effort that the controller asks for in the simulated loop the measured one, unfiltered, from the "
+        "reference and the known inputs; what is said of rows of the effort holds along the measured motion and serves as the start only",
         "the effort of the simulated loop was fitted",
     ),
     "filtered": Sentence(
@@ -188,18 +177,16 @@ FITS: dict[str, Sentence] = {
             "found in this log together with the inertia, and taken out",
             "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples; 95 % interval "
             "±{half_width:time}), found in this log together with the inertia, and taken out",
-            "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples, as where a controller "
-            "holds its output; 95 % interval ±{half_width:time}), found in this log together with the inertia, and "
-            "taken out",
+            "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples, as where a controller holds its output; 95 "
+            "% interval ±{half_width:time}), found in this log together with the inertia, and taken out",
         ),
         "a delay between the channels was found and taken out",
         "nothing",
         choose=lambda texts, numbers: texts[_lead(numbers)],
     ),
     "delay_unknown": says(
-        "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
-        "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
-        "`delay` under [timing] of the axis file",
+        "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the inertia, and damping "
+        "and stiffness before sliding more. Record accelerations that change fast, or write `delay` under [timing] of the axis file",
         "the delay between the channels is not known",
         "record accelerations that change fast, or write `delay` under [timing]",
     ),
@@ -228,9 +215,8 @@ FITS: dict[str, Sentence] = {
         (
             "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
             "the drive, and record again",
-            "position passed a filter of {lag:time} more than effort did, and it was taken out; a mass that hangs on "
-            "something elastic looks alike. Switch the filter off in the drive and record again, or look for a "
-            "resonance",
+            "position passed a filter of {lag:time} more than effort did, and it was taken out; a mass that hangs on something elastic "
+            "looks alike. Switch the filter off in the drive and record again, or look for a resonance",
             "the recorded effort is a command, which the drive follows with a lag of {lag:time}, or position passed a "
             "filter like that, and friction is told from the effort as it acted; a mass that hangs on something "
             "elastic looks alike. Record what acted, or look for a resonance",
@@ -277,5 +263,60 @@ FITS: dict[str, Sentence] = {
     "intervals_motion": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} behind the motion", left="{unexplained:length}"),
         "the same, of a fit to the position",
+    ),
+}
+
+
+PREDICTIONS: dict[str, Sentence] = {
+    "position_worse_than_none": says(
+        "a position of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): an open loop runs away "
+        "where nothing holds the axis; predict in inverse or closed-loop mode",
+        "the predicted position is worse than none",
+        "predict in another mode",
+    ),
+    "effort_worse_than_none": says(
+        "an effort of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): check "
+        "that the model is of this axis, and units and signs in the axis file",
+        "the predicted effort is worse than none",
+        "check model, units and signs",
+    ),
+    "beyond_speed": says(
+        "the log moves at up to {speed:length/time}, the model was fitted to no more than {fitted_speed:length/time}: "
+        "beyond, its friction is an extrapolation",
+        "the log is much faster than the one that was fitted",
+        "fit the model to faster motion",
+    ),
+    "presliding_distance": says(
+        "friction turns over a pre-sliding distance of {distance:length} (axis file)",
+        "a static model was simulated with the pre-sliding distance of the axis file",
+    ),
+    "short_stretch": says("a stretch of {samples} samples is too short to be predicted, and was left out", "a stretch was left out"),
+    "start_of_contact": says(
+        "the contact began at {percents:percents} of the way from its middle to slip (below 0: backward), found from the first samples",
+        "where the contact stood before each stretch",
+    ),
+    "slow_sampling": says(
+        "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its place",
+        "the cut-off is lower than that of the identification",
+        "sample faster",
+    ),
+    "filtered_rows": Sentence(
+        (
+            "effort and motion are filtered at {cutoff:g} Hz",
+            "effort and motion are filtered at {cutoff:g} Hz, and one row is kept for {decimation} samples",
+        ),
+        "how the log was filtered for the prediction",
+        "nothing",
+        choose=plural("decimation"),
+    ),
+    "begins_at_rest": says("the motion begins at rest", "how the motion begins"),
+    "run_in": Sentence(
+        (
+            "the log is one period of a motion that has run in: it is run from rest until it repeats itself",
+            "the log is {periods:g} equal periods of a motion that has run in: it is run from rest until it repeats itself",
+        ),
+        "the motion was run until it repeats itself",
+        "nothing",
+        choose=plural("periods"),
     ),
 }

@@ -57,20 +57,6 @@ def _mend(numbers: Mapping[str, Any]) -> str:
     return f"It is stable {' or '.join(ways)}" if ways else "Look at the signs of its gains"
 
 
-def _diverges(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    return f"{texts[0]}: {CAUSES[numbers['why']]}. {_mend(numbers)}"
-
-
-def _oscillates(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    motions, end = WHERE[numbers["motions"]], ENDS.get(numbers["motions"], SETTLES_NOT)
-    return f"oscillates: {motions}{texts[0]}: {CAUSES[numbers['why']]}. {end}. {_mend(numbers)}"
-
-
-def _margin(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    remark = texts[1] if "gain" in numbers else ""
-    return f"{WHERE[numbers['motions']]}{texts[0]}{remark}: what excites the loop near its crossover rings"
-
-
 def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     errors = texts[0] if "simulated" in numbers else texts[1]
     ways = [SUSPECTS[name].replace("{factor", f"{{factors[{place}]") for place, name in enumerate(numbers["suspects"])]
@@ -83,14 +69,17 @@ LOOPS: dict[str, Sentence] = {
         ("unstable, not simulated: the sampled loop has a pole at {radius:4 digits}",),
         "the loop runs away, for the reason `why`",
         "lower the delay or the gains, as told",
-        choose=_diverges,
+        choose=lambda texts, numbers: f"{texts[0]}: {CAUSES[numbers['why']]}. {_mend(numbers)}",
         also=REASONS,
     ),
     "loop_oscillates": Sentence(
         ("the sampled loop has a pole at {radius:4 digits}",),
         "the loop does not settle, for the reason `why`",
         "lower the delay or the gains, as told",
-        choose=_oscillates,
+        choose=lambda texts, numbers: (
+            f"oscillates: {WHERE[numbers['motions']]}{texts[0]}: {CAUSES[numbers['why']]}. "
+            f"{ENDS.get(numbers['motions'], SETTLES_NOT)}. {_mend(numbers)}"
+        ),
         also=REASONS,
     ),
     "switching_law": says(
@@ -127,7 +116,9 @@ LOOPS: dict[str, Sentence] = {
         ("the phase margin is {phase:2 digits}° (at least {enough:g}° is usual)", ", {gain:3 digits} times the gain makes it unstable"),
         "the margins of the loop are small",
         "lower the gains",
-        choose=_margin,
+        choose=lambda texts, numbers: (
+            f"{WHERE[numbers['motions']]}{texts[0]}{texts[1] if 'gain' in numbers else ''}: what excites the loop near its crossover rings"
+        ),
         also=("motions",),
     ),
     "another_rig": says(

@@ -259,12 +259,14 @@ class Stretch:
         """Return what becomes of it with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
         beside = effort_of_columns(plant, [column.values[self.samples] for column in self.log.regressors])
         unseen = unseen if beside is None else unseen + beside
-        run = _closed_loop if self.loop == "closed-loop" else _from_rest if self.axis.at_rest else _open_loop
-        return run(self.log, self.axis, self.samples, plant, friction, unseen)
-
-
-def _closed_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
-    return Course.of(closed_loop_of(log, axis, part).run(plant, friction, disturbance=unseen))
+        if self.loop == "closed-loop":
+            return Course.of(closed_loop_of(self.log, self.axis, self.samples).run(plant, friction, disturbance=unseen))
+        if not self.axis.at_rest:
+            return _open_loop(self.log, self.axis, self.samples, plant, friction, unseen)
+        loop = open_loop_of(self.log, self.axis, self.samples)
+        position, status = loop.position(plant, friction, unseen)
+        command = self.log.effort.values[self.samples]  # type: ignore[union-attr]
+        return Course(position[np.isfinite(position)], command, status, (loop.diagnostic,))
 
 
 def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
@@ -277,10 +279,3 @@ def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model,
     fine = finer(effort, steps, periodic=False)
     trace = run_open_loop(plant, friction, fine, log.sample_time / steps, steps=1, hold="linear", **start)
     return Course(trace.position[::steps], effort, trace.status)
-
-
-def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
-    loop = open_loop_of(log, axis, part)
-    position, status = loop.position(plant, friction, unseen)
-    assert log.effort is not None
-    return Course(position[np.isfinite(position)], log.effort.values[part], status, (loop.diagnostic,))

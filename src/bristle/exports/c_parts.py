@@ -1,0 +1,275 @@
+"""Parts of a source in C: operations written in bits, parameters, and what is kept over a restart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
+from bristle.exports.c_code import Printer, number
+from bristle.exports.described import meaning_of, plain
+from bristle.exports.printing import wrapped
+from bristle.exports.subject import capacity_of, digest_of
+from bristle.exports.tree import REAL, Array, Struct, Type
+from bristle.exports.tunable import Tunable, bounds_of
+
+WIDTH = {"double": 64, "float": 32}
+LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
+# Of the format: bits of the fraction, what puts an integer into the last bits, masks.
+BITS = {
+    "double": {
+        "fraction": 52,
+        "place": repr(INTEGER_IN_LAST_BITS),
+        "of_mantissa": f"0x{OF_MANTISSA:X}",
+        "of_one": f"0x{BITS_OF_ONE:X}",
+        "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+    },
+    "float": {"fraction": 23, "place": "12583039.0f", "of_mantissa": "0x7FFFFF", "of_one": "0x3F800000", "of_rounder": "0x4B400000"},
+}
+ROOT = {"double": "sqrt", "float": "sqrtf"}
+SIZE = {"double": "__builtin_fabs", "float": "__builtin_fabsf"}  # one instruction, and no call, where it is known
+
+TEXTS = {
+    "bits": "typedef union {{\n    {scalar} number;\n    uint{width}_t bits;\n}} Bits;\n",
+    "copysign": """{inline} {scalar} with_sign({scalar} x, {scalar} sign)
+{{
+    Bits size = {{x}};
+    const Bits side = {{sign}};
+    size.bits = (size.bits & ({unsigned}({top}) - 1U)) | (side.bits & {unsigned}({top}));
+    return size.number;
+}}
+""",
+    "abs": """{inline} {scalar} magnitude({scalar} x)
+{{
+#if defined(__GNUC__) && !defined(__CUDACC__)
+    return {size}(x);
+#else
+    Bits size = {{x}};
+    size.bits &= {unsigned}({top}) - 1U;
+    return size.number;
+#endif
+}}
+""",
+    "sqrt": "{inline} {scalar} root({scalar} x)\n{{\n    return {root}(x);\n}}\n",
+    "floor": """{inline} {integer} next_below({scalar} x)
+{{
+    const {integer} cut = ({integer})x;
+    return ({scalar})cut > x ? cut - 1 : cut;
+}}
+""",
+    "isinf": "{inline} bool is_infinite({scalar} x)\n{{\n    return x > {largest} || x < -{largest};\n}}\n",
+    "isnan": "{inline} bool is_nan({scalar} x)\n{{\n    return x != x;\n}}\n",
+    "min": "{inline} {scalar} least({scalar} a, {scalar} b)\n{{\n    return b < a ? b : a;\n}}\n",
+    "max": "{inline} {scalar} greatest({scalar} a, {scalar} b)\n{{\n    return b > a ? b : a;\n}}\n",
+    "whole_min": "{inline} {integer} whole_least({integer} a, {integer} b)\n{{\n    return b < a ? b : a;\n}}\n",
+    "whole_max": """{inline} {integer} whole_greatest({integer} a, {integer} b)
+{{
+    return b > a ? b : a;
+}}
+""",
+    "whole_abs": "{inline} {integer} whole_magnitude({integer} a)\n{{\n    return a < 0 ? -a : a;\n}}\n",
+    "floor_divided": """{inline} {integer} floor_divided({integer} a, {integer} b)
+{{
+    const {integer} cut = a / b;
+    return a % b != 0 && (a < 0) != (b < 0) ? cut - 1 : cut;
+}}
+""",
+    "floor_rest": """{inline} {integer} floor_rest({integer} a, {integer} b)
+{{
+    return a - floor_divided(a, b) * b;
+}}
+""",
+    "power_of_two": """/* 2 to the k, for an integral k in range: the sum has k and the bias in its last bits. */
+{inline} {scalar} power_of_two({scalar} k)
+{{
+    Bits part = {{k + {place}}};
+    part.bits <<= {fraction}U;
+    return part.number;
+}}
+""",
+    "mantissa": """/* m of x = m 2^k, 1 <= m < 2, for a positive normal number. */
+{inline} {scalar} mantissa_of({scalar} x)
+{{
+    Bits part = {{x}};
+    part.bits = (part.bits & {unsigned}({of_mantissa})) | {unsigned}({of_one});
+    return part.number;
+}}
+""",
+    "exponent": """/* k of x = m 2^k, 1 <= m < 2, for a positive normal number. */
+{inline} {scalar} exponent_of({scalar} x)
+{{
+    Bits part = {{x}};
+    part.bits = (part.bits >> {fraction}U) | {unsigned}({of_rounder});
+    return part.number - {place};
+}}
+""",
+}
+IN_BITS = ("copysign", "abs", "power_of_two", "mantissa", "exponent")
+
+
+def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str = "static inline") -> str:
+    """Return the helpers that are names for."""
+    width = WIDTH[scalar]
+    facts = {
+        "inline": inline,
+        "scalar": scalar,
+        "integer": integer,
+        "width": width,
+        "largest": LARGEST[scalar],
+        "root": ROOT[scalar],
+        "size": SIZE[scalar],
+        "unsigned": f"UINT{width}_C",
+        "top": f"0x{1 << (width - 1):X}",
+        **BITS[scalar],
+    }
+    chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)
+    return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
+
+
+CONSTANT = "parameters"
+"""What the constant is called that kernels receive where no parameter may be changed."""
+
+
+def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:
+    """Return what kernels receive: a constant; or, where parameters may be changed, the function that makes it."""
+    if tuned is not None:
+        structure = f"{name}_parameters"
+        return f"{assembled(tuned, printer, kind, structure)}\n{within_ranges(tuned, printer, structure)}"
+    arrays: list[str] = []
+    text = initial_value(p, kind, printer, arrays)
+    declared_text = f"{printer.constant} {printer.named(kind, CONSTANT)} = {text};"
+    return "\n".join([*arrays, *wrapped(declared_text, ""), ""])
+
+
+# --- constants --------------------------------------------------------------------------------------------------------
+
+
+def initial_value(value: Any, kind: Struct, printer: Printer, arrays: list[str], path: str = "") -> str:
+    """Return the initial value of a structure; arrays of it become constants of their own."""
+    parts: list[str] = []
+    for (name, part), field in zip(kind.fields, value, strict=True):
+        if isinstance(part, Struct):
+            parts.append(initial_value(field, part, printer, arrays, f"{path}{name}_"))
+        elif isinstance(part, Array):
+            parts.append(f"fixed_{path}{name}")
+            arrays.append(array_text(parts[-1], field, printer))
+        else:
+            parts.append(literal(field, part, printer.scalar))
+    return "{" + (", ".join(parts) or "0") + "}"
+
+
+def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
+    """Return the constant that an array becomes."""
+    numbers = [number(float(value), printer.scalar) for value in values]
+    lines = [", ".join(numbers[at : at + 6]) for at in range(0, len(numbers), 6)]
+    size = max(len(numbers), 1)
+    return f"{printer.constant} {printer.scalar} {name}[{size}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
+
+
+def literal(value: Any, kind: Type, scalar: str) -> str:
+    """Return a number of this type as C reads it."""
+    return number(float(value), scalar) if kind == REAL else str(int(value))
+
+
+# --- fields that may be changed ---------------------------------------------------------------------------------------
+
+
+def declared(tuned: Tunable, printer: Printer) -> list[str]:
+    """Return the fields of the structure of the parameters."""
+    lines = []
+    for name, value in tuned.values.items():
+        variable = tuned.variables[name]
+        size = f"[{value.size}]" if isinstance(value, np.ndarray) else ""
+        allowed = plain(variable.allowed(tuned.kind))
+        field = f"{printer.scalar} {printer.names.variable(name)}{size}"
+        lines.append(f"{field}; /* {meaning_of(variable, tuned.kind)}{f', {allowed}' if allowed else ''} */")
+    return lines
+
+
+def started(tuned: Tunable, printer: Printer) -> list[str]:
+    """Return the lines that set the values that were exported."""
+    return [f"axis->parameters.{_at(name, place, printer)} = {number(value, printer.scalar)};" for name, place, value in tuned.numbers()]
+
+
+def _at(name: str, place: int | None, printer: Printer) -> str:
+    return printer.names.variable(name) + ("" if place is None else f"[{place}]")
+
+
+class _Assembly(NamedTuple):
+    tuned: Tunable
+    printer: Printer
+    arrays: list[str]
+
+    def structure(self, kind: Struct, path: tuple[str, ...]) -> str:
+        parts = []
+        for name, part in kind.fields:
+            inner = (*path, name)
+            if isinstance(part, Struct):
+                parts.append(self.structure(part, inner))
+            elif inner in self.tuned.places:
+                parts.append(f"given->{self.printer.names.variable(self.tuned.places[inner])}")
+            elif isinstance(part, Array):
+                constant = f"fixed_{'_'.join(inner)}"
+                self.arrays.append(array_text(constant, self.tuned.fixed[inner], self.printer))
+                parts.append(constant)
+            else:
+                parts.append(literal(self.tuned.fixed[inner], part, self.printer.scalar))
+        return self.printer.structure_text(kind, ", ".join(parts) or "0")
+
+
+def within_ranges(tuned: Tunable, printer: Printer, structure: str) -> str:
+    """Return the function that tells whether each parameter of a structure is in its range."""
+    largest = {"double": "DBL_MAX", "float": "FLT_MAX"}[printer.scalar]
+    tests = []
+    for name, place, compared in bounds_of(tuned):
+        field = f"given->{_at(name, place, printer)}"
+        for operator, bound in compared:
+            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{largest}"
+            tests.append(f"{field} {operator} {text}")
+    head = f"{printer.inline} bool within_ranges(const {structure} *given)"
+    return "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
+
+
+def assembled(tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:
+    """Return the function that makes what kernels receive of the structure `given`."""
+    arrays: list[str] = []
+    returned = f"    return {_Assembly(tuned, printer, arrays).structure(kind, ())};"
+    head = f"{printer.inline} {printer.named(kind, called)}(const {given} *given)"
+    return "\n".join([*arrays, head, "{", *wrapped(returned, "    "), "}", ""])
+
+
+MARKS = 8  # bytes of `begun` and `flags`
+
+
+def saved_facts(
+    printer: Printer, heads: Sequence[str], fields: Iterable[tuple[str, Type]], memory_size: int, layout: str
+) -> dict[str, Any]:
+    """Return what the template of ``save`` and ``load`` is told."""
+    wide = printer.scalar == "double"
+    marks_at = 8 * (1 + len(heads))
+    first = marks_at + MARKS
+    lines = []
+    for place, (name, kind) in enumerate(fields):
+        at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"
+        if kind == REAL:
+            save, restore = f"put_real(at, {'' if wide else '(double)'}{field})", f"got_real({at})"
+            refused, restore = f"!is_finite(got_real({at}))", restore if wide else f"(float){restore}"
+        else:
+            save = f"put(at, (uint64_t){field})"
+            restore = f"({printer.type_name(kind)})got({at})"
+            refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
+        lines.append({"put": save, "got": f"{field} = {restore}", "refused": refused})
+    memory_at = first + 8 * len(lines)
+    return {
+        "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)],
+        "marks_at": marks_at,
+        "saved": memory_at + 8 * memory_size + 8,
+        "saved_state": lines,
+        "memory_at": memory_at,
+        "layout": f"0x{digest_of(layout.encode()):016X}",
+        "widened": "" if wide else "(double)",
+        "narrowed": "" if wide else "(float)",
+    }

@@ -1,0 +1,91 @@
+"""What printers of the tree share: lines, names in letters of every language, types in use, and how long loops take."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from bristle.exports.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
+
+INDENT, LONGEST = "    ", 110
+PRIMARY, UNARY = 16, 14  # how tightly a name and a sign bind
+BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
+
+
+def needs_wide_integers(unit: Unit) -> bool:
+    """Return whether whole numbers of a unit leave 32 bits: those of the random numbers do."""
+    parts = list(walk(*[function.body for function in unit.functions]))
+    large = any(isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31 for part in parts)
+    return large or any(isinstance(part, Binary) and part.operator in ("&", "^", ">>") for part in parts)
+
+
+def structures_of(types: Iterable[Type]) -> list[Struct]:
+    """Return the tuples among some types and inside of them, each after those that it holds."""
+    structures: dict[Struct, None] = {}
+
+    def add(kind: Type) -> None:
+        if isinstance(kind, Struct) and kind not in structures:
+            for _, part in kind.fields:
+                add(part)
+            structures[kind] = None
+
+    for kind in types:
+        add(kind)
+    return list(structures)
+
+
+def types_in(function: Function) -> list[Type]:
+    """Return the types of a function, of its arguments and of all that it computes."""
+    inside = [part.type for part in walk(function.body) if isinstance(part, Expression)]
+    return [function.result, *(parameter.type for parameter in function.parameters), *inside]
+
+
+def described(text: str) -> str:
+    """Return the first line of a docstring as a comment of C: in ASCII, without marks of typesetting."""
+    plain = text.replace(":math:", "").replace("`", "").replace("*/", "")
+    return plain.encode("ascii", "replace").decode()
+
+
+def wrapped(line: str, indent: str) -> list[str]:
+    """Return a long line as several, broken after commas and before operators."""
+    lines: list[str] = []
+    while len(line) > LONGEST:
+        at = max(line.rfind(mark, len(indent) + 40, LONGEST) for mark in BREAKS)
+        if at < 0:
+            break
+        cut = at + 1 if line[at] == "," else at
+        lines.append(line[:cut])
+        line = f"{indent}{INDENT}{INDENT}{line[cut:].lstrip()}"
+    return [*lines, line]
+
+
+def ascii_name(name: str) -> str:
+    """Return a name of Python in letters that every language takes: others by their number."""
+    return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)
+
+
+class Loop(NamedTuple):
+    """A loop: the function that it stands in, what that is for, and its most rounds in words."""
+
+    function: str
+    description: str
+    most: str
+
+
+def loops_of(unit: Unit, memory_size: int) -> list[Loop]:
+    """Return the loops of the functions of a model, or of a law, with a memory of so many numbers."""
+    return [
+        Loop(function.name, described(function.description), _most_rounds(loop, memory_size))
+        for function in unit.functions
+        for loop in walk(function.body)
+        if isinstance(loop, (For, While))
+    ]
+
+
+def _most_rounds(loop: For | While, memory_size: int) -> str:
+    if isinstance(loop, While):
+        return f"{memory_size // 4}, half of the turning points remembered"
+    if isinstance(loop.start, Constant) and isinstance(loop.stop, Constant):
+        return str(int(loop.stop.value) - int(loop.start.value))
+    return "the number that it is handed"

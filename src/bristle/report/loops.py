@@ -1,0 +1,218 @@
+"""Loops in tables and lines: errors and efforts of variants, what they are made of, their gains, what speaks against them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.status import Status
+from bristle.core.typography import number, typeset, with_unit
+from bristle.core.variable import unit_of
+from bristle.files.components import key_of
+from bristle.loop import Verdict, doubts_of, verdict_of
+from bristle.report.compensation import several
+from bristle.report.messages import message, sentence_of
+from bristle.report.symbols import GREEK
+from bristle.report.table import MICROMETRE, Quantity, Table, fixed
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Model
+    from bristle.core.experiment import Variant
+    from bristle.loop import Assessment
+    from bristle.simulation.result import SimulationResult, Statistics, VariantResult
+
+__all__ = [
+    "about_loops",
+    "component_table",
+    "controller_text",
+    "direction_table",
+    "law_lines",
+    "loop_doubts",
+    "loop_warnings",
+    "run_table",
+    "variant_table",
+]
+
+MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
+"""By its unit on a carriage, the unit of a gain at the motor."""
+
+
+def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:
+    """Return the errors and efforts of the variants of a loop, side by side; of open loops where they went.
+
+    Above them stands what was measured, where that is given.
+    """
+    is_open = bool(result.variants) and all(variant.is_open for variant in result.variants.values())
+    completed, kind = _completed(result), result.experiment.kind
+    effort = Quantity.of(unit_of("force", kind), (variant.effort_peak for variant in completed))
+    if is_open:
+        length = Quantity.of(unit_of("length", kind), (variant.motion.peak_to_peak for variant in completed))
+        lengths = {"Position, peak to peak": "peak_to_peak", "lowest": "min", "highest": "max"}
+        caption, heads = "The variants", [length.head(word) for word in lengths]
+    else:
+        length, lengths = _error_column(result), {}
+        words = ("Following error, peak to peak", "rms", "mean", "True error, peak to peak")
+        caption, heads = "The variants of the loop", [length.head(word) for word in words]
+    heads = ("Variant", *heads, effort.head(f"{'Torque' if kind == 'rotational' else 'Force'}, rms"), effort.head("peak"), "Remark")
+    rows = []
+    if measured is not None:
+        errors = (measured.peak_to_peak, measured.rms, measured.mean)
+        rows.append(("measured", *(length.cell(value) for value in errors), "–", "–", "–", ""))
+    for variant in result.variants.values():
+        error, motion = variant.following_error, variant.motion
+        numbers = [getattr(motion, name) for name in lengths.values()] if is_open else [error.peak_to_peak, error.rms, error.mean]
+        numbers += [] if is_open else [variant.true_error.peak_to_peak]
+        cells = [*map(length.cell, numbers), effort.cell(variant.effort_rms), effort.cell(variant.effort_peak)]
+        cells = ["–"] * len(cells) if variant.status is Status.NOT_FINITE else cells
+        rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
+    return Table(caption, heads, rows).without_empty_columns()
+
+
+def direction_table(result: SimulationResult) -> Table:
+    """Return the following error of each variant while the reference moves forward and backward."""
+    length = _error_column(result)
+    heads = ("Variant", "Direction", length.head("Mean"), length.head("rms"), length.head("Peak to peak"))
+    rows = [
+        (variant.name, direction, *map(length.cell, (error.mean, error.rms, error.peak_to_peak)))
+        for variant in _completed(result)
+        for direction, error in variant.by_direction.items()
+    ]
+    return Table("Following error by direction of the reference", heads, rows)
+
+
+def _completed(result: SimulationResult) -> list[VariantResult]:
+    return [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+
+
+def _error_column(result: SimulationResult) -> Quantity:
+    """Return the column for following errors, by the smallest of them."""
+    smallest = min((variant.following_error.peak_to_peak for variant in _completed(result)), default=0.0)
+    return Quantity.at_least(MICROMETRE, unit_of("length", result.experiment.kind), smallest)
+
+
+def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:
+    """Return the parameters of the parts of a loop."""
+    rows = []
+    for part, model in models:
+        if model is None:
+            rows.append((part, "none", ""))
+        else:
+            variables = model.component.variables
+            values = [f"{name} = {_value(value, variables[name].unit(model.kind))}" for name, value in model.values.items()]
+            rows.append((part, model.name, ", ".join(values)))
+    return Table(title, ("Part", "Model", "Parameters"), rows)
+
+
+def _value(value: object, unit: str) -> str:
+    if isinstance(value, (float, int)):
+        return with_unit(float(value), unit, 4)
+    array = np.asarray(value)
+    if array.dtype.kind in "fi":
+        return f"{array.size} values, {number(array.min())} to {number(array.max())} {typeset(unit)}".rstrip()
+    return str(value)
+
+
+def run_table(variants: Sequence[Variant]) -> Table:
+    """Return how each variant was run."""
+    heads = (
+        "Variant",
+        "Duration",
+        "Left out at the start",
+        "Sample time",
+        "Steps in a sample",
+        "Delay [samples]",
+        "Largest effort",
+        "Mass fed forward",
+        "Factor on the friction fed forward",
+    )
+    rows = [
+        (
+            variant.name,
+            *(with_unit(seconds, "s", 4) for seconds in (variant.run.duration, variant.run.settle, variant.run.sample_time)),
+            f"as {with_unit(variant.run.tolerance, unit_of('length', variant.plant.kind))} of position ask for"
+            if variant.run.tolerance
+            else str(variant.run.substeps),
+            str(variant.run.delay),
+            with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
+            with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
+            f"{variant.feedforward.gain:g}",
+        )
+        for variant in variants
+    ]
+    return Table("How it was simulated", heads, rows)
+
+
+def law_lines(variant: Variant) -> list[str]:
+    """Return the gains of a loop, at its motor too where that is known, and what is fed forward."""
+    fed, law, gains = variant.feedforward, variant.controller, []
+    for name, value in law.values.items():
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < abs(value) < math.inf:
+            unit, key = law.component.variables[name].unit(law.kind), key_of(name)
+            text = f"{GREEK.get(key, key)} {with_unit(float(value), unit, 4)}".replace(" ", "\u00a0")
+            motor = _at_the_motor(float(value), unit, variant)
+            gains.append(f"{text} ({motor})" if motor else text)
+    lines = [f"law {law.name}: {', '.join(gains)}"]
+    if fed.friction is not None:
+        share = "" if fed.gain == 1.0 else f" × {fed.gain:g}"
+        lines.append(f"friction fed forward: {fed.friction.name}{share}, along the {fed.along} motion")
+    if fed.mass > 0.0:
+        lines.append(f"acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))} fed forward")
+    return lines
+
+
+def controller_text(variant: Variant) -> str:
+    """Return control law and inertia fed forward of a loop as the tables of an experiment file that describe them."""
+    controller, mass = variant.controller, variant.feedforward.mass
+    lines = ["[controller]", f'model = "{controller.name}"']
+    for name, value in controller.values.items():
+        unit = controller.component.variables[name].unit(controller.kind)
+        if isinstance(value, str):
+            lines.append(f'{key_of(name)} = "{value}"')
+        elif isinstance(value, int) or unit == "1":
+            lines.append(f"{key_of(name)} = {value}")
+        elif math.isfinite(value):
+            motor = _at_the_motor(value, unit, variant)
+            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"' + (f"  # {motor}" if motor else ""))
+    if mass > 0.0:
+        lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit_of("mass", controller.kind)}"']
+    return "\n".join(lines)
+
+
+def _at_the_motor(value: float, unit: str, variant: Variant) -> str:
+    """Return a gain as the drive of a motor behind a screw has it; nothing where there is no screw."""
+    arm = None if variant.axis is None else variant.axis.arm
+    return f"{value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
+
+
+def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnostic]) -> list[Diagnostic]:
+    """Return what to know of loops, those that are unstable or have small margins: ``variants`` are their names."""
+    by_message: dict[str, tuple[Diagnostic, list[str]]] = {}
+    for name, assessment in judged.items():
+        for doubt in doubts_of(assessment) if assessment.verdict is Verdict.STABLE else (verdict_of(assessment),):
+            # Two that read alike are told as one.
+            by_message.setdefault(message(doubt), (doubt, []))[1].append(name)
+    complete = [*by_message.values(), *((diagnostic, [name]) for name, diagnostic in further.items())]
+    return [replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)}) for diagnostic, names in complete]
+
+
+def loop_warnings(diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """Return the same in sentences, the names of the variants before each."""
+    heads = (f"{', '.join(map(str, _names(about)))}: {'warning: ' if about.severity == 'warning' else ''}" for about in diagnostics)
+    return [f"{head}{message(diagnostic)}" for head, diagnostic in zip(heads, diagnostics, strict=True)]
+
+
+def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """Return the same in short: what is grave as it stands, what is warned of by what it means."""
+    doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
+    grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
+    return grave + [f"{sentence_of(doubt.code).means}: {several(_names(doubt))}" for doubt in doubts]
+
+
+def _names(diagnostic: Diagnostic) -> Sequence[object]:
+    names = diagnostic.numbers["variants"]
+    return names if isinstance(names, tuple) else (names,)

@@ -1,0 +1,115 @@
+"""What small functions return, by examples."""
+
+import numpy as np
+import pytest
+
+from bristle.logs.cells import why_no_number
+from bristle.logs.columns import is_table
+from bristle.logs.json_records import looks_like_json
+from bristle.logs.names import distinct, names_and_units, plain_unit
+from bristle.logs.passages import nesting
+from bristle.logs.stamped_text import amount_in, names_beside_times, period_told
+from bristle.logs.table import axis_in, some_of, split_unit, without_index
+from bristle.logs.turns import turning_points
+from bristle.logs.words import is_time, meaning_of, unit_in_name, without_part, words_of
+
+
+@pytest.mark.parametrize(
+    ("call", "value"),
+    [
+        pytest.param(
+            lambda: (why_no_number("1.234,5")[0], why_no_number("00:00:01.250")[0]),
+            ("is a number with thousands separators", "is a time of day"),
+            id="why_no_number",
+        ),
+        pytest.param(
+            lambda: (is_table({"time": [0.0, 1.0]}), is_table("log.csv"), is_table([0.0, 1.0])), (True, False, False), id="is_table"
+        ),
+        pytest.param(
+            lambda: (looks_like_json(b'{"t": [0, 1]}'), looks_like_json(b"[Header]"), looks_like_json(b"[1, 2]")),
+            (True, False, True),
+            id="looks_like_json",
+        ),
+        pytest.param(
+            lambda: (plain_unit("U/min"), plain_unit("Nm"), plain_unit("(None)"), plain_unit("0,1 %"), plain_unit("mm/s")),
+            ("rpm", "N*m", "", "‰", "mm/s"),
+            id="plain_unit",
+        ),
+        pytest.param(
+            lambda: distinct(["t", "q", "q"]),
+            (["t", "q", "q_2"], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"]),
+            id="distinct",
+        ),
+        pytest.param(
+            lambda: names_and_units(["position [um]", "effort", "time"], {"effort": "N"}),
+            (["position", "effort", "time"], {"position": "um", "effort": "N"}, []),
+            id="names_and_units",
+        ),
+        pytest.param(lambda: (nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4])), (2, 6), id="nesting"),
+        pytest.param(
+            lambda: (period_told({"Abtastzeit [ms]": "0,25"}), period_told({"Sample rate": "4 kHz"}), period_told({"Date": "today"})),
+            (0.00025, 0.00025, None),
+            id="period_told",
+        ),
+        pytest.param(
+            lambda: (amount_in("Nennmoment [Nm]", "2,4"), amount_in("Rated torque", "2.4 Nm"), amount_in("Device", "AX5000")),
+            ((2.4, "N*m"), (2.4, "N*m"), None),
+            id="amount_in",
+        ),
+        pytest.param(
+            lambda: names_beside_times(("ActPos", "column_2", "ActTorque", "column_4")),
+            ("column_1", "ActPos", "column_3", "ActTorque"),
+            id="names_beside_times",
+        ),
+        pytest.param(lambda: some_of(["t", "u", "y"], 2), "t, u and 1 more", id="some_of"),
+        pytest.param(
+            lambda: (split_unit("position [um]"), split_unit("vir"), split_unit("nckServoDataActPos1stEnc64 [u1, 3]")),
+            (("position", "um"), ("vir", ""), ("nckServoDataActPos1stEnc64 [u1, 3]", "")),
+            id="split_unit",
+        ),
+        pytest.param(
+            lambda: (without_index("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), without_index("pos[0]"), without_index("pos [mm]")),
+            ("/Nck/!SD/nckServoDataActCurr64", "pos", "pos [mm]"),
+            id="without_index",
+        ),
+        pytest.param(
+            lambda: (axis_in("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), axis_in("/DriveVsa/Drive/r0080[u3]")),
+            (("1", "3"), None),
+            id="axis_in",
+        ),
+        pytest.param(lambda: turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2), [4, 5], id="turning_points"),
+        pytest.param(
+            lambda: (words_of("Axis1.fActPosition"), words_of("Lage_Istwert"), words_of("x-soll")),
+            (["axis", "f", "act", "position"], ["lage", "istwert"], ["x", "soll"]),
+            id="words_of",
+        ),
+        pytest.param(
+            lambda: (meaning_of("Lageistwert").role, meaning_of("ActTorque").role, meaning_of("Schleppabstand").role),
+            ("position", "effort", "error"),
+            id="meaning_of",
+        ),
+        pytest.param(
+            lambda: (meaning_of("positionssollwert")[:2], meaning_of("drehzahl_soll")[:2]),
+            (("position", True), ("velocity", True)),
+            id="meaning_of-2",
+        ),
+        pytest.param(
+            lambda: (without_part("sollweg"), without_part("wegist"), without_part("posactual"), without_part("poscmd")),
+            ("weg", "weg", "pos", "pos"),
+            id="without_part",
+        ),
+        pytest.param(
+            lambda: (is_time("timestamp"), is_time("Zeit"), is_time("t_ms"), is_time("position")), (True, True, True, False), id="is_time"
+        ),
+        pytest.param(
+            lambda: (unit_in_name("pos_mm"), unit_in_name("phi deg"), unit_in_name("speed_rad_s"), unit_in_name("torque")),
+            ("mm", "deg", "rad/s", ""),
+            id="unit_in_name",
+        ),
+        pytest.param(
+            lambda: (unit_in_name("pos_nm"), unit_in_name("torque_nm"), unit_in_name("ref_nm")), ("nm", "N*m", ""), id="unit_in_name-2"
+        ),
+    ],
+)
+def test_small_functions_return_what_their_examples_say(call, value):
+    assert call() == value

@@ -1,0 +1,76 @@
+"""Rules of all kinds of report: figures name their log, no number is offered where the log must be recorded again, verdicts agree."""
+
+import re
+
+import pytest
+from tests.report.all_reports import DOUBTED, KINDS, LOGS, rendered, report_of
+from tests.report.pages import Page
+
+from bristle.figures.on_reports import REPORTS
+from bristle.report.messages import sentence_of
+from bristle.report.page import QUESTIONS
+
+OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
+WITH_VERDICT = [kind for kind in KINDS if kind not in ("study", "fleet")]
+
+
+def answer(page, question):
+    """What a first page answers, as text."""
+    return re.search(rf"<dt>{re.escape(question)}</dt><dd>(.*?)</dd>", page, re.DOTALL)[1]
+
+
+def test_every_kind_is_walked():
+    assert set(KINDS) == set(REPORTS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_report_is_one_well_formed_page_with_a_figure(kind):
+    text, _, drawn = report_of(kind)
+    page = Page(text)
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert page.unbalanced == []
+    assert len(ids) == len(set(ids))
+    assert len(page.named("figure")) == len(drawn) > 0
+    assert not re.search(r"\b(nan|None|inf)\b|\{\{|\{%", page.words)
+
+
+@pytest.mark.parametrize("kind", OF_A_LOG)
+def test_every_figure_names_its_log(kind):
+    captions = re.findall(r"<figcaption>(.*?)</figcaption>", report_of(kind)[0], re.DOTALL)
+    names = ", ".join(LOGS) if kind == "comparison" else LOGS[0]
+    assert captions
+    assert all(caption.endswith(f" Log: {names}.") for caption in captions)
+
+
+def test_no_number_is_to_be_typed_in_where_the_log_is_to_be_recorded_again():
+    usable, doubted = report_of("identification")[0], rendered("identification", **DOUBTED)[0]
+    assert re.search(r"\d", answer(usable, QUESTIONS[1]))
+    assert "Measure again" in Page(doubted).words
+    assert not re.search(r"\d", answer(doubted, QUESTIONS[1]))
+
+
+@pytest.mark.parametrize("kind", WITH_VERDICT)
+def test_the_page_has_the_verdict_of_the_summary(kind):
+    text, summary, _ = report_of(kind)
+    assert f'<div class="verdict {summary["verdict"]["level"]}">' in text
+    words = Page(text).words
+    assert all(Page(f"<p>{reason}</p>").words[:12] in words for reason in summary["verdict"]["reasons"][:4])
+
+
+@pytest.mark.parametrize("options", [{}, DOUBTED])
+def test_verdict_and_warnings_agree(options):
+    text, summary, _ = rendered("identification", **options)
+    severities = {diagnostic["severity"] for diagnostic in summary["diagnostics"]}
+    assert (summary["verdict"]["level"] == "measure_again") == ("error" in severities)
+    graves = [diagnostic["code"] for diagnostic in summary["diagnostics"] if diagnostic["severity"] == "error"]
+    assert all(sentence_of(code).means in summary["verdict"]["reasons"] for code in graves)
+    assert ('<ul class="warnings">' in text) == bool(summary["warnings"])
+
+
+@pytest.mark.parametrize("kind", [kind for kind in WITH_VERDICT if kind != "identification"])
+def test_a_usable_verdict_has_no_warning_beside_it(kind):
+    text, summary, _ = report_of(kind)
+    doubts = [diagnostic for diagnostic in summary.get("diagnostics", ()) if diagnostic["severity"] != "note"]
+    if summary["verdict"]["level"] == "usable":
+        assert not doubts
+        assert '<ul class="warnings">' not in text
