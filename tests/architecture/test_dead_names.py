@@ -36,8 +36,6 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.figures.*.FIGURE": "a figure of a report, in the file that has its name",
     "bristle.figures.comparison.SHORT": "the same on the first page, by the name in `on_reports`",
     "bristle.figures.motion.EXPECTED": "a second figure of the same file, by the name in `on_reports`",
-    "bristle.figures.study.INFLUENCE": "likewise",
-    "bristle.figures.following_error.AT_REVERSAL": "likewise",
     "bristle.figures.following_error.AT_REVERSAL": "a second figure of the same file, by the name in `on_reports`",
     "bristle.figures.study.INFLUENCE": "a second figure of the same file, by the name in `on_reports`",
     "bristle.*.*.MODEL": "a component, bound in its family by name",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.exports.face import Exported, export
@@ -12,19 +13,15 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
 
-_FROM = {
-    "Exported": "face",
-    "export": "face",
-    "load_target_file": "writing",
-    "Product": "targets",
-    "Request": "targets",
-    "Target": "targets",
-    "TARGETS": "targets",
-}
-
-
-def __getattr__(name: str) -> Any:
-    # Whoever lists the targets waits for nothing that computes.
-    if name in _FROM:
-        return getattr(importlib.import_module(f"{__name__}.{_FROM[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loaded_from(
+    __name__,
+    {
+        "TARGETS": "targets",
+        "Product": "targets",
+        "Request": "targets",
+        "Target": "targets",
+        "Exported": "face",
+        "export": "face",
+        "load_target_file": "writing",
+    },
+)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.files.arguments import read_log
@@ -27,22 +28,19 @@ __all__ = [
     "write_model",
 ]
 
-_FROM = {
-    "Proposal": "proposal",
-    "propose_axis": "proposal",
-    "load_code": "user_model",
-    "load_model_file": "user_model",  # former name of load_code, until the next release
-    "load_slot_file": "user_model",
-    "read_axis": "axis",
-    "read_curves": "curves",
-    "read_experiment": "experiment",
-    "read_log": "arguments",
-    "read_model": "model",
-    "write_model": "model",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _FROM:
-        return getattr(importlib.import_module(f"bristle.files.{_FROM[name]}"), name)
-    raise AttributeError(f"module 'bristle.files' has no attribute {name!r}")
+__getattr__ = loaded_from(
+    __name__,
+    {
+        "read_log": "arguments",
+        "read_axis": "axis",
+        "read_curves": "curves",
+        "read_experiment": "experiment",
+        "read_model": "model",
+        "write_model": "model",
+        "Proposal": "proposal",
+        "propose_axis": "proposal",
+        "load_code": "user_model",
+        "load_slot_file": "user_model",
+        "load_model_file": "user_model",  # former name of load_code, until the next release
+    },
+)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.study.dataset import read_study
@@ -13,10 +14,4 @@ if TYPE_CHECKING:
 
 __all__ = ["Study", "read_study", "read_study_file", "run_study"]
 
-_FROM = {"Study": "plan", "read_study": "dataset", "read_study_file": "read", "run_study": "run"}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _FROM:
-        return getattr(importlib.import_module(f"bristle.study.{_FROM[name]}"), name)
-    raise AttributeError(f"module 'bristle.study' has no attribute {name!r}")
+__getattr__ = loaded_from(__name__, {"read_study": "dataset", "Study": "plan", "read_study_file": "read", "run_study": "run"})

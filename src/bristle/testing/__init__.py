@@ -1,9 +1,31 @@
 """Public tests: the contract suites of models, slots, laws, sensors, readers, figures and targets, ours or a user's."""
 
-from bristle.testing.admission import admit, admit_friction_of
-from bristle.testing.contract import CHECKS, Check, check_model, example_of
-from bristle.testing.figures import check_figure
-from bristle.testing.readers import check_reader
-from bristle.testing.targets import check_target
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bristle.core.lazy import loaded_from
+
+if TYPE_CHECKING:
+    from bristle.testing.admission import admit, admit_friction_of
+    from bristle.testing.contract import CHECKS, Check, check_model, example_of
+    from bristle.testing.figures import check_figure
+    from bristle.testing.readers import check_reader
+    from bristle.testing.targets import check_target
 
 __all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]
+
+__getattr__ = loaded_from(
+    __name__,
+    {
+        "admit": "admission",
+        "admit_friction_of": "admission",
+        "CHECKS": "contract",
+        "Check": "contract",
+        "check_model": "contract",
+        "example_of": "contract",
+        "check_figure": "figures",
+        "check_reader": "readers",
+        "check_target": "targets",
+    },
+)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.workflow.compared import Compared, compare
@@ -14,20 +15,17 @@ if TYPE_CHECKING:
 
 __all__ = ["Compared", "Identified", "Loaded", "Outcome", "Prepared", "compare", "identify", "load", "prepare"]
 
-_FROM = {
-    "Compared": "compared",
-    "compare": "compared",
-    "Identified": "identified",
-    "identify": "identified",
-    "Loaded": "model_in_hand",
-    "load": "model_in_hand",
-    "Outcome": "outcome",
-    "Prepared": "pipeline",
-    "prepare": "pipeline",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _FROM:
-        return getattr(importlib.import_module(f"bristle.workflow.{_FROM[name]}"), name)
-    raise AttributeError(f"module 'bristle.workflow' has no attribute {name!r}")
+__getattr__ = loaded_from(
+    __name__,
+    {
+        "Compared": "compared",
+        "compare": "compared",
+        "Identified": "identified",
+        "identify": "identified",
+        "Loaded": "model_in_hand",
+        "load": "model_in_hand",
+        "Outcome": "outcome",
+        "Prepared": "pipeline",
+        "prepare": "pipeline",
+    },
+)
