@@ -503,14 +503,14 @@ def test_warnings_are_lines_and_each_is_shown_once(bristle, monkeypatch, place):
 
     from bristle.core import InputWarning
 
-    original = identify._hertz
+    original = identify.size_limit
 
-    def warned(text):
+    def warned():
         for _ in range(2):
             warnings.warn("the clock\x1b[31m jitters", InputWarning, stacklevel=1)
-        return original(text)
+        return original()
 
-    monkeypatch.setattr(identify, "_hertz", warned)
+    monkeypatch.setattr(identify, "size_limit", warned)
     ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--json")
     assert ended.err == "bristle: warning: the clock [31m jitters\n"
     assert ended.data["model"] == "coulomb_viscous"

@@ -72,7 +72,7 @@ def test_every_target_is_told_where_targets_are_told(place, capsys):
         assert [name for name in TARGETS if f"`{name}`" not in heads] == []
     else:
         page, _ = server_page(Limits())
-        offered = re.search(r'"targets": (\[.*?\}\])', page)[1]
+        offered = re.search(r'"targets":\s*(\[.*?\}\])', page)[1]
         names = [target["name"] for target in json.loads(offered)]
         assert names == [name for name, target in TARGETS.items() if not target.needs]
         assert "fmu2" not in names

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from bristle.core.lazy import loaded_from
+import importlib
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bristle.exports.face import Exported, export
@@ -13,15 +12,13 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
 
-__getattr__ = loaded_from(
-    __name__,
-    {
-        "TARGETS": "targets",
-        "Product": "targets",
-        "Request": "targets",
-        "Target": "targets",
-        "Exported": "face",
-        "export": "face",
-        "load_target_file": "writing",
-    },
+_FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"} | dict.fromkeys(
+    ("TARGETS", "Product", "Request", "Target"), "targets"
 )
+
+
+def __getattr__(name: str) -> Any:
+    # By hand: what serves other rooms loads numpy, and help that lists the targets waits for nothing that computes.
+    if name in _FROM:
+        return getattr(importlib.import_module(f"{__name__}.{_FROM[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
