@@ -230,6 +230,7 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
             call=_call(logs, model, axes, words, parameters),
         )
 
+    identify.__module__, identify.__qualname__ = __name__, "identify"  # so that a process may be sent it by name
     identify.__signature__ = parameters.replace(return_annotation="Identified")  # type: ignore[attr-defined]
     return identify
 
