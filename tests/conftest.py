@@ -1,5 +1,7 @@
 """What several folders of tests need: an axis with known friction, its log, and what bristle makes of it."""
 
+import itertools
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +38,7 @@ FRICTION = {
     "rotational": {"F_C": 0.034, "F_S": 0.04, "v_S": 0.5, "F_v": 3e-3},
 }
 PAPER = "tests/paper/"
+COUNT = itertools.count()
 STROKE = {"translational": 0.02, "rotational": 2.0}
 
 
@@ -84,10 +87,23 @@ def pytest_xdist_make_scheduler(config, log):
     return Scheduling(config, log)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Leave the first cases of a test that says ``fast_cases(N)`` among the fast tests; the others are slow."""
+    seen = Counter()
+    for item in items:
+        mark = item.get_closest_marker("fast_cases")
+        if mark:
+            seen[item.nodeid.partition("[")[0]] += 1
+            if seen[item.nodeid.partition("[")[0]] > mark.args[0]:
+                item.add_marker("slow")
+
+
 @pytest.fixture(autouse=True)
 def nothing_remembered(tmp_path_factory, monkeypatch):
     """Nobody has allowed any code yet, and what is allowed here is forgotten."""
-    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.mktemp("state")))
+    # `mktemp` would read the whole folder of ten thousand tests for each of them.
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.getbasetemp() / "states" / str(next(COUNT))))
 
 
 @pytest.fixture(scope="session")
