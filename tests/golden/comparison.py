@@ -90,6 +90,8 @@ def _scale_of(table: dict[str, Any]) -> dict[str, float]:
         return dict.fromkeys(("mean", "samples"), _magnitude(table["rms"]))
     if "aic" in table:  # above those of the best model: differences of numbers as large as the rows
         return dict.fromkeys(("aic", "bic"), 1e3)
+    if "viscous_forward" in table:  # levels for a drive: what 1 m/s adds beside what is there at rest
+        return dict.fromkeys(("viscous_forward", "viscous_backward"), _magnitude(table["forward"]))
     if "below_the_diagonal" in table:
         return {"below_the_diagonal": 1.0}
     if "deviation_of_levels" in table:
