@@ -16,8 +16,6 @@ from bristle.core.units import quantity
 from bristle.core.variable import Variable
 from bristle.friction import unvaried
 
-__all__ = ["check"]
-
 PAIR = optional(many(lambda raw, path, kind: raw, least=2, most=2))  # in units that the model tells
 
 

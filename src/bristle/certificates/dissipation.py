@@ -17,8 +17,6 @@ from bristle.core.contracts import Model
 from bristle.core.typography import number
 from bristle.engine import force_along
 
-__all__ = ["Loop", "dissipation", "fattest_loop"]
-
 SEED = 20260
 CYCLES = 200
 SAMPLES = 400

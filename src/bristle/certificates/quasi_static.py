@@ -16,8 +16,6 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.engine.contact import Contact
 
-__all__ = ["CREEP", "Holding", "Path", "holding_of", "traced_by_force", "traced_by_position"]
-
 CREEP = 1e-15  # [m/s or rad/s]
 LONGEST = 1e3  # [m or rad]
 RESOLUTION = 200  # steps over the distance in which half of the break-away force builds up

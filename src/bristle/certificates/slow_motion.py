@@ -23,8 +23,6 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine.contact import Contact
 
-__all__ = ["RIPPLE", "closure", "drift", "well_posed"]
-
 LEAST_RATIO = 1.05  # of f_p to F_S, and of a deflection that grows to what it was at half the distance
 FARTHEST = 1e6  # times the pre-sliding distance
 RIPPLE = (0.3, 0.6)  # shares of break-away

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from bristle.report.table import Table
     from bristle.testing import Check
 
-__all__ = ["EXAMPLE", "check"]
-
 EXAMPLE = """Example:
   bristle check model.toml --force-ripple "40 mN*m,80 mN*m"
   bristle check my_model.py"""

@@ -11,8 +11,6 @@ import typer
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures
 from bristle.cli.terminal import NO, say, show_table
 
-__all__ = ["EXAMPLE", "design"]
-
 EXAMPLE = """Example:
   bristle design experiment.toml --out results"""
 

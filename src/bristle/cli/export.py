@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from bristle.exports.targets import Target
     from bristle.workflow.commands import ExportedModel
 
-__all__ = ["COMMAND", "EXAMPLE", "export"]
-
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
 Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
 LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")]

@@ -10,8 +10,6 @@ from bristle.cli.options import Output, code_in, refuse, size_limit
 from bristle.cli.study import exit_code, interruptible
 from bristle.cli.terminal import progress, say, show_table
 
-__all__ = ["identify_each"]
-
 
 def identify_each(
     logs: Sequence[Path], axes: Sequence[Any], options: Mapping[str, Any], output: Output, *, readers: Sequence[Path], workers: int | None

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation import SimulationResult
 
-__all__ = ["EXAMPLE", "identify", "show_identification"]
-
 OF_REPORTS = ("AIC, above the best", "BIC, above the best", "Condition number")  # of the models compared
 OF_A_FLEET = "coulomb_viscous"  # parameters of several models do not compare
 

@@ -13,8 +13,6 @@ import typer
 from bristle.cli.options import AllowCode, Json, print_json, refuse, size_limit, toml_content
 from bristle.cli.terminal import complain, progress
 
-__all__ = ["EXAMPLE", "lab"]
-
 EXAMPLE = """Example:
   bristle lab results --out lab.html
   bristle lab --serve"""

@@ -13,8 +13,6 @@ from bristle.cli.terminal import NO, complain, say, show_table
 if TYPE_CHECKING:
     from bristle.files.proposal import Proposal
 
-__all__ = ["EXAMPLE", "log"]
-
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
   bristle log recording.csv --axis axis.toml --out what-is-in-it"""

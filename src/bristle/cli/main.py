@@ -11,8 +11,6 @@ from contextlib import contextmanager
 
 from bristle.cli.signals import ended_by_signals
 
-__all__ = ["main"]
-
 SECONDS_DIGITS = 10  # until the year 2286
 LEAST_MEMORY = 512 * 2**20  # [byte]
 

@@ -13,8 +13,6 @@ from bristle.cli.terminal import say, say_laid_out, show_table
 if TYPE_CHECKING:
     from bristle.core import Component, Surrounding, Variable
 
-__all__ = ["EXAMPLE", "models"]
-
 _EXAMPLES = ("motor_6_cos", "known_NAME")  # of terms that a plant has as many of as one likes
 EXAMPLE = """Example:
   bristle models lugre+asymmetry"""

@@ -23,34 +23,6 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
 
-__all__ = [
-    "LOG_FILE",
-    "REMOVED",
-    "AllowCode",
-    "AxisFile",
-    "AxisFiles",
-    "FigureFiles",
-    "Format",
-    "Formats",
-    "Json",
-    "Output",
-    "OwnFigures",
-    "Readers",
-    "as_command",
-    "code_in",
-    "command_told",
-    "experiment_in",
-    "folder_named",
-    "holds_own",
-    "own_figures",
-    "own_model",
-    "own_readers",
-    "print_json",
-    "refuse",
-    "size_limit",
-    "toml_content",
-]
-
 LOG_FILE = (
     "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
 )

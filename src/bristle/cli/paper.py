@@ -11,8 +11,6 @@ from bristle.cli.options import AllowCode, AxisFile, Force, Format, Formats, Jso
 from bristle.cli.study import interruptible
 from bristle.cli.terminal import complain, progress, say, show_table
 
-__all__ = ["EXAMPLE", "paper"]
-
 EXAMPLE = """Example:
   bristle paper --out paper-results
   bristle paper --figure 8 --format pdf --format csv

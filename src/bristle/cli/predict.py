@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from bristle.logs import Log
     from bristle.simulation import Prediction
 
-__all__ = ["EXAMPLE", "predict"]
-
 EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
 

@@ -21,23 +21,6 @@ if TYPE_CHECKING:
 
     from bristle.report.table import Table
 
-__all__ = [
-    "BAD_INPUT",
-    "INTERRUPTED",
-    "NO",
-    "OUR_BUG",
-    "complain",
-    "let_go",
-    "one_line",
-    "progress",
-    "report",
-    "say",
-    "say_laid_out",
-    "show_table",
-    "streams_that_take_all",
-    "warnings_as_lines",
-]
-
 NO = 1
 BAD_INPUT = 2
 OUR_BUG = 70

@@ -17,8 +17,6 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.logs.log import Log
 
-__all__ = ["compare"]
-
 WINDOW = 0.1  # of the time between two reversals
 LEAST_WINDOW = 4  # samples
 ALL_PERCENT = 99.0  # percent of a motion that is all of it

@@ -19,8 +19,6 @@ from bristle.logs.legs import graininess
 from bristle.logs.log import Log
 from bristle.logs.turns import turning_points
 
-__all__ = ["SAME_PERIOD", "Cycle", "LogAndAxis", "Recording", "Side", "sides_of"]
-
 SAME_PERIOD = 1e-3  # relative difference of sample times that is none
 PHASES = 33  # at which the positions of two cycles are compared
 PIECES = 20  # of the shorter of two motions that never turn

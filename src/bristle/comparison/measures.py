@@ -22,8 +22,6 @@ from bristle.comparison.resampling import plan_of
 from bristle.comparison.result import Course, Turn
 from bristle.core.lazy import cached_property
 
-__all__ = ["Measure", "SlidingRows", "course_of", "level_measures", "turn_courses", "turn_measures"]
-
 RANGES = 4  # of speed
 SLOWEST = 0.1  # of the speed that 95 % stay below: slower rows are close to a reversal
 FEWEST_ROWS = 20  # of a range, in each direction of each log

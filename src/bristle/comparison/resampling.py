@@ -30,8 +30,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["Changed", "Plan", "changed", "plan_of"]
-
 DRAWS = 1000
 SEED = 20_261_121
 TAIL = 0.975

@@ -13,8 +13,6 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.log import Log
 
-__all__ = ["ROUNDING", "Change", "Comparison", "Course", "Shared", "Turn", "Verdict"]
-
 Verdict = Literal["lower", "higher", "no_change", "unknown"]
 ROUNDING = 1e-6  # of the larger value: a change that is rounding
 

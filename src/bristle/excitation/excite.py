@@ -22,8 +22,6 @@ from bristle.excitation.purposes import PURPOSES
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.files.arguments import AXIS
 
-__all__ = ["Excitation", "excite"]
-
 DURATION, SHORTEST = 60.0, 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 DRAWS = 100

@@ -16,8 +16,6 @@ from bristle.engine import force_along, settled
 from bristle.friction import find, is_static, with_presliding
 from bristle.plants import inertia
 
-__all__ = ["MotionLimits", "Prior", "effort_limit", "limits_of", "prior_of", "turning_distance"]
-
 FRICTION_SHARE = 0.1  # of the largest effort, where no model says what friction takes
 STATIC_OVER_COULOMB = 1.25
 STRIBECK_SHARE = 0.01  # of the largest speed

@@ -13,8 +13,6 @@ from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 
-__all__ = ["ExcitationMotion", "ExcitationPiece", "Move", "in_time", "length_of", "moves_of"]
-
 ROUNDS = 12
 
 

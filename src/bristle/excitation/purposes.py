@@ -18,8 +18,6 @@ from bristle.excitation.limits import MotionLimits
 from bristle.excitation.motion import ExcitationPiece, in_time
 from bristle.references import chirp, s_curve, triangle
 
-__all__ = ["PURPOSES", "Purpose"]
-
 REST = 0.2  # before a piece [s]
 SLIDING = 5.0  # times the pre-sliding amplitude: a slide, or a reversal, is no shorter
 

@@ -20,8 +20,6 @@ from bristle.logs.log import Channel, Log
 from bristle.logs.turns import numbered, reversals
 from bristle.sensors import encoder
 
-__all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "recorded", "rehearse"]
-
 NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to its effort
 SCATTER = 0.05  # of the friction force, from one reversal to the next
 SUBSTEPS = 8

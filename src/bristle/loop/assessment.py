@@ -36,22 +36,6 @@ from bristle.loop.linear_system import (
 )
 from bristle.loop.sampled_loop import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
-__all__ = [
-    "PHASE_ENOUGH",
-    "Assessment",
-    "Friction",
-    "Motions",
-    "Verdict",
-    "WorkingPoint",
-    "assess",
-    "doubts_of",
-    "law_stiffness",
-    "motion_of",
-    "runnable",
-    "top_speed",
-    "verdict_of",
-]
-
 FINER, GAINS = 0.98, 400  # from one gain that is tried to the next, and how many are
 SLOW = (1e-7, 1e-6)  # where a law without an integral answers alike [rad/sample]
 

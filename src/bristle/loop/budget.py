@@ -18,8 +18,6 @@ from bristle.loop.tuning import RUNS_MAX, told_the_motion
 from bristle.sensors import encoder
 from bristle.simulation import Statistics, friction_along, simulate, statistics_of
 
-__all__ = ["Budget", "Cause", "Entry", "best_gain", "causes_of", "error_budget", "nominal"]
-
 EVEN = {"offset": 0.0}
 
 

@@ -24,8 +24,6 @@ from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, lagging, 
 from bristle.references import circle
 from bristle.simulation import simulate
 
-__all__ = ["Circle", "Design", "circle_of", "design", "run_circles"]
-
 AROUND = math.radians(30.0)  # to either side of a reversal
 SAMPLES_LEAST = 400  # in a revolution
 

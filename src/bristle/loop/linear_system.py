@@ -22,23 +22,6 @@ from bristle.core.packing import pack, structure_of, unpacker
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 
-__all__ = [
-    "ALIKE",
-    "LARGE",
-    "NO_FRICTION",
-    "SAME",
-    "SMALL",
-    "LinearFriction",
-    "LinearSystem",
-    "linear_law",
-    "linear_plant",
-    "measured_on",
-    "sliding_force",
-    "slope_in_sliding",
-    "stiffness_at_rest",
-    "varied_in",
-]
-
 ALIKE = 1e-3  # relative change of a slope over a decade of amplitude, within which it is one
 SAME = 1e-6  # relative difference of numbers that are one
 APART = 0.05  # relative distance of the two velocities that a slope is taken between

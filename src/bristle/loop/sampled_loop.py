@@ -11,8 +11,6 @@ import numpy as np
 
 from bristle.loop.linear_system import LinearSystem
 
-__all__ = ["GAIN_ENOUGH", "PHASE_ENOUGH", "Margins", "SampledLoop", "margins_of"]
-
 PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both margins
 POINTS, HALVINGS = 2000, 50  # of frequencies at which the open loop is asked, and between two of them
 LOWEST = 1e-6  # of the Nyquist frequency

@@ -35,24 +35,6 @@ from bristle.loop.linear_system import LARGE, SMALL, linear_law, linear_plant
 from bristle.loop.sampled_loop import GAIN_ENOUGH, HALVINGS, PHASE_ENOUGH, SampledLoop, margins_of
 from bristle.simulation import Statistics, simulate
 
-__all__ = [
-    "PHASE",
-    "RUNS_MAX",
-    "UNSTATED",
-    "Delays",
-    "Proposal",
-    "Tuned",
-    "count_response",
-    "delays_of",
-    "feeds_inertia",
-    "inertia_of",
-    "lagging",
-    "proposals_for",
-    "stiffness_of",
-    "told_the_motion",
-    "tuned",
-]
-
 PHASE = 40.0  # margin that the loop is to keep [deg]
 UNSTATED = (2e-4, 1e-3)  # lags of a current loop that nobody stated: the least and the largest [s]
 FURTHER = 5e-4  # more lag than is stated, at which the usual phase margin is left [s]

@@ -23,23 +23,6 @@ from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.prediction.predict import rows_as_fitted
 
-__all__ = [
-    "SETTLED_SHARE",
-    "LevelValues",
-    "TableError",
-    "drive_table",
-    "largest_deviation",
-    "level_values",
-    "levels_of",
-    "never_slid",
-    "placed",
-    "resolved_side",
-    "reversal_distance",
-    "steady_curve",
-    "steady_side",
-    "table_error",
-]
-
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
 NEAREST = 1e-6  # of the largest speed: the first of the points after rest
 SLOWEST = 1e-9  # of the largest speed: what stands for rest

@@ -29,9 +29,6 @@ from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensati
 from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, resumed_effort_at
 from bristle.simulation.result import SimulationResult, Statistics, statistics_of
 
-__all__ = ["Following", "Suspect", "apart", "explanations", "following_of", "longest_of", "loop_of"]
-
-
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
 HALVINGS = 5  # of the step between two factors
 DELAYS = range(1, 9)  # samples

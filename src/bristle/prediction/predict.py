@@ -30,8 +30,6 @@ from bristle.logs.look import CheckThresholds
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
-__all__ = ["MODES", "TREATED", "predict", "rows_as_fitted", "unexplained_force", "with_doubts"]
-
 MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
 NOTHING_PERCENT = 100.0  # error of predicting zero

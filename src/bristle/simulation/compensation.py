@@ -22,8 +22,6 @@ from bristle.plants.terms import terms_of
 from bristle.references import recorded
 from bristle.sensors import encoder
 
-__all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment", "on_another_rig", "open_loop_experiment", "settling"]
-
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from bristle.logs.turns import reversals
 
-__all__ = ["swing_at_worst_reversal", "worst_reversal"]
-
 SHARE, LEAST = 0.05, 40  # of the samples around a reversal, and how many at least
 
 

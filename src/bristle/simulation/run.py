@@ -23,8 +23,6 @@ from bristle.friction.level import rises_with_effort
 from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
-__all__ = ["learn", "simulate", "simulate_with"]
-
 ORDER = 2  # of the filter, which passes forward and backward
 SEEDS_APART = 1000  # of the trials of one run
 

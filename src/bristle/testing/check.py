@@ -12,8 +12,6 @@ from bristle.core.errors import place_in_own_code, told_by
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import interpreted
 
-__all__ = ["Check", "Demand", "Fact", "UnmetError", "compiled_as_plain", "judged", "outcomes"]
-
 Demand = Callable[[Any], Any]
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
 
-__all__ = ["FIGURE_CHECKS", "check_figure", "example_facts"]
-
 SAMPLES, STEP = 3000, 1e-3  # of the log that is made up [s]
 DRAWS = 40  # of the study
 FORMS = ("svg", "pdf", "png")

@@ -19,8 +19,6 @@ from bristle.logs.table import Table
 from bristle.logs.words import is_time
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
-__all__ = ["READER_CHECKS", "check_reader"]
-
 SEED = 20260
 FILE = "example.log"
 ENDINGS = ("", ".log", ".csv", ".dat")

@@ -22,8 +22,6 @@ from bristle.plants import inertia
 from bristle.plants.terms import with_terms
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
-__all__ = ["TARGET_CHECKS", "check_target", "example_requests"]
-
 STEP = 1e-3  # [s]
 LONGEST_NOTE = 400  # letters
 FEWEST_LETTERS = 4  # of a folder by which a machine is known: "/" is in every text

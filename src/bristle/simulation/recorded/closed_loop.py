@@ -22,20 +22,6 @@ from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 from bristle.simulation.recorded.open_loop import finer, open_loop_of
 
-__all__ = [
-    "LOOPS",
-    "START_SAMPLES",
-    "Beginning",
-    "ClosedLoop",
-    "Course",
-    "Stretch",
-    "beginning_of",
-    "can_be_simulated",
-    "closed_loop_of",
-    "desired_of",
-    "resumed_effort_at",
-]
-
 START_SAMPLES = 20  # over which the initial velocity is estimated
 
 

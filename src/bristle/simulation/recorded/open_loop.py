@@ -16,8 +16,6 @@ from bristle.core.status import Status
 from bristle.engine import Trace, run_batch, run_open_loop
 from bristle.logs.log import Log
 
-__all__ = ["FINE", "OpenLoop", "closes", "finer", "open_loop_of", "period_of"]
-
 FINE = 20  # steps for one sample of a band-limited effort
 SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
 LEADS = (1, 2, 4, 8, 16)  # periods to run in
