@@ -6,7 +6,7 @@ The setting is a ball screw with a lead of 5 mm, everything counted at the table
 from __future__ import annotations
 
 import math
-from pathlib import Path
+import pathlib
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -107,7 +107,7 @@ def main() -> None:
     found = certificates()
     pictures = {"certificates-drift": drift(found), "certificates-closure": closure(found), "certificates-loops": loops()}
     for name, picture in pictures.items():
-        picture.savefig(Path(__file__).with_name(f"{name}.svg"), facecolor="white", metadata={"Date": None})
+        picture.savefig(pathlib.Path(__file__).with_name(f"{name}.svg"), facecolor="white", metadata={"Date": None})
     print(table(found))
 
 

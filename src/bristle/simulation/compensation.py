@@ -23,12 +23,11 @@ from bristle.references import recorded
 from bristle.sensors import encoder
 
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
-SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 
 
 def settling(duration: float) -> float:
-    """Return how long after its start a loop is not judged [s]."""
-    return min(SETTLE_SHARE * duration, SETTLE_MAX)
+    """Return how long after its start a loop is not judged [s]: a twentieth of its duration, half a second at most."""
+    return min(0.05 * duration, 0.5)
 
 
 @guarded(
