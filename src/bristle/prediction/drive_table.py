@@ -29,6 +29,7 @@ REMEMBERED = 16  # curves and distances: a report asks for the same ones again a
 STRAIGHT = 1e-6  # of the largest force: a deviation that is none
 RESOLVED = 2e-5  # of the largest force: so far a point between two others may be off the line through them
 BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
+SETTLED_SHARE = 0.95  # of the change after a reversal: friction has turned
 WAY = np.geomspace(1e-9, 1e-1, 160)  # after a reversal [m or rad]
 
 
@@ -252,7 +253,7 @@ def reversal_distance(model: Model, fastest: float) -> float:
             state = component.commit(state, memory, move, p)
             forces.append(force)
     change = np.array(forces) - before
-    enough = 0.95 * change[-1]
+    enough = SETTLED_SHARE * change[-1]
     first = int(np.argmax(change >= enough))
     return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0
 
