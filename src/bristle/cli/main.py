@@ -53,8 +53,8 @@ def _ended_well(arguments: list[str]) -> int:
         except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
             from bristle.cli.terminal import report
 
-            asked = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
-            return report(error, results=asked)
+            has_results = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
+            return report(error, results=has_results)
 
 
 def _own_the_compiler() -> None:

@@ -66,7 +66,7 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
     causes = causes_of(variant)
     loops = {"everything": variant, "nothing": reduce(lambda loop, cause: cause.without(loop), causes, variant)}
     for cause in causes:
-        further = [each for each in causes if each is not cause]
+        further = [entry for entry in causes if entry is not cause]
         loops[f"{cause.name} alone"] = reduce(lambda loop, cause: cause.without(loop), further, variant)
         loops[f"without {cause.name}"] = cause.without(variant)
     runs = min(variant.run.seeds, RUNS_MAX)

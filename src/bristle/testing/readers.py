@@ -160,8 +160,8 @@ def time_in_order(trial: _Trial) -> Fact:
 def same_log_twice(trial: _Trial) -> Fact:
     """Give the same numbers, units and notes when it reads the same bytes again."""
     first, again = trial.table, trial.read(trial.example)
-    said = [(table.units, table.notes, table.stamps, table.sample_time, list(table.columns)) for table in (first, again)]
-    if said[0] != said[1] or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
+    facts = [(table.units, table.notes, table.stamps, table.sample_time, list(table.columns)) for table in (first, again)]
+    if facts[0] != facts[1] or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
         raise UnmetError("the second reading differs", "Go by the bytes alone: no clock, no counter, no set in its own order")
     return Fact(f"{sum(values.size for values in first.columns.values())} numbers")
 
