@@ -1,48 +1,26 @@
-"""A batch in lanes against the same integrator run serially, trajectory by trajectory."""
+"""A batch in lanes against the same run one by one, trajectory by trajectory."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from benchmarks.timing import Ratio, side_by_side
 
-TRAJECTORIES, SAMPLES, STEPS, DT = 256, 500, 40, 4e-4
+TRAJECTORIES, SAMPLES, DT = 256, 500, 4e-4
 
 
 def lanes() -> Iterator[Ratio]:
-    """Time LuGre in lanes on all cores; the ratio is of the time of one trajectory-step."""
+    """Time LuGre in lanes on one core; the ratio is of the time of one trajectory-step."""
     from bristle import friction, plants
-    from bristle.engine import run_batch, run_open_loop
+    from bristle.engine import run_batch
 
     generator = np.random.default_rng(3)
     plant = plants.inertia(M=1.0)
     levels = 1.0 + 0.2 * generator.random(TRAJECTORIES)
     models = [friction.lugre(F_C=level, F_S=1.5 * level, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4) for level in levels]
     effort = 2.5 * np.sin(40.0 * DT * np.arange(SAMPLES))
-
-    def batch() -> Any:
-        return run_batch(plant, models, effort, DT, steps=STEPS, integrator="semi_implicit")
-
-    def serial(model: Any = models[0]) -> Any:
-        return run_open_loop(plant, model, effort, DT, steps=STEPS, integrator="semi_implicit")
-
-    ours, theirs, _ = side_by_side(batch, serial, 9)
-    found = batch()
-    difference = max(float(np.max(np.abs(found.position[k] - serial(models[k]).position))) for k in range(0, TRAJECTORIES, 17))
-    count = SAMPLES * STEPS
-    each, one = ours / (count * TRAJECTORIES), theirs / count
-    yield Ratio(
-        f"LuGre and a mass, {TRAJECTORIES} in lanes",
-        each,
-        one,
-        each / one,
-        1.0 / 15.0,
-        "the same integrator, serial",
-        f"largest difference to serial runs {difference:.1e} m",
-    )
 
     implicit, one_by_one, _ = side_by_side(
         *(lambda in_lanes=in_lanes: run_batch(plant, models, effort, DT, threads=1, in_lanes=in_lanes) for in_lanes in (True, False)), 9

@@ -6,14 +6,14 @@ The setting is a ball screw with a lead of 5 mm, everything counted at the table
 from __future__ import annotations
 
 import math
-from pathlib import Path
+import pathlib
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import bristle as br
 from bristle import figures
-from bristle.certificates import Certificate, traced_by_force, traced_by_position
+from bristle.certificates import Certificate, Path, traced
 from bristle.core.contracts import Model
 
 ARM = 5e-3 / (2.0 * math.pi)  # [m] of travel for each radian of the screw
@@ -86,20 +86,20 @@ def _cell(one: Certificate, factor: float, unit: str) -> str:
 def drift(found: dict[str, dict[str, Certificate]]) -> Figure:
     """Return the picture of drift."""
     levels = [RIPPLE[1], *(RIPPLE * 8)]
-    traces = {name: traced_by_force(model, levels) for name, model in MODELS.items()}
+    traces = {name: traced(model, Path.to_force, levels) for name, model in MODELS.items()}
     return figures.drift(traces, {name: found[name]["drift"].value or 0.0 for name in MODELS})
 
 
 def closure(found: dict[str, dict[str, Certificate]]) -> Figure:
     """Return the picture of closure."""
-    traces = {name: traced_by_position(model, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
+    traces = {name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
     return figures.closure(traces, {name: found[name]["closure"].value or 0.0 for name in MODELS})
 
 
 def loops() -> Figure:
     """Return the picture of a large loop with smaller ones inside."""
     turns = [5e-6, -5e-6, 1e-6, -2e-6, 1e-6, 3e-6, 0.5e-6, 3e-6, 5e-6, -5e-6, 5e-6]
-    return figures.minor_loops({name: traced_by_position(model, turns) for name, model in MODELS.items()})
+    return figures.minor_loops({name: traced(model, Path.to_position, turns) for name, model in MODELS.items()})
 
 
 def main() -> None:
@@ -107,7 +107,7 @@ def main() -> None:
     found = certificates()
     pictures = {"certificates-drift": drift(found), "certificates-closure": closure(found), "certificates-loops": loops()}
     for name, picture in pictures.items():
-        picture.savefig(Path(__file__).with_name(f"{name}.svg"), facecolor="white", metadata={"Date": None})
+        picture.savefig(pathlib.Path(__file__).with_name(f"{name}.svg"), facecolor="white", metadata={"Date": None})
     print(table(found))
 
 

@@ -50,11 +50,10 @@ CASES = [
 def test_the_tolerance_is_the_global_error(name, letter):
     plant, effort = case(letter)
     fine = run_open_loop(plant, SCREW[name], effort, DT, steps=400, hold="linear").position
-    for method in ("auto", "efim"):
-        for tolerance in (1e-1, 1e-2, 1e-3):
-            trace = run_adaptive(plant, SCREW[name], effort, DT, tolerance=tolerance, method=method)
-            assert trace.status == Status.OK
-            assert np.max(np.abs(trace.position - fine)) <= tolerance, (method, tolerance)
+    for tolerance in (1e-1, 1e-2, 1e-3):
+        trace = run_adaptive(plant, SCREW[name], effort, DT, tolerance=tolerance)
+        assert trace.status == Status.OK
+        assert np.max(np.abs(trace.position - fine)) <= tolerance, tolerance
 
 
 @pytest.fixture(scope="module")
@@ -75,29 +74,13 @@ def stick_slip():
     return found.y
 
 
-@pytest.mark.parametrize("method", ["efim", "rosenbrock"])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
-def test_stick_slip_against_a_library(stick_slip, method, tolerance):
-    trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(2000), 0.01, tolerance=tolerance, method=method)
+def test_stick_slip_against_a_library(stick_slip, tolerance):
+    trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(2000), 0.01, tolerance=tolerance)
     assert trace.status == Status.OK
     assert np.max(np.abs(trace.position - stick_slip[0])) <= tolerance
     work = np.sum(trace.friction * np.diff(np.append(trace.position, trace.position[-1])))
     assert work > 0.0
-
-
-def test_the_rosenbrock_method_has_order_five_where_friction_is_smooth():
-    # Sliding on a spring, always forward: no kink, and the Stribeck curve bends all the way.
-    model = friction.lugre(F_C=1.0, F_S=1.6, v_S=2.0, sigma_0=2.0, sigma_1=1.0, sigma_2=0.3)
-    plant = pulled_inertia(M=1.0, k=1.0, v_e=2.0)
-    options = {"method": "rosenbrock", "v": 1.5, "x": -1.8, "state": model.component.State(0.7)}
-    fine = run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e-11, **options)
-    assert np.min(fine.velocity) > 0.5
-    errors = [
-        np.max(np.abs(run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e6, max_step=h, **options).position - fine.position))
-        for h in (0.2, 0.1, 0.05)
-    ]
-    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert np.all(orders > 4.5), (errors, orders)
 
 
 @pytest.mark.slow
@@ -168,14 +151,13 @@ def test_plain_python_gives_the_same_bits(name):
     model = example_of(friction.find(name))
     t = 1e-3 * np.arange(20)
     effort = 40.0 * np.sin(240.0 * t)  # to and fro
-    for method in ("auto", "efim"):
-        options = {"tolerance": 1e-4, "method": method, "v": 1e-3}
-        compiled = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)
-        with interpreted():
-            plain = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)
-        assert compiled.steps == plain.steps
-        for field in ("position", "velocity", "friction"):
-            assert np.array_equal(getattr(compiled, field), getattr(plain, field)), (method, field)
+    options = {"tolerance": 1e-4, "v": 1e-3}
+    compiled = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)
+    with interpreted():
+        plain = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)
+    assert compiled.steps == plain.steps
+    for field in ("position", "velocity", "friction"):
+        assert np.array_equal(getattr(compiled, field), getattr(plain, field)), field
 
 
 def test_presliding_distance_is_that_of_the_contact():
@@ -189,20 +171,14 @@ def test_what_does_not_fit_is_refused():
     u = np.zeros(3)
     with pytest.raises(InputError, match="tolerance"):
         run_adaptive(STICK_SLIP, LUGRE, u, 0.01, tolerance=0.0)
-    with pytest.raises(InputError, match="no rate"):
-        run_adaptive(STICK_SLIP, SCREW["maxwell_slip"], u, 0.01, tolerance=1e-3, method="rosenbrock")
-    with pytest.raises(InputError, match="method"):
-        run_adaptive(STICK_SLIP, LUGRE, u, 0.01, tolerance=1e-3, method="euler")
 
 
-@pytest.mark.parametrize("method", ["efim", "rosenbrock"])
-def test_a_run_that_leaves_the_finite_numbers_says_so(method):
-    trace = run_adaptive(inertia(M=1e-9), LUGRE, np.full(50, 1e300), 10.0, tolerance=1e-3, method=method)
+def test_a_run_that_leaves_the_finite_numbers_says_so():
+    trace = run_adaptive(inertia(M=1e-9), LUGRE, np.full(50, 1e300), 10.0, tolerance=1e-3)
     assert trace.status == Status.NOT_FINITE
     assert trace.position.size < 50
 
 
-@pytest.mark.parametrize("method", ["efim", "rosenbrock"])
-def test_a_tolerance_below_rounding_ends_and_says_so(method):
-    trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(50), 0.01, tolerance=1e-19, method=method, x=10.0, v=1.0)
+def test_a_tolerance_below_rounding_ends_and_says_so():
+    trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(50), 0.01, tolerance=1e-19, x=10.0, v=1.0)
     assert trace.status == Status.TOLERANCE_MISSED

@@ -28,18 +28,11 @@ def mechanisms(name, count):
     return models, effort
 
 
-@pytest.mark.parametrize(
-    ("integrator", "name"),
-    [
-        pytest.param(integrator, name, marks=[pytest.mark.slow] if name not in QUICK else [])
-        for integrator in ("semi_implicit", "efim")
-        for name in friction.MODELS
-    ],
-)
-def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name, integrator):
+@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in friction.MODELS])
+def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name):
     models, effort = mechanisms(name, 37)
     plant = inertia(M=2.0)
-    options = {"steps": 3, "hold": "linear", "integrator": integrator, "v": 0.01}
+    options = {"steps": 3, "hold": "linear", "v": 0.01}
     batch = run_batch(plant, models, effort, 1e-4, **options)
     for i in (0, 5, 31, 32, 36):
         alone = run_open_loop(plant, models[i], effort[i], 1e-4, **options)
@@ -51,10 +44,9 @@ def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name, integrator)
         assert np.array_equal(getattr(batch, field)[:2], getattr(plain, field)), field
 
 
-@pytest.mark.parametrize("integrator", ["semi_implicit", "efim"])
-def test_the_number_of_threads_changes_nothing(integrator):
+def test_the_number_of_threads_changes_nothing():
     models, effort = mechanisms("lugre", 100)
-    one, two = (run_batch(inertia(M=2.0), models, effort, 1e-4, integrator=integrator, threads=threads) for threads in (1, 2))
+    one, two = (run_batch(inertia(M=2.0), models, effort, 1e-4, threads=threads) for threads in (1, 2))
     for field in FIELDS:
         assert np.array_equal(getattr(one, field), getattr(two, field))
 
@@ -136,34 +128,20 @@ def test_lanes_take_both_directions_for_one_only_where_they_are_in_every_lane(fa
 def test_what_is_one_for_all_is_shared():
     models, effort = mechanisms("lugre", 3)
     plants = [inertia(M=m) for m in (1.0, 2.0, 4.0)]
-    batch = run_batch(plants, models[0], effort[0], 1e-4, x=[0.0, 1.0, 2.0], integrator="semi_implicit")
+    batch = run_batch(plants, models[0], effort[0], 1e-4, x=[0.0, 1.0, 2.0])
     assert batch.position.shape == (3, effort.shape[1])
     assert batch.position[:, 0].tolist() == [0.0, 1.0, 2.0]
-    alone = run_open_loop(plants[2], models[0], effort[0], 1e-4, x=2.0, integrator="semi_implicit")
+    alone = run_open_loop(plants[2], models[0], effort[0], 1e-4, x=2.0)
     assert np.array_equal(batch.position[2], alone.position)
     assert np.array_equal(batch.time, alone.time)
 
 
-def test_the_semi_implicit_step_has_order_one():
-    model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4)
-    end, ends = 0.2, []
-    for steps in (10, 20, 40, 80, 640):
-        t = 1e-3 * np.arange(round(end / 1e-3) + 1)
-        u = 1.2 * np.sin(60.0 * t)
-        trace = run_open_loop(inertia(M=1.0), model, u, 1e-3, steps=steps, hold="linear", integrator="semi_implicit")
-        ends.append(trace.position)
-    errors = [np.max(np.abs(one - ends[-1])) for one in ends[:-1]]
-    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert np.all((orders > 0.8) & (orders < 1.4)), orders
-
-
-@pytest.mark.parametrize("integrator", ["semi_implicit", "efim"])
-def test_one_that_leaves_the_finite_numbers_says_so_and_harms_no_other(integrator):
+def test_one_that_leaves_the_finite_numbers_says_so_and_harms_no_other():
     models, effort = mechanisms("lugre", 34)
     effort[4] = 1e300
-    batch = run_batch(inertia(M=1e-6), models, effort, 1e-2, integrator=integrator)
+    batch = run_batch(inertia(M=1e-6), models, effort, 1e-2)
     assert batch.status[4] == Status.NOT_FINITE
-    alone = run_open_loop(inertia(M=1e-6), models[5], effort[5], 1e-2, integrator=integrator)
+    alone = run_open_loop(inertia(M=1e-6), models[5], effort[5], 1e-2)
     assert np.array_equal(batch.position[5][: alone.position.size], alone.position)
 
 
@@ -173,7 +151,5 @@ def test_bad_batches_are_refused_with_the_place():
         run_batch(inertia(M=1.0), models, effort, 1e-4, v=[0.0, 1.0])
     with pytest.raises(InputError, match=r"friction\[1\]"):
         run_batch(inertia(M=1.0), [models[0], friction.coulomb(F_C=1.0)], effort[0], 1e-4)
-    with pytest.raises(InputError, match="integrator"):
-        run_batch(inertia(M=1.0), models, effort, 1e-4, integrator="euler")
     with pytest.raises(InputError, match="hold"):
         run_batch(inertia(M=1.0), models, effort, 1e-4, hold="cubic")

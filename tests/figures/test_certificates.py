@@ -8,7 +8,7 @@ from tests.certificates.ballscrew import UM, composite, lugre, maxwell_slip
 from tests.figures.test_figures import assert_legible
 
 from bristle import figures, friction
-from bristle.certificates import check, traced_by_force, traced_by_position
+from bristle.certificates import Path, check, traced
 
 MODELS = {"LuGre": lugre(), "as printed": composite("paper"), "gate": composite(), "Maxwell slip": maxwell_slip()}
 RIPPLE, LOOP = (0.04, 0.08), (3 * UM, 1.5 * UM)
@@ -20,18 +20,18 @@ def found():
 
 
 def drift_of(found):
-    traces = {name: traced_by_force(model, [RIPPLE[1], *(RIPPLE * 4)]) for name, model in MODELS.items()}
+    traces = {name: traced(model, Path.to_force, [RIPPLE[1], *(RIPPLE * 4)]) for name, model in MODELS.items()}
     return figures.drift(traces, {name: one["drift"].value for name, one in found.items()}, "rotational")
 
 
 def closure_of(found):
-    traces = {name: traced_by_position(model, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
+    traces = {name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
     return figures.closure(traces, {name: one["closure"].value for name, one in found.items()}, "rotational")
 
 
 def loops_of(found):
     turns = [5 * UM, -5 * UM, UM, -2 * UM, UM, 5 * UM]
-    return figures.minor_loops({name: traced_by_position(m, turns) for name, m in MODELS.items()}, "rotational")
+    return figures.minor_loops({name: traced(m, Path.to_position, turns) for name, m in MODELS.items()}, "rotational")
 
 
 @pytest.mark.parametrize("draw", [drift_of, closure_of, loops_of])
@@ -47,7 +47,7 @@ def test_every_model_has_a_legible_panel_of_one_scale(draw, found):
 
 def test_a_translational_axis_speaks_of_force_and_position():
     model = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7)
-    figure = figures.minor_loops({"LuGre": traced_by_position(model, [5e-6, 0.0])})
+    figure = figures.minor_loops({"LuGre": traced(model, Path.to_position, [5e-6, 0.0])})
     assert figure.axes[0].get_xlabel() == "Position [µm]"
     assert figure.axes[0].get_ylabel() == "Friction force [N]"
 
@@ -60,12 +60,12 @@ def test_titles_carry_what_the_certificates_found(found):
 
 
 def test_the_cycles_that_are_drawn_walk_as_far_as_the_certificate_says(found):
-    x, force = traced_by_force(MODELS["LuGre"], [RIPPLE[1], *(RIPPLE * 4)])
+    x, force = traced(MODELS["LuGre"], Path.to_force, [RIPPLE[1], *(RIPPLE * 4)])
     tops = x[np.isclose(force, RIPPLE[1], rtol=1e-9)]
     assert np.diff(tops)[-1] == pytest.approx(found["LuGre"]["drift"].value, rel=1e-6)
 
 
 def test_the_loop_that_is_drawn_misses_what_the_certificate_says(found):
-    x, force = traced_by_position(MODELS["LuGre"], [*LOOP, LOOP[0]])
+    x, force = traced(MODELS["LuGre"], Path.to_position, [*LOOP, LOOP[0]])
     first, last = force[x == LOOP[0]]
     assert (last - first) / 0.13 == pytest.approx(found["LuGre"]["closure"].value, rel=1e-9)

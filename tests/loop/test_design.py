@@ -12,8 +12,10 @@ from bristle import controllers, friction, plants, references, sensors
 from bristle.core import InputError
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.loop import Verdict, assess, delays_of, design, run_circles
+from bristle.loop.assessment import law_stiffness
 from bristle.loop.design import circle_of
-from bristle.loop.tuning import PHASE, count_response, inertia_of, stiffness_of, tuned
+from bristle.loop.linear_system import LARGE, linear_law
+from bristle.loop.tuning import PHASE, count_response, inertia_of, tuned
 from bristle.references import circle
 
 SLIDING_MODE = controllers.sliding_mode(
@@ -111,8 +113,8 @@ def test_a_cascade_lags_by_its_averaging(averaging, samples):
 
 def test_mass_and_stiffness_are_those_of_the_loop():
     assert inertia_of(loop()) == pytest.approx(20.0, rel=1e-3)
-    assert stiffness_of(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3) == pytest.approx(80.0 * 4000.0, rel=1e-6)
-    assert stiffness_of(controllers.cascade(k_p=80.0, k_v=4000.0, k_i=1e4), 1e-3) == math.inf
+    assert law_stiffness(linear_law(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3, LARGE)) == pytest.approx(80.0 * 4000.0, rel=1e-6)
+    assert law_stiffness(linear_law(controllers.cascade(k_p=80.0, k_v=4000.0, k_i=1e4), 1e-3, LARGE)) == math.inf
     # A count in one sample is a velocity of 1 mm/s.
     assert count_response(loop()) == pytest.approx(4000.0 * (1e-3 + 80.0 * 1e-6), rel=1e-6)
 

@@ -94,7 +94,7 @@ def calls() -> dict[str, Call]:
     mechanism = {"plant": p["plant"], "friction": p["friction"]}
     driven = mechanism | {"effort": np.full(10, 20.0), "dt": 1e-3}
     where = {"x": 0.0, "v": 0.0}
-    run = {"steps": 1, "hold": "zero", "integrator": "efim", **where}
+    run = {"steps": 1, "hold": "zero", **where}
     stress = {"model": p["friction"], "v": np.diff(X) / 0.1, "dt": 0.1, "x": X[1:]}
     around = {"load": 1.0, "temperature": 293.0}
     found = {
@@ -175,9 +175,7 @@ def calls() -> dict[str, Call]:
         "run_open_loop": Call(engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}),
         "run_adaptive": Call(
             engine.run_adaptive,
-            driven
-            | where
-            | {"tolerance": 1e-6, "hold": "zero", "method": "auto", "max_step": 1.0, "verify": False, "state": None, "memory": None},
+            driven | where | {"tolerance": 1e-6, "hold": "zero", "max_step": 1.0, "verify": False, "state": None, "memory": None},
         ),
         "run_batch": Call(engine.run_batch, driven | run | {"threads": 1}),
         "run_closed_loop": Call(

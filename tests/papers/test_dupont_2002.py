@@ -9,7 +9,7 @@ from tests.certificates.ballscrew import DAMPING, F_C, F_S, RIPPLE, SLIDING, STI
 from tests.papers.rippled import steps_per_cycle
 
 from bristle import friction
-from bristle.certificates import check, traced_by_position
+from bristle.certificates import Path, check, traced
 
 
 def elastoplastic(share):
@@ -40,5 +40,5 @@ def test_its_loops_close_only_while_it_is_a_spring(load, closes):
 
 def test_below_its_threshold_it_has_no_hysteresis():
     reach = 0.8 * F_C / STIFFNESS
-    x, force = traced_by_position(elastoplastic(0.9), [reach, -reach, reach])
+    x, force = traced(elastoplastic(0.9), Path.to_position, [reach, -reach, reach])
     assert np.max(np.abs(force - STIFFNESS * x)) < 1e-12

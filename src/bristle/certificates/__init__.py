@@ -3,6 +3,6 @@
 from bristle.certificates.certificate import Certificate
 from bristle.certificates.certify import check
 from bristle.certificates.passive import needed_damping
-from bristle.certificates.quasi_static import Path, holding_of, traced_by_force, traced_by_position
+from bristle.certificates.quasi_static import Path, holding_of, traced
 
-__all__ = ["Certificate", "Path", "check", "holding_of", "needed_damping", "traced_by_force", "traced_by_position"]
+__all__ = ["Certificate", "Path", "check", "holding_of", "needed_damping", "traced"]

@@ -9,8 +9,6 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import operator_commit, operator_trial, register
 from bristle.core.kernel import kernel
 
-__all__ = ["Certificate", "OperatorParameters", "as_friction", "not_applicable"]
-
 
 @dataclass(frozen=True)
 class Certificate:

@@ -16,8 +16,6 @@ from bristle.core.units import quantity
 from bristle.core.variable import Variable
 from bristle.friction import unvaried
 
-__all__ = ["check"]
-
 PAIR = optional(many(lambda raw, path, kind: raw, least=2, most=2))  # in units that the model tells
 
 
@@ -61,20 +59,16 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
         model = as_friction(model)
     else:
         model = unvaried(model)
-    ripple, turns = _pair(model, force_ripple, force, "force_ripple"), _pair(model, loop, length, "loop")
+    pairs: dict[str, Any] = {}
+    for path, raw, variable in (("force_ripple", force_ripple, force), ("loop", loop, length)):
+        ends = (quantity(value, variable, model.kind, path=f"{path}[{i}]") for i, value in enumerate(raw or ()))
+        pairs[path] = tuple(ends) or None
     holding = holding_of(model)
     fattest = fattest_loop(model)
     return {
         "well_posed": well_posed(model, holding),
         "passive": passive(model, fattest.is_magnetic),
-        "drift": drift(model, holding, ripple, fattest.is_magnetic),
-        "closure": closure(model, holding, turns),
+        "drift": drift(model, holding, pairs["force_ripple"], fattest.is_magnetic),
+        "closure": closure(model, holding, pairs["loop"]),
         "dissipation": dissipation(model, holding, fattest),
     }
-
-
-def _pair(model: Model, raw: Any, variable: Variable, path: str) -> tuple[float, float] | None:
-    if raw is None:
-        return None
-    first, second = (quantity(value, variable, model.kind, path=f"{path}[{i}]") for i, value in enumerate(raw))
-    return first, second

@@ -17,16 +17,10 @@ from bristle.core.contracts import Model
 from bristle.core.typography import number
 from bristle.engine import force_along
 
-__all__ = ["Loop", "dissipation", "fattest_loop"]
-
 SEED = 20260
-CYCLES = 200
-SAMPLES = 400
-FINER = 8
+CYCLES, SAMPLES = 200, 400
 ROUNDS = 4
 ROUNDING = 1e-9
-SPEEDS = (-6.0, 2.0)  # decades of the mean speed [m/s or rad/s]
-REACHES = np.geomspace(1e-9, 1e3, 49)  # [m or rad]
 
 
 class Loop(NamedTuple):
@@ -43,7 +37,7 @@ class Loop(NamedTuple):
 def fattest_loop(model: Model) -> Loop:
     """Return the symmetric loop of which the largest share stays, or is gained: it tells the scale and the sense."""
     phase = np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
-    shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in REACHES.tolist()]
+    shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in np.geomspace(1e-9, 1e3, 49).tolist()]
     reach, share = max(shares, key=lambda loop: abs(loop[1]))
     return Loop(reach, share, isinstance(model.parameters, OperatorParameters) and share < -ROUNDING)
 
@@ -65,7 +59,7 @@ def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: 
     """Return the share of the work that stays, over a closed path of three harmonics, 0.1 to 100 times as wide."""
     orders = generator.choice(np.arange(1, 9), 3, replace=False)
     heights, phases = generator.normal(size=3) / orders, generator.uniform(0.0, 2.0 * np.pi, 3)
-    width, speed = scale * 10.0 ** generator.uniform(-1.0, 2.0), 10.0 ** generator.uniform(*SPEEDS)
+    width, speed = scale * 10.0 ** generator.uniform(-1.0, 2.0), 10.0 ** generator.uniform(-6.0, 2.0)
 
     def share(samples: int) -> float:
         turn = 2.0 * np.pi * np.arange(samples + 1) / samples
@@ -75,7 +69,7 @@ def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: 
     coarse = share(SAMPLES)
     if coarse >= -ROUNDING:
         return coarse
-    fine = share(FINER * SAMPLES)
+    fine = share(8 * SAMPLES)
     return fine if fine < 0.5 * coarse else 0.0
 
 

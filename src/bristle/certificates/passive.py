@@ -62,8 +62,6 @@ from bristle.friction.slots import Slotted
 from bristle.friction.variation import Varied
 from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
 
-__all__ = ["Damping", "damping_of", "let_go", "needed_damping", "passive"]
-
 DECADES = (-6.0, 12.0)  # of the speed, over the Stribeck velocity
 ZOOMS = 20
 

@@ -16,14 +16,10 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.engine.contact import Contact
 
-__all__ = ["CREEP", "Holding", "Path", "holding_of", "traced_by_force", "traced_by_position"]
-
 CREEP = 1e-15  # [m/s or rad/s]
 LONGEST = 1e3  # [m or rad]
 RESOLUTION = 200  # steps over the distance in which half of the break-away force builds up
-SETTLED = 1e-3  # relative change of the force over the second half of the longest slide
-CHUNK = 100
-CHUNKS = 2000
+CHUNK = 100  # steps
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,7 @@ def _slid_to_the_end(model: Model, side: float) -> float:
     before = contact.force(side * 0.0)
     contact.move(contact.x, CREEP)
     after = contact.force(side * 0.0)
-    return after if abs(after - before) <= SETTLED * abs(after) else side * math.inf
+    return after if abs(after - before) <= 1e-3 * abs(after) else side * math.inf
 
 
 class Path:
@@ -141,7 +137,7 @@ class Path:
 
     def _climb(self, target: float, side: float) -> bool:
         self._side = side
-        for _ in range(CHUNKS):
+        for _ in range(2000):
             before, start = self._contact.copy(), self.x
             force = self._contact.move(side * CHUNK * self._step, CREEP, CHUNK)
             beyond = np.flatnonzero(side * (force - target) >= 0.0)
@@ -186,43 +182,23 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
     return contact
 
 
-def traced_by_force(model: Model, levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the path of a contact that is led slowly from force to force.
+def traced(model: Model, lead: Callable[[Path, float], Any], ends: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the path of a virgin contact that is led slowly from force to force, or from position to position.
 
     Parameters
     ----------
     model : Model
-        A friction model with pre-sliding; it starts virgin.
-    levels : list of float
-        Forces [N or N*m], below break-away.
+        A friction model with pre-sliding.
+    lead : callable
+        `Path.to_force` or `Path.to_position`.
+    ends : list of float
+        Forces below break-away [N or N*m], or positions [m or rad].
 
     Returns
     -------
     x, force : ndarray, shape (point,)
         Positions [m or rad] and friction forces [N or N*m].
     """
-    return _traced(model, Path.to_force, levels)
-
-
-def traced_by_position(model: Model, turns: list[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the path of a contact that is led slowly from position to position.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with pre-sliding; it starts virgin.
-    turns : list of float
-        Positions [m or rad].
-
-    Returns
-    -------
-    x, force : ndarray, shape (point,)
-        Positions [m or rad] and friction forces [N or N*m].
-    """
-    return _traced(model, Path.to_position, turns)
-
-
-def _traced(model: Model, lead: Callable[[Path, float], Any], ends: list[float]) -> tuple[np.ndarray, np.ndarray]:
     path = Path(model, holding_of(model))
     for end in ends:
         lead(path, end)

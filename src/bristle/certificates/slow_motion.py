@@ -12,6 +12,7 @@ comes back to the force that it had; a model without a memory of where it turned
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -23,15 +24,8 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine.contact import Contact
 
-__all__ = ["RIPPLE", "closure", "drift", "well_posed"]
-
 LEAST_RATIO = 1.05  # of f_p to F_S, and of a deflection that grows to what it was at half the distance
-FARTHEST = 1e6  # times the pre-sliding distance
-RIPPLE = (0.3, 0.6)  # shares of break-away
 CREEPING = 1e-6  # of the displacement to the upper force, in a cycle: more is drift
-CYCLES = 100  # until the drift has settled
-HOUR = 36_000  # cycles in an hour of a ripple of 10 Hz
-LOAD = 0.85  # of break-away, where the minor loop turns first; it goes halfway back
 MISSING = 1e-3  # of break-away: a loop that misses more is not closed
 
 
@@ -39,8 +33,14 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
     """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m where it is a force]."""
     if isinstance(model.parameters, OperatorParameters):
         return not_applicable("1", "An operator has no deflection of its own: its input is given")
-    read = _Reading(model)
-    unit = unit_of(read.quantity, model.kind)
+    # The deflection z is read where there is one, else the first state, else the force.
+    states = variables_of(model.component.State)
+    name = "z" if "z" in states else next(iter(states), "")
+    unit = unit_of(states[name].quantity if name else "force", model.kind)
+
+    def read(contact: Contact, side: float) -> float:
+        return abs(float(contact.state[list(states).index(name)])) if name else abs(contact.force(side * 0.0))
+
     if not holding.has_presliding:
         return not_applicable(unit, "It has no deflection that could grow")
     bound = _bound(model, read, holding)
@@ -64,25 +64,12 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
     return Certificate(True, bound, unit, _bound(at_least, read, holding), passed, advice)
 
 
-class _Reading:
-    """What is read of a contact: the deflection z where there is one, else the first state, else the force."""
-
-    def __init__(self, model: Model) -> None:
-        states = variables_of(model.component.State)
-        self._name = "z" if "z" in states else next(iter(states), "")
-        self._at = list(states).index(self._name) if states else 0
-        self.quantity = states[self._name].quantity if states else "force"
-
-    def __call__(self, contact: Contact, side: float) -> float:
-        return abs(float(contact.state[self._at])) if self._name else abs(contact.force(side * 0.0))
-
-
-def _bound(model: Model, read: _Reading, holding: Holding) -> float:
+def _bound(model: Model, read: Callable[[Contact, float], float], holding: Holding) -> float:
     """Return the largest deflection in slow sliding, either way; infinite where it still grows at the end."""
     largest = 0.0
     for side in (1.0, -1.0):
         contact = Contact(model)
-        for reach in holding.distance * np.geomspace(1e-3, FARTHEST, 200):
+        for reach in holding.distance * np.geomspace(1e-3, 1e6, 200):
             contact.move(side * reach - contact.x, CREEP)
         before = read(contact, side)
         contact.move(contact.x, CREEP)
@@ -100,7 +87,7 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
         return not_applicable(unit, "Its loops run the other way around, as a magnet's: no force holds it")
     if not holding.breaks_away:
         return not_applicable(unit, "It has no break-away force: any force moves it, or it is a spring to the end")
-    low, high = ripple or tuple(map(holding.level, RIPPLE))
+    low, high = ripple or tuple(map(holding.level, (0.3, 0.6)))
     if not holding.backward < low < high < holding.forward:
         raise InputError(
             "must be two forces at which the contact rests, the lower first",
@@ -114,7 +101,7 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
     path.to_force(high)
     threshold = CREEPING * abs(path.x)
     moved = 0.0
-    for _ in range(CYCLES):
+    for _ in range(100):
         start, before = path.x, moved
         path.to_force(low)
         path.to_force(high)
@@ -124,7 +111,7 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
     passed = abs(moved) <= threshold
     advice = "It stays where it is put"
     if not passed:
-        creep = with_unit(abs(moved) * HOUR, unit)
+        creep = with_unit(abs(moved) * 36_000, unit)
         advice = f"It creeps {creep} in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate"
     return Certificate(True, moved, unit, threshold, passed, advice)
 
@@ -161,5 +148,5 @@ def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) ->
 def default_loop(model: Model, holding: Holding) -> tuple[float, float]:
     """Return where to turn [m or rad]: at 0.85 of break-away, and halfway back."""
     path = Path(model, holding)
-    path.to_force(holding.level(LOAD))
+    path.to_force(holding.level(0.85))
     return path.x, 0.5 * path.x

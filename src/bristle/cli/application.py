@@ -11,8 +11,6 @@ from bristle.cli import run as run_command
 from bristle.cli.options import REMOVED, as_command, command_told
 from bristle.cli.terminal import BAD_INPUT, INTERRUPTED, complain
 
-__all__ = ["app", "run"]
-
 # Newer releases of typer carry their own copy of click: its errors are found through what typer makes public.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 

@@ -11,11 +11,7 @@ from bristle.cli.options import Json, code_in, print_json, refuse, toml_content
 from bristle.cli.terminal import NO, complain, progress, show_table
 
 if TYPE_CHECKING:
-    from bristle.core.content import Content
     from bristle.report.table import Table
-    from bristle.testing import Check
-
-__all__ = ["EXAMPLE", "check"]
 
 EXAMPLE = """Example:
   bristle check model.toml --force-ripple "40 mN*m,80 mN*m"
@@ -86,8 +82,12 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judgement:
 def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
     """Return how what a file of code defines stands to its contract; naming the code allows it."""
     from bristle.core import InputError
+    from bristle.exports import load_target_file
+    from bristle.figures import load_figure_file
     from bristle.files.permission import allow
+    from bristle.files.user_model import SourceText, load_checked, load_reader_file, word_of
     from bristle.report.table import Table
+    from bristle.testing import check_figure, check_model, check_reader, check_target
 
     if model.suffix != ".py":
         raise InputError(
@@ -99,10 +99,20 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
     mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'
     refuse(options, "needs a model with parameters", mend)
     content = code_in(model)
-    subject, title, checked = _subject_in(content)
+    module, kinds = (
+        SourceText(content).module(),
+        (
+            ("TARGET", load_target_file, "target of the export", check_target),
+            ("FIGURE", load_figure_file, "figure", check_figure),
+            ("FORMAT", load_reader_file, "reader of logs", check_reader),
+        ),
+    )
+    kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
+    subject: Any = load_checked(content) if kind is None else kind[1](content)
+    title, checked = (word_of(subject), check_model) if kind is None else kind[2:]
     allow(content)
     with progress("checking"):
-        results: list[Check] = checked(subject)
+        results = checked(subject)
     keys = ("applies", "value", "unit", "threshold", "passed", "detail", "advice")
     outcomes = ["–" if not check.applies else "met" if check.passed else "NOT MET" for check in results]
     rows = [(check.name, outcome, check.detail, check.advice) for check, outcome in zip(results, outcomes, strict=True)]
@@ -112,22 +122,3 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
         [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed],
         Table(f"The contract of a {title}: {subject.name}", ("Demand", "Outcome", "Seen", "What to do"), rows),
     )
-
-
-def _subject_in(content: Content) -> tuple[Any, str, Any]:
-    """Return what a file defines that has a contract, what people call such a thing, and what tries it."""
-    from bristle.exports import load_target_file
-    from bristle.figures import load_figure_file
-    from bristle.files.user_model import SourceText, load_checked, load_reader_file, word_of
-    from bristle.testing import check_figure, check_model, check_reader, check_target
-
-    module = SourceText(content).module()
-    for name, load, title, checked in (
-        ("TARGET", load_target_file, "target of the export", check_target),
-        ("FIGURE", load_figure_file, "figure", check_figure),
-        ("FORMAT", load_reader_file, "reader of logs", check_reader),
-    ):
-        if hasattr(module, name) and not hasattr(module, "MODEL"):
-            return load(content), title, checked
-    component = load_checked(content)
-    return component, word_of(component), check_model

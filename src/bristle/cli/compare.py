@@ -10,8 +10,6 @@ import typer
 from bristle.cli.options import AxisFiles, FigureFiles, Output, Readers, own_figures, own_readers, size_limit, toml_content
 from bristle.cli.terminal import NO, say, show_table
 
-__all__ = ["EXAMPLE", "compare"]
-
 EXAMPLE = """Example:
   bristle compare before.csv after.csv --axis axis.toml --out compared"""
 

@@ -11,8 +11,6 @@ from bristle.cli.identify import show_identification
 from bristle.cli.options import Force, Json, Output, folder_named, print_json
 from bristle.cli.terminal import say
 
-__all__ = ["EXAMPLE", "demo"]
-
 EXAMPLE = """Example:
   bristle demo --out demo-results"""
 USUAL_PLACE = Path("bristle-demo")

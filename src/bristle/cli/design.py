@@ -11,8 +11,6 @@ import typer
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures
 from bristle.cli.terminal import NO, say, show_table
 
-__all__ = ["EXAMPLE", "design"]
-
 EXAMPLE = """Example:
   bristle design experiment.toml --out results"""
 
@@ -35,6 +33,8 @@ def design(
     Poles and margins of the sampled loop with all its delays, what the loop errs by, gains that keep margins, and the
     circle that two such axes run. The exit code is 1 if the loop is unstable.
     """
+    from bristle.core.units import quantity
+    from bristle.core.variable import Variable
     from bristle.files.summary import provenance
     from bristle.loop import design as designed
     from bristle.report.design import design_report, design_sentences, design_summary
@@ -43,10 +43,12 @@ def design(
     from bristle.testing import admit_friction_of
 
     further, code = own_figures(figure, "design", has_folder=output.out is not None)
+    hertz = Variable("frequency", "bandwidth")
+    angular = None if bandwidth is None else 2.0 * math.pi * quantity(bandwidth, hertz, path="--bandwidth")
     with output.opened("designing", [experiment]) as (folder, report):
         described = experiment_in(experiment, allow_code=allow_code, progress=report)
         admit_friction_of(described)
-        outcome = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
+        outcome = designed(described, variant=variant, bandwidth=angular, progress=report)
         source = provenance(output.command, **described.origins, figure=code)
         summary = design_summary(outcome, provenance=source)
         if folder:
@@ -62,13 +64,3 @@ def design(
 
     output.tell(summary, show)
     return 0 if outcome.is_stable else NO
-
-
-def _in_radians(text: str | None) -> float | None:
-    """Return a frequency that a person typed, as an angular one [rad/s]."""
-    if text is None:
-        return None
-    from bristle.core.units import quantity
-    from bristle.core.variable import Variable
-
-    return 2.0 * math.pi * quantity(text, Variable("frequency", "bandwidth"), path="--bandwidth")

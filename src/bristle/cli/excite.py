@@ -10,8 +10,6 @@ import typer
 from bristle.cli.options import Output, toml_content
 from bristle.cli.terminal import say, show_table
 
-__all__ = ["EXAMPLE", "excite"]
-
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from bristle.exports.targets import Target
     from bristle.workflow.commands import ExportedModel
 
-__all__ = ["COMMAND", "EXAMPLE", "export"]
-
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
 Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
 LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")]
@@ -80,15 +78,23 @@ def export(
     else:
         refuse({f"--{option}": value for option, value in of_model.items()}, "belongs to a model")
     file = read / "model.toml" if read.is_dir() else read
-    target, output = _target(to), Output(context, out, force=force, as_json=as_json)
+    target: str | Target = to
+    if to.endswith(".py"):  # naming its code allows it
+        from bristle.exports.writing import load_target_file
+        from bristle.files.permission import allow
+
+        content = code_in(to)
+        target = load_target_file(content)
+        allow(content)
+    output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
-    options |= {"tunable": tunable, "float32": float32, "accept_harm": accept_harm}
+    options |= {"tunable": tunable, "accept_harm": accept_harm}
     with output.opened("exporting", [file, log] if log else [file]) as (folder, _):
         if law is not None:
-            exported = _law(law, variant, target, **options)
+            exported = _law(law, variant, target, **options, single=float32)
         else:
             of_model |= {"step": step, "draws": draws or 0, "points": points}
-            exported = export_model_file(file, target, **options, **of_model)
+            exported = export_model_file(file, target, **options, **of_model, float32=float32)
         exported.write(folder)
     summary = exported.summary
 
@@ -128,31 +134,7 @@ def told_of(target: Target) -> str:
     return f"{target.description} ({further})." if further else f"{target.description}."
 
 
-def _target(to: str) -> str | Target:
-    """Return the name of a target, or the one that a file defines; naming its code allows it."""
-    if not to.endswith(".py"):
-        return to
-    from bristle.exports.writing import load_target_file
-    from bristle.files.permission import allow
-
-    content = code_in(to)
-    target = load_target_file(content)
-    allow(content)
-    return target
-
-
-def _law(
-    path: Path,
-    variant: str | None,
-    to: str | Target,
-    *,
-    command: str,
-    name: str,
-    allow_code: bool,
-    tunable: bool,
-    float32: bool,
-    accept_harm: bool,
-) -> ExportedModel:
+def _law(path: Path, variant: str | None, to: str | Target, *, command: str, name: str, allow_code: bool, **options: bool) -> ExportedModel:
     """Return the control law of a variant of an experiment as files."""
     from bristle.exports.described import Source
     from bristle.exports.writing import law_for, name_for, target_named, variant_of
@@ -161,11 +143,10 @@ def _law(
     from bristle.testing import admit
     from bristle.workflow.commands import ExportedModel
 
-    called, experiment = name_for(name), experiment_in(path, allow_code=allow_code)
+    called, experiment, target = name_for(name), experiment_in(path, allow_code=allow_code), target_named(to)
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)
-    target = target_named(to)
     source = provenance(command, **experiment.origins, target=origins_of_code([target]))
-    product = law_for(target, chosen, called, Source(source), tunable=tunable, single=float32, accept_harm=accept_harm)
+    product = law_for(target, chosen, called, Source(source), **options)
     return ExportedModel(target.name, product, f"{chosen.controller.name} of {chosen.name}", source)

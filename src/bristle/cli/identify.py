@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.fleet import identify_each
 from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
     FigureFiles,
     Output,
     Readers,
+    code_in,
     holds_own,
     own_figures,
     own_model,
@@ -23,7 +24,8 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
-from bristle.cli.terminal import INTERRUPTED, complain, say, show_table
+from bristle.cli.study import exit_code, interruptible
+from bristle.cli.terminal import INTERRUPTED, complain, progress, say, show_table
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
@@ -31,10 +33,7 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation import SimulationResult
 
-__all__ = ["EXAMPLE", "identify", "show_identification"]
-
 OF_REPORTS = ("AIC, above the best", "BIC, above the best", "Condition number")  # of the models compared
-OF_A_FLEET = "coulomb_viscous"  # parameters of several models do not compare
 
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --out results
@@ -95,6 +94,7 @@ def identify(
     from bristle.core import Variable
     from bristle.core.edge import amount
     from bristle.files.curves import describes_curves
+    from bristle.friction import DEFAULT_MODELS
 
     if separate:
         refuse({"--force": output.force}, "a fleet is gone on with, never replaced", "Name another folder")
@@ -108,16 +108,18 @@ def identify(
 
         refuse({"--figure": figure}, "is for friction, not for recorded curves")
         return identify_operators(log, axes, model, output)
+    # Parameters of several models do not compare.
+    names = model if model is not None else "coulomb_viscous" if separate else DEFAULT_MODELS
     hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
     options = {
-        "model": _models(OF_A_FLEET if separate and model is None else model),
+        "model": [own_model(part, "--model") if holds_own(part) else part for part in map(str.strip, names.split(","))],
         "cutoff": None if cutoff is None else hertz(cutoff, "--cutoff", None),
         "free": free,
         "draws": draws,
         "method": method,
     }
     if separate:
-        return identify_each(log, axes, options, output, readers=reader or (), workers=workers)
+        return _identify_each(log, axes, options, output, readers=reader or (), workers=workers)
     return _identify_friction(log, axes, options, output, figure)
 
 
@@ -147,10 +149,63 @@ def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, 
             outcome.write(folder)
     output.tell(outcome.summary, lambda: show_identification(identification, outcome.simulation, outcome.following))
     if out:
-        complain(_next_step(outcome.following_experiment(out).missing, out / EXPERIMENT))
+        # What to type next, where the loop is known, or what to fill in first.
+        file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
+        command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
+        complain(
+            f"next: write {gains} into the axis file, as {file} shows, and identify again: that judges the loop by the "
+            f"log too. Or fill in {gains} in {file} (--force then no longer writes over {out}), then {command}"
+            if gains
+            else f"next: {command}"
+        )
     if identification.unfinished:
         complain(identification.unfinished)
     return INTERRUPTED if identification.unfinished else 0
+
+
+def _identify_each(
+    logs: Sequence[Path], axes: Sequence[Any], options: Mapping[str, Any], output: Output, *, readers: Sequence[Path], workers: int | None
+) -> int:
+    """Identify each of many logs."""
+    from bristle.files.axis import read_axis
+    from bristle.files.summary import provenance
+    from bristle.fleet.identify import FleetStore, Identifier, fleet_of
+    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
+    from bristle.report.results import write_report
+    from bristle.study.dataset import runs_in
+    from bristle.study.run import run_within
+    from bristle.study.store import opened
+
+    refuse({"bristle identify --each": output.out is None}, "needs a folder to write into", "Add --out DIR")
+    assert output.out is not None
+    options = dict(options)
+    fleet = fleet_of(
+        logs,
+        model=options.pop("model"),
+        axes=[read_axis(file) for file in axes],
+        name=output.out.name,
+        options=options,
+        size_limit=size_limit(),
+        readers=[code_in(file) for file in readers],
+    )
+    source = provenance(output.command, axis=axes, reader=fleet.readers)
+    with opened(output.out, fleet, source, FleetStore) as store, progress("beginning") as report:
+        with interruptible(output.out, "logs"):
+            ran = run_within(store, workers=workers, progress=report, simulator=Identifier)
+        report(1.0, "writing the report")
+        runs = runs_in(store.folder)
+        summary = fleet_summary(runs, provenance=runs.described["provenance"])
+        write_report(store.grown, fleet_report(runs, summary, command=output.command), summary)
+
+    def show() -> None:
+        show_table(parameters_table(summary))
+        if (failed := failed_logs_table(summary)) is not None:
+            show_table(failed)
+        for sentence in fleet_sentences(summary):
+            say(sentence)
+
+    output.tell(summary, show)
+    return exit_code(ran, summary)
 
 
 def show_identification(identification: Identification, simulation: SimulationResult | None, following: Following | None = None) -> None:
@@ -196,24 +251,3 @@ def show_identification(identification: Identification, simulation: SimulationRe
         say(f"Note: {note}")
     for warning in warnings_of(best):
         complain(f"warning: {warning}")
-
-
-def _next_step(missing: tuple[str, ...], file: Path) -> str:
-    """Return what to type next, where the loop is known, or what to fill in first."""
-    loop = file.parent.with_name(f"{file.parent.name}_loop")
-    command = shlex.join(["bristle", "run", str(file), "--out", str(loop)])
-    if not missing:
-        return f"next: {command}"
-    gains = " and ".join(missing)
-    return (
-        f"next: write {gains} into the axis file, as {file} shows, and identify again: that judges the loop by the "
-        f"log too. Or fill in {gains} in {file} (--force then no longer writes over {file.parent}), then {command}"
-    )
-
-
-def _models(text: str | None) -> list[Any]:
-    """Return the models of a list: names, and models with files of a user's own."""
-    from bristle.friction import DEFAULT_MODELS
-
-    names = [part.strip() for part in (DEFAULT_MODELS if text is None else text).split(",")]
-    return [own_model(name, "--model") if holds_own(name) else name for name in names]

@@ -13,8 +13,6 @@ import typer
 from bristle.cli.options import AllowCode, Json, print_json, refuse, size_limit, toml_content
 from bristle.cli.terminal import complain, progress
 
-__all__ = ["EXAMPLE", "lab"]
-
 EXAMPLE = """Example:
   bristle lab results --out lab.html
   bristle lab --serve"""
@@ -49,7 +47,18 @@ def lab(
     if serve:
         unfit = {"MODEL.toml": model, "--out": out, "--force": force, "--json": as_json}
         refuse(unfit, "does not go with --serve", "Leave it away: files are dropped on the page")
-        _serve(port=port, opens=not no_open)
+        from bristle.server import Limits
+        from bristle.server import serve as serve_lab
+
+        def announce(address: str) -> None:
+            sys.stdout.write(f"{address}\n")
+            sys.stdout.flush()
+            complain("open this address in a browser of this machine; who has it can use the lab. Ctrl-C ends it")
+
+        limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
+        with suppress(KeyboardInterrupt):  # which is how it ends
+            serve_lab(port=port, opens=not no_open, limits=limits, announce=announce)
+        complain("the lab is closed")
         return
     refuse({"--port": port, "--no-open": no_open}, "belongs to --serve", "Add --serve")
     if out is None:
@@ -104,23 +113,6 @@ def lab(
             }
         )
     complain(f"wrote {out}; open it in a browser")
-
-
-def _serve(*, port: int, opens: bool) -> None:
-    """Serve the lab until it is interrupted, which is how it ends."""
-    from bristle.server import Limits, serve
-
-    largest = size_limit()
-    limits = Limits(file_size=largest, total_size=4 * largest)
-    with suppress(KeyboardInterrupt):
-        serve(port=port, opens=opens, limits=limits, announce=_announce)
-    complain("the lab is closed")
-
-
-def _announce(address: str) -> None:
-    sys.stdout.write(f"{address}\n")
-    sys.stdout.flush()
-    complain("open this address in a browser of this machine; who has it can use the lab. Ctrl-C ends it")
 
 
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from bristle.cli.options import LOG_FILE, AxisFile, Output, Readers, own_readers, print_json, size_limit, toml_content
 from bristle.cli.terminal import NO, complain, say, show_table
-
-if TYPE_CHECKING:
-    from bristle.files.proposal import Proposal
-
-__all__ = ["EXAMPLE", "log"]
 
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
@@ -41,6 +36,7 @@ def log(
     Writes summary.json and report.html into DIR; the report needs a log without problems, in units that are known.
     """
     from bristle.files.axis import read_axis
+    from bristle.files.single import write_whole
     from bristle.files.summary import provenance
     from bristle.workflow.commands import inspect_log
 
@@ -55,8 +51,15 @@ def log(
             inspected._replace(summary=summary | {"provenance": source}).write(folder, output.command)
     if output.out:
         complain(f"wrote {output.out}" + (f"; open {output.out / 'report.html'} in a browser" if inspected.log else ""))
-    if write is not None:
-        _write_proposal(write, inspected.proposal)
+    proposal = inspected.proposal
+    if write is not None and proposal is None:
+        used = write.exists()
+        complain(f"{write} is there already: it was used, not replaced" if used else f"{write} was not written")
+    elif write is not None and proposal is not None:
+        write_whole(write, proposal.text, new=True)
+        complain(f"wrote {write}")
+        for key in proposal.missing:
+            complain(f"to be filled in: {key}")
     if output.as_json:
         print_json(summary)
     else:
@@ -64,20 +67,6 @@ def log(
     for problem in summary["problems"]:
         complain(f"problem: {problem}")
     return NO if summary["problems"] else 0
-
-
-def _write_proposal(write: Path, proposal: Proposal | None) -> None:
-    """Write a proposed axis file where there is none yet."""
-    if proposal is None:
-        used = write.exists()
-        complain(f"{write} is there already: it was used, not replaced" if used else f"{write} was not written")
-        return
-    from bristle.files.single import write_whole
-
-    write_whole(write, proposal.text, new=True)
-    complain(f"wrote {write}")
-    for key in proposal.missing:
-        complain(f"to be filled in: {key}")
 
 
 def _show(summary: dict[str, Any]) -> None:
@@ -101,20 +90,15 @@ def _show(summary: dict[str, Any]) -> None:
 
 
 def _table(caption: str, first: str, entries: list[dict[str, Any]]) -> Any:
-    from bristle.report.table import Table
-
-    numbers = ("samples", "min", "max", "mean", "std", "step")
-    rows = [
-        [entry[first], entry.get("column") or "", _unit(entry.get("unit") or "1")]
-        + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
-        for entry in entries
-    ]
-    return Table(caption, (first.capitalize(), "Column", "Unit", *(key.capitalize() for key in numbers)), rows)
-
-
-def _unit(unit: str) -> str:
-    """Return a unit as it is printed; one that is not known, as the file has it."""
     from bristle.core.typography import typeset
     from bristle.core.units import is_unit
+    from bristle.report.table import Table
 
-    return typeset(unit) if is_unit(unit) else f"{unit} (unknown)"
+    units = [entry.get("unit") or "1" for entry in entries]
+    printed = [typeset(unit) if is_unit(unit) else f"{unit} (unknown)" for unit in units]
+    numbers = ("samples", "min", "max", "mean", "std", "step")
+    rows = [
+        [entry[first], entry.get("column") or "", unit] + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
+        for entry, unit in zip(entries, printed, strict=True)
+    ]
+    return Table(caption, (first.capitalize(), "Column", "Unit", *(key.capitalize() for key in numbers)), rows)

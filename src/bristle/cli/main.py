@@ -11,9 +11,6 @@ from contextlib import contextmanager
 
 from bristle.cli.signals import ended_by_signals
 
-__all__ = ["main"]
-
-SECONDS_DIGITS = 10  # until the year 2286
 LEAST_MEMORY = 512 * 2**20  # [byte]
 
 
@@ -25,7 +22,9 @@ def main(arguments: list[str] | None = None) -> int:
         _own_the_compiler()
         try:
             code = _ended_well(list(sys.argv[1:]))
-            _leave_threads(code)
+            if any(not thread.daemon and thread is not threading.main_thread() for thread in threading.enumerate()):
+                # Threads of a person's own model still run, and the interpreter would wait for them for ever.
+                os._exit(code)  # all that was said has left the streams already
             return code
         finally:
             # The interpreter would look for garbage in all of it once more as it ends: a seventh of the time.
@@ -39,18 +38,23 @@ def _ended_well(arguments: list[str]) -> int:
         try:
             refuse_little_memory()
             from bristle.cli.application import run
-            from bristle.cli.terminal import INTERRUPTED, streams_that_take_all, warnings_as_lines
+            from bristle.cli.terminal import INTERRUPTED, let_go, streams_that_take_all, warnings_as_lines
 
             signals.check()
             streams_that_take_all()
             with warnings_as_lines():
-                code = _flushed(run(arguments))
+                code = run(arguments)
+                try:
+                    sys.stdout.flush()
+                except BrokenPipeError:  # a reader that has gone does not change it
+                    let_go(sys.stdout)
                 # A command that kept what it had found returns 130 after any of the signals.
                 return signals.exit_code or code if code == INTERRUPTED else code
         except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
             from bristle.cli.terminal import report
 
-            return report(error, results=_asks_for_results(arguments))
+            has_results = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
+            return report(error, results=has_results)
 
 
 def _own_the_compiler() -> None:
@@ -58,14 +62,8 @@ def _own_the_compiler() -> None:
     for name in [name for name in os.environ if name.startswith("NUMBA_") and name != "NUMBA_DISABLE_JIT"]:
         del os.environ[name]
     dated = os.environ.get("SOURCE_DATE_EPOCH", "0")
-    if not (dated.isdecimal() and len(dated) <= SECONDS_DIGITS):  # libraries that look at it end over another one
+    if not (dated.isdecimal() and len(dated) <= 10):  # libraries that look at it end over one beyond the year 2286
         del os.environ["SOURCE_DATE_EPOCH"]
-
-
-def _leave_threads(code: int) -> None:
-    """End at once where threads of a person's own model still run: the interpreter would wait for them for ever."""
-    if any(not thread.daemon and thread is not threading.main_thread() for thread in threading.enumerate()):
-        os._exit(code)  # all that was said has left the streams already
 
 
 def refuse_little_memory() -> None:
@@ -99,18 +97,3 @@ def errors_let_go() -> Iterator[None]:
             from bristle.cli.terminal import let_go
 
             let_go(sys.stderr)
-
-
-def _asks_for_results(arguments: list[str]) -> bool:
-    return arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
-
-
-def _flushed(code: int) -> int:
-    """Return the exit code once all that was written has left; a reader that has gone does not change it."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        from bristle.cli.terminal import let_go
-
-        let_go(sys.stdout)
-    return code

@@ -13,8 +13,6 @@ from bristle.cli.terminal import say, say_laid_out, show_table
 if TYPE_CHECKING:
     from bristle.core import Component, Surrounding, Variable
 
-__all__ = ["EXAMPLE", "models"]
-
 _EXAMPLES = ("motor_6_cos", "known_NAME")  # of terms that a plant has as many of as one likes
 EXAMPLE = """Example:
   bristle models lugre+asymmetry"""
@@ -60,8 +58,16 @@ def _selected(name: str) -> dict[str, list[Component]]:
     from bristle.core import InputError
     from bristle.core.errors import did_you_mean
 
-    if holds_own(name):
-        return _own(name)
+    if holds_own(name) and "+" in name:
+        return {"friction": [own_model(name, "NAME").inner]}
+    if holds_own(name):  # what is in a file alone: a slot, a model, a law or a sensor
+        from bristle.files.permission import allow
+        from bristle.files.user_model import load_checked
+
+        content = code_in(Path(name))
+        described: Any = load_checked(content)
+        allow(content)
+        return {described.family: [described]}
     base, plus, slots = name.removeprefix("+").partition("+")
     family_of = {member.name: family for family, members in _families().items() for member in members}
     named = {member.name: member for members in _families().values() for member in members}
@@ -76,19 +82,6 @@ def _selected(name: str) -> dict[str, list[Component]]:
     if plus:
         chosen = friction.with_slots(chosen, slots.split("+"), "NAME")
     return {family_of[base]: [chosen]}
-
-
-def _own(name: str) -> dict[str, list[Any]]:
-    """Return the model of a name that holds files, or what is in a file alone: a slot, a model, a law or a sensor."""
-    if "+" in name:
-        return {"friction": [own_model(name, "NAME").inner]}
-    from bristle.files.permission import allow
-    from bristle.files.user_model import load_checked
-
-    content = code_in(Path(name))
-    described = load_checked(content)
-    allow(content)
-    return {described.family: [described]}
 
 
 def _described(family: str, component: Component) -> dict[str, Any]:
@@ -153,9 +146,10 @@ def _show_one(component: Component) -> None:
             typeset(variable.unit("translational")),
             typeset(variable.unit("rotational")),
             _range(variable),
-            _default(component, name),
+            default if isinstance(default, str) else f"{default:g}",
         )
         for name, variable in component.variables.items()
+        for default in [component.defaults.get(name, "")]
     ]
     heads = ("Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default")
     show_table(Table(f"{component.name}: {component.description}", heads, rows))
@@ -174,11 +168,6 @@ def _channels(component: Any) -> list[Surrounding]:
     """Return the channels of a log that a slot, or those of a model, depend on."""
     needed = getattr(component, "surroundings", ()) or [getattr(component, "channel", None)]
     return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
-
-
-def _default(component: Component, name: str) -> str:
-    value = component.defaults.get(name, "")
-    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _range(variable: Variable) -> str:

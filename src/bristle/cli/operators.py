@@ -11,8 +11,6 @@ from bristle.cli.terminal import INTERRUPTED, complain, say, show_table
 if TYPE_CHECKING:
     from bristle.core.content import Content
 
-__all__ = ["identify_operators", "predict_operator"]
-
 
 def identify_operators(logs: list[Path], axes: list[Content], model: str | None, output: Output) -> int:
     """Identify hysteresis operators from recorded curves, write them where that is asked for, and return the exit code."""

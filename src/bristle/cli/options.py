@@ -23,34 +23,6 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
 
-__all__ = [
-    "LOG_FILE",
-    "REMOVED",
-    "AllowCode",
-    "AxisFile",
-    "AxisFiles",
-    "FigureFiles",
-    "Format",
-    "Formats",
-    "Json",
-    "Output",
-    "OwnFigures",
-    "Readers",
-    "as_command",
-    "code_in",
-    "command_told",
-    "experiment_in",
-    "folder_named",
-    "holds_own",
-    "own_figures",
-    "own_model",
-    "own_readers",
-    "print_json",
-    "refuse",
-    "size_limit",
-    "toml_content",
-]
-
 LOG_FILE = (
     "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
 )
@@ -309,16 +281,13 @@ def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
     >>> command_told(["identify", "/home/anna/axis 1.csv", "--axis=../x/axis.toml", "--cutoff", "100 Hz"])
     "bristle identify 'axis 1.csv' --axis=axis.toml --cutoff '100 Hz'"
     """
-    return shlex.join(["bristle", *(_plain(_without_folders(argument, separators)) for argument in arguments)])
+    words = [_without_folders(argument, separators) for argument in arguments]
+    if not all(word.isprintable() for word in words):
+        # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
+        from bristle.core.typography import escaped
 
-
-def _plain(text: str) -> str:
-    # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
-    if text.isprintable():
-        return text
-    from bristle.core.typography import escaped
-
-    return "".join(letter if letter.isprintable() else "?" for letter in escaped(text))
+        words = ["".join(letter if letter.isprintable() else "?" for letter in escaped(word)) for word in words]
+    return shlex.join(["bristle", *words])
 
 
 def _without_folders(argument: str, separators: str) -> str:

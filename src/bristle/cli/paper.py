@@ -11,8 +11,6 @@ from bristle.cli.options import AllowCode, AxisFile, Force, Format, Formats, Jso
 from bristle.cli.study import interruptible
 from bristle.cli.terminal import complain, progress, say, show_table
 
-__all__ = ["EXAMPLE", "paper"]
-
 EXAMPLE = """Example:
   bristle paper --out paper-results
   bristle paper --figure 8 --format pdf --format csv
@@ -68,7 +66,15 @@ def paper(
         return
     refuse({"TRUTH": truths, "--seeds": seeds, "--axis": axis}, "says nothing without --robust")
     if write is not None:
-        _write(write, force, as_json)
+        from bristle.paper import write_experiments
+
+        written = write_experiments(write, force=force)
+        if as_json:
+            print_json({"written": [str(path) for path in written]})
+            return
+        for path in written:
+            say(str(path))
+        complain(f"change them, and run them with: bristle paper --from {write}")
         return
     from bristle.files.summary import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
@@ -107,7 +113,9 @@ def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | N
     from bristle.report.results import write_report
     from bristle.testing import admit
 
-    truths = truths_named(_separated(names), axis, allow_code=allow_code)
+    # Names may have commas between them, and the name of a file may hold one.
+    separated = [name for text in names for name in ([text] if Path(text).is_file() else text.split(","))]
+    truths = truths_named(separated, axis, allow_code=allow_code)
     for truth in truths:
         admit(truth.friction.component.inner)
     assert output.out is not None
@@ -126,20 +134,3 @@ def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | N
             say(sentence)
 
     output.tell(summary, show)
-
-
-def _separated(texts: list[str]) -> list[str]:
-    """Return names that were typed with commas between them one by one; the name of a file may hold one."""
-    return [name for text in texts for name in ([text] if Path(text).is_file() else text.split(","))]
-
-
-def _write(folder: Path, force: bool, as_json: bool) -> None:
-    from bristle.paper import write_experiments
-
-    written = write_experiments(folder, force=force)
-    if as_json:
-        print_json({"written": [str(path) for path in written]})
-        return
-    for path in written:
-        say(str(path))
-    complain(f"change them, and run them with: bristle paper --from {folder}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,10 +23,7 @@ from bristle.cli.options import (
 from bristle.cli.terminal import NO, complain, say
 
 if TYPE_CHECKING:
-    from bristle.logs import Log
     from bristle.simulation import Prediction
-
-__all__ = ["EXAMPLE", "predict"]
 
 EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
@@ -83,7 +79,11 @@ def predict(
         prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
         own = origins_of_code([friction.component])
         source = provenance(output.command, model=file, log=recorded, axis=axis_file, code=own, figure=code)
-        own_log = "::" not in str(log) and _was_fitted_to(facts["provenance"], recorded)
+        # Whether the model was fitted to this log: to the same columns of the same file, at a time that both have.
+        checksum, fitted = recorded.origin.checksum, facts["provenance"]
+        keys = [key.removesuffix("_sha256") for key, value in fitted.items() if key.endswith("_sha256") and value == checksum]
+        alike = any(recorded.is_part(fitted.get(f"{key}_part", "")) for key in keys)
+        own_log = "::" not in str(log) and bool(checksum) and alike
         summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log)
         if folder:
             page = prediction_report(
@@ -100,13 +100,6 @@ def predict(
             write_report(folder, page, summary)
     output.tell(summary, lambda: _show(prediction, recorded.notes, own_log=own_log))
     return 0 if summary["completed"] else NO
-
-
-def _was_fitted_to(provenance: Mapping[str, str], recorded: Log) -> bool:
-    """Return whether a model was fitted to a log: to the same columns of the same file, at a time that both have."""
-    checksum, end = recorded.origin.checksum, "_sha256"
-    keys = [key.removesuffix(end) for key, value in provenance.items() if key.endswith(end) and value == checksum]
-    return bool(checksum) and any(recorded.is_part(provenance.get(f"{key}_part", "")) for key in keys)
 
 
 def _show(prediction: Prediction, log_notes: tuple[str, ...], *, own_log: bool) -> None:

@@ -11,8 +11,6 @@ import typer
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures, refuse
 from bristle.cli.terminal import NO, complain, say, show_table
 
-__all__ = ["EXAMPLE", "run"]
-
 EXAMPLE = """Example:
   bristle run experiment.toml --out results"""
 

@@ -14,8 +14,6 @@ import time
 from types import FrameType
 from typing import Any, NoReturn
 
-__all__ = ["SignalledError", "ended_by_signals"]
-
 SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
 GRACE = 1.0  # [s]
 AGAIN = 0.01  # [s]

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from bristle.study.run import Ran
     from bristle.study.store import Store
 
-__all__ = ["EXAMPLE", "exit_code", "interruptible", "study"]
-
 EXAMPLE = """Example:
   bristle study study.toml --dry-run
   bristle study study.toml --out tolerances

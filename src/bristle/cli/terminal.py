@@ -17,32 +17,14 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table as Drawing
 
     from bristle.report.table import Table
-
-__all__ = [
-    "BAD_INPUT",
-    "INTERRUPTED",
-    "NO",
-    "OUR_BUG",
-    "complain",
-    "let_go",
-    "one_line",
-    "progress",
-    "report",
-    "say",
-    "say_laid_out",
-    "show_table",
-    "streams_that_take_all",
-    "warnings_as_lines",
-]
 
 NO = 1
 BAD_INPUT = 2
 OUR_BUG = 70
 INTERRUPTED = 130
-LONGEST = 500
+LONGEST = 500  # letters
 NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, errno.EROFS}
 NO_MORE_FILES = {errno.EMFILE, errno.ENFILE}
 PATIENCE = 1.0  # [s]
@@ -90,13 +72,13 @@ def _console(stream: TextIO) -> Console:
     from rich.console import Console
 
     width = None if stream.isatty() else PIPE_WIDTH
+
+    def ended() -> None:
+        raise BrokenPipeError  # its own way is to end the program with the code that says no
+
     console = Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
-    console.on_broken_pipe = _end_on_broken_pipe  # its own way is to end the program with the code that says no
+    console.on_broken_pipe = ended
     return console
-
-
-def _end_on_broken_pipe() -> None:
-    raise BrokenPipeError
 
 
 def say(text: str) -> None:
@@ -120,7 +102,19 @@ def show_table(table: Table) -> None:
     least = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]
     available = console.width - 3 * len(least) - 1  # beside the lines and the blanks between columns
     if sum(least) <= available:
-        console.print(_drawn(trimmed, _widths([max(map(len, column)) for column in cells], least, available)))
+        from rich import box
+        from rich.table import Table as Drawing
+
+        widths = [max(map(len, column)) for column in cells]
+        while sum(widths) > available:  # the widest one is made narrower first
+            spare = [width if width > low else 0 for width, low in zip(widths, least, strict=True)]
+            widths[spare.index(max(spare))] -= 1
+        drawing = Drawing(title=trimmed.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+        for i, head in enumerate(trimmed.heads):
+            drawing.add_column(head, justify="right" if trimmed.is_number(i) else "left", width=widths[i])
+        for row in trimmed.rows:
+            drawing.add_row(*map(one_line, row))
+        console.print(drawing)
         return
     console.print(trimmed.caption)
     for row in trimmed.rows:
@@ -128,26 +122,6 @@ def show_table(table: Table) -> None:
         for head, text in zip(trimmed.heads[1:], row[1:], strict=True):
             if text:
                 console.print(f"  {head}: {one_line(text)}")
-
-
-def _widths(widths: list[int], least: list[int], available: int) -> list[int]:
-    """Return the widths of columns made narrower, the widest one first, until they fit."""
-    while sum(widths) > available:
-        spare = [width if width > low else 0 for width, low in zip(widths, least, strict=True)]
-        widths[spare.index(max(spare))] -= 1
-    return widths
-
-
-def _drawn(table: Table, widths: list[int]) -> Drawing:
-    from rich import box
-    from rich.table import Table as Drawing
-
-    drawing = Drawing(title=table.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    for i, head in enumerate(table.heads):
-        drawing.add_column(head, justify="right" if table.is_number(i) else "left", width=widths[i])
-    for row in table.rows:
-        drawing.add_row(*map(one_line, row))
-    return drawing
 
 
 @contextmanager
@@ -224,7 +198,14 @@ def report(error: BaseException, *, results: bool = False) -> int:
             "memory is limited (ulimit -v), allow more"
         )
         return BAD_INPUT
-    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {_saved(error)}")
+    try:
+        options: Any = {"delete": False, "encoding": "utf-8", "errors": "backslashreplace"}
+        with tempfile.NamedTemporaryFile("w", prefix="bristle-", suffix=".txt", **options) as file:
+            file.writelines([f"command: {sys.argv}\n", *traceback.format_exception(error)])
+        details = f"Please report it with the details in {file.name}"
+    except OSError:
+        details = "Its details could not be saved: there is no room for temporary files"
+    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {details}")
     return OUR_BUG
 
 
@@ -244,15 +225,3 @@ def let_go(stream: TextIO) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
-
-
-def _saved(error: BaseException) -> str:
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="bristle-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
-        ) as file:
-            file.write(f"command: {sys.argv}\n")
-            file.writelines(traceback.format_exception(error))
-    except OSError:
-        return "Its details could not be saved: there is no room for temporary files"
-    return f"Please report it with the details in {file.name}"

@@ -15,13 +15,8 @@ from bristle.comparison.result import ROUNDING, Change, Comparison, Shared
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
-from bristle.logs.log import Log
-
-__all__ = ["compare"]
 
 WINDOW = 0.1  # of the time between two reversals
-LEAST_WINDOW = 4  # samples
-ALL_PERCENT = 99.0  # percent of a motion that is all of it
 FEW = 6  # cycles of a side
 
 Sides = tuple[Side, Side]
@@ -48,7 +43,8 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
             path="after",
             mend="Record both with the same reference: same places, same speed",
         )
-    used = _compared(low, plan.before), _compared(high, plan.after)
+    sides = ((low, plan.before), (high, plan.after))
+    used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
     kind = logs[0].kind
     samples = _window_samples(used, window) if follows else None
     rows = SlidingRows(*used) if tells_effort and not (low.reason or high.reason) else None
@@ -59,7 +55,11 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
         *(rows.measures() if rows else ()),
     ]
     changes, as_one = _changes(measures, used, plan, kind)
-    shared = _shared((low, high), plan, complete=complete, as_one=float(np.median(as_one)))
+    in_common = set(low.kinds) & set(high.kinds)
+    counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in (low, high)]
+    shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
+    motions = np.unique(plan.kinds_before).size
+    shared = Shared(*shares, plan.before.size, plan.after.size, motions, complete, plan.paired, float(np.median(as_one)))
     sample_time = used[0].cycles[0].recording.sample_time
     at_speeds = {f"friction.at_speeds.{number}": speed for number, speed in enumerate(rows.speeds if rows else ())}
     return Comparison(
@@ -76,10 +76,6 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     )
 
 
-def _compared(side: Side, numbers: np.ndarray) -> Side:
-    return replace(side, cycles=[side.cycles[number] for number in numbers])
-
-
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
     kinds = {log.kind for log, _ in (*before, *after)}
     if len(kinds) > 1:
@@ -87,20 +83,14 @@ def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) ->
             "are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare two logs of one axis"
         )
     for (first, _), (second, _) in product(before, after):
-        if _is_same(first, second):
+        channels, further = dict(first.channels()), dict(second.channels())
+        is_alike = len(first) == len(second) and list(channels) == list(further)
+        if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
             raise InputError(
                 "is the same log on both sides",
                 path=second.origin.name or "after",
                 mend="Name the log from before the change, and one from after it",
             )
-
-
-def _is_same(first: Log, second: Log) -> bool:
-    names = [name for name, _ in first.channels()]
-    if len(first) != len(second) or names != [name for name, _ in second.channels()]:
-        return False
-    pairs = zip(first.channels(), second.channels(), strict=True)
-    return all(np.array_equal(one_side.values, other_side.values) for (_, one_side), (_, other_side) in pairs)
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:
@@ -112,7 +102,7 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
     between = np.concatenate([np.empty(0), *map(np.diff, turns)])
     if turns and not between.size:
         between = np.array([cycle.count for cycle in cycles])
-    return max(round(WINDOW * float(np.median(between))), LEAST_WINDOW) if between.size else None
+    return max(round(WINDOW * float(np.median(between))), 4) if between.size else None
 
 
 def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) -> tuple[dict[str, Change], list[float]]:
@@ -131,13 +121,6 @@ def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) 
     return changes, as_one
 
 
-def _shared(sides: Sides, plan: Plan, *, complete: bool, as_one: float) -> Shared:
-    in_common = set(sides[0].kinds) & set(sides[1].kinds)
-    counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in sides]
-    shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
-    return Shared(shares[0], shares[1], plan.before.size, plan.after.size, np.unique(plan.kinds_before).size, complete, plan.paired, as_one)
-
-
 def _diagnostics(
     before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], shared: Shared, changes: dict[str, Change], reason: InputError | None
 ) -> tuple[Diagnostic, ...]:
@@ -150,7 +133,7 @@ def _diagnostics(
         lacking = tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))
         if lacking:
             warnings[code] = {"sides": lacking}
-    if min(shared.before_percent, shared.after_percent) < ALL_PERCENT:
+    if min(shared.before_percent, shared.after_percent) < 99.0:
         warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     if not shared.complete:
         warnings["pieces_for_cycles"] = {}

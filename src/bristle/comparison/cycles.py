@@ -19,8 +19,6 @@ from bristle.logs.legs import graininess
 from bristle.logs.log import Log
 from bristle.logs.turns import turning_points
 
-__all__ = ["SAME_PERIOD", "Cycle", "LogAndAxis", "Recording", "Side", "sides_of"]
-
 SAME_PERIOD = 1e-3  # relative difference of sample times that is none
 PHASES = 33  # at which the positions of two cycles are compared
 PIECES = 20  # of the shorter of two motions that never turn
@@ -89,7 +87,10 @@ def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follo
     parts = [part for side in recordings for part in side]
     grains = {id(part): graininess(part.motion, None) for part in parts}
     tremble = TREMBLE[not follows] * max((float(np.ptp(part.motion)) for part in parts), default=0.0)
-    turned = [[_turned(part, max(grains[id(part)], tremble)) for part in side] for side in recordings]
+    turned = [
+        [replace(part, turns=np.array(turning_points(part.motion, max(grains[id(part)], tremble)), dtype=int)) for part in side]
+        for side in recordings
+    ]
     cycles = [_complete(side) for side in turned]
     complete = min(len(side) for side in cycles) >= 2
     if not complete:
@@ -97,11 +98,6 @@ def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follo
         cycles = [_pieces(side, max(min(longest) // PIECES, FEWEST)) for side in turned]
     low, high = _numbered(cycles, max(grains.values()), ALIKE[not follows], complete=complete)
     return Side(low, reasons[0]), Side(high, reasons[1]), complete
-
-
-def _turned(recording: Recording, least: float) -> Recording:
-    """Return a recording that knows where its motion turns."""
-    return replace(recording, turns=np.array(turning_points(recording.motion, least), dtype=int))
 
 
 def _recordings_of(
@@ -115,18 +111,13 @@ def _recordings_of(
     effort = log.effort.values if tells_effort and log.effort is not None else None
     collected = []
     for part in log.segments:
-        picked = _picked(part, log.sample_time, sample_time)
+        picked = np.arange(part.start, part.stop)
+        if sample_time > log.sample_time * (1.0 + SAME_PERIOD):
+            times = np.arange(0.0, (picked.size - 1) * log.sample_time / sample_time + 1e-9)
+            picked = part.start + np.round(times * sample_time / log.sample_time).astype(int)
         signals = (None if signal is None else signal[..., picked] for signal in (error, effort, sliding))
         collected.append(Recording(sample_time, motion.values[picked], *signals, np.empty(0, dtype=int)))  # type: ignore[arg-type]
     return collected, reason
-
-
-def _picked(part: slice, own: float, common: float) -> np.ndarray:
-    """Return which samples of a segment to take."""
-    count = part.stop - part.start
-    if common <= own * (1.0 + SAME_PERIOD):
-        return np.arange(part.start, part.stop)
-    return part.start + np.round(np.arange(0.0, (count - 1) * own / common + 1e-9) * common / own).astype(int)
 
 
 def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarray | None, InputError | None]:
@@ -148,21 +139,17 @@ def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarra
 def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
     collected = []
     for recording in recordings:
-        # A motion may begin and end at a turn. One is forward where the next one is farther up, the
-        # last one where the one before it is.
-        places = np.unique([*recording.turns, *_ends_at_turns(recording)]).astype(int)
+        motion, moving = recording.motion, _moving(recording)
+        near = TREMBLE[1] * float(np.ptp(motion))
+        low, high = float(np.min(motion)) + near, float(np.max(motion)) - near
+        # A motion may begin and end at a turn: where it lies as far out as it goes. One is forward where the next one is
+        # farther up, the last one where the one before it is.
+        ends = [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
+        places = np.unique([*recording.turns, *ends]).astype(int)
         heights = recording.motion[places]
         forward = places[np.append(heights[1:] > heights[:-1], heights[-2:-1] > heights[-1:])]
         collected += [Cycle(recording, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
     return collected
-
-
-def _ends_at_turns(recording: Recording) -> list[int]:
-    """Return the first and the last sample that move, where they lie as far out as the motion goes."""
-    motion = recording.motion
-    moving, near = _moving(recording), TREMBLE[1] * float(np.ptp(motion))
-    low, high = float(np.min(motion)) + near, float(np.max(motion)) - near
-    return [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
 
 
 def _moving(recording: Recording) -> slice:

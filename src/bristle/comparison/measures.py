@@ -22,8 +22,6 @@ from bristle.comparison.resampling import plan_of
 from bristle.comparison.result import Course, Turn
 from bristle.core.lazy import cached_property
 
-__all__ = ["Measure", "SlidingRows", "course_of", "level_measures", "turn_courses", "turn_measures"]
-
 RANGES = 4  # of speed
 SLOWEST = 0.1  # of the speed that 95 % stay below: slower rows are close to a reversal
 FEWEST_ROWS = 20  # of a range, in each direction of each log
@@ -104,20 +102,18 @@ def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
     collected = []
     steps = np.arange(-window, 3 * window + 1)  # one window before a reversal, three behind it
     for name, forward in TURNS.items():
-        curves = [_around(side, steps, window, forward=forward) for side in (before, after)]
-        if all(curve is not None for curve in curves):
-            collected.append(Turn(name, before.cycles[0].recording.sample_time * steps, *curves))  # type: ignore[arg-type]
+        rows = [
+            [
+                cycle.recording.error[place + steps]  # type: ignore[index]
+                for cycle in side.cycles
+                for place in _turns_in(cycle, window, forward=forward)
+                if place + steps[0] >= 0 and place + steps[-1] < cycle.recording.motion.size
+            ]
+            for side in (before, after)
+        ]
+        if all(rows):
+            collected.append(Turn(name, before.cycles[0].recording.sample_time * steps, *(np.mean(own, axis=0) for own in rows)))
     return tuple(collected)
-
-
-def _around(side: Side, steps: np.ndarray, window: int, *, forward: bool) -> np.ndarray | None:
-    rows = [
-        cycle.recording.error[place + steps]  # type: ignore[index]
-        for cycle in side.cycles
-        for place in _turns_in(cycle, window, forward=forward)
-        if place + steps[0] >= 0 and place + steps[-1] < cycle.recording.motion.size
-    ]
-    return np.mean(rows, axis=0) if rows else None
 
 
 class SlidingRows:

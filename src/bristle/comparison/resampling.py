@@ -30,14 +30,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["Changed", "Plan", "changed", "plan_of"]
-
 DRAWS = 1000
 SEED = 20_261_121
-TAIL = 0.975
 PAIRS, OFTEN = 6, 4  # so many motions, each fewer times in a log than this, are drawn as pairs
 LARGEST = 100.0  # logarithm of a ratio that is told
-LAGS = 3  # a correlation is looked for over no more than one in so many cycles
 
 Value = Callable[[np.ndarray], np.ndarray]
 
@@ -85,7 +81,9 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     before, after, plan = before[is_told[0]][own.before], after[is_told[1]][own.after], own
     if plan.paired:
         return _pairs(value, before, after, plan)
-    shares = _shares(plan)
+    # Each motion counts as often as the side has it that has it less often.
+    counts = (np.bincount(kinds) for kinds in (plan.kinds_before, plan.kinds_after))
+    shares = {kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)}
     low, high = (_drawn(value, sums, kinds, shares) for sums, kinds in ((before, plan.kinds_before), (after, plan.kinds_after)))
     variance = low.variance + high.variance
     spread = low.variance**2 / low.freedom + high.variance**2 / high.freedom
@@ -101,12 +99,6 @@ class _Drawn(NamedTuple):
     variance: float
     freedom: float
     as_one: float
-
-
-def _shares(plan: Plan) -> dict[int, float]:
-    """Return how much each motion counts: as often as the side has it that has it less often."""
-    counts = (np.bincount(kinds) for kinds in (plan.kinds_before, plan.kinds_after))
-    return {kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)}
 
 
 def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, shares: dict[int, float]) -> _Drawn:
@@ -157,7 +149,7 @@ def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.nd
 def _as_one(influence: np.ndarray) -> float:
     """Return how many neighbours count as one cycle, from 1 to half of them."""
     count, square, as_one = influence.size, float(influence @ influence), 1.0
-    for lag in range(1, max(count // LAGS, 2)):
+    for lag in range(1, max(count // 3, 2)):
         # Taken about their own mean, numbers without correlation have one of -1 / count.
         correlation = float(influence[lag:] @ influence[:-lag]) / square + 1.0 / count if square > 0.0 else 0.0
         if correlation * math.sqrt(count) <= 0.5:  # standard deviations
@@ -183,5 +175,5 @@ def _interval(change: float, variance: float, freedom: float) -> tuple[float, fl
 
     if not (math.isfinite(change) and math.isfinite(variance)):
         return None
-    half = float(stdtrit(freedom, TAIL)) * math.sqrt(variance)
+    half = float(stdtrit(freedom, 0.975)) * math.sqrt(variance)
     return change - half, change + half

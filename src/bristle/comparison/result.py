@@ -13,8 +13,6 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.log import Log
 
-__all__ = ["ROUNDING", "Change", "Comparison", "Course", "Shared", "Turn", "Verdict"]
-
 Verdict = Literal["lower", "higher", "no_change", "unknown"]
 ROUNDING = 1e-6  # of the larger value: a change that is rounding
 
@@ -57,14 +55,14 @@ class Change:
     @property
     def change_percent(self) -> float:
         """Change in percent of the value before."""
-        return self._percent(self.change)
+        return 100.0 * self.change / abs(self.before) if self.before else math.nan
 
     @property
     def interval_percent(self) -> tuple[float, float] | None:
         """Interval of the change in percent of the value before."""
         if self.interval is None or self.before == 0.0:
             return None
-        low, high = sorted(map(self._percent, self.interval))
+        low, high = sorted(100.0 * end / abs(self.before) for end in self.interval)
         return low, high
 
     @property
@@ -81,9 +79,6 @@ class Change:
         names = ("before", "after", "change", "interval", "change_percent", "interval_percent", "unit", "verdict")
         values = ((name, getattr(self, name)) for name in names)
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values}
-
-    def _percent(self, change: float) -> float:
-        return 100.0 * change / abs(self.before) if self.before else math.nan
 
 
 @dataclass(frozen=True)

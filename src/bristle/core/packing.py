@@ -106,9 +106,9 @@ def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
 
 
 @cache
-def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
-    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`."""
-    return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
+def unpacker(structure: Structure) -> Callable[[Any], Any]:
+    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure."""
+    return _unpacker(structure, "unpack(vector)", "0", "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
 class LaneConstants(NamedTuple):
@@ -199,9 +199,9 @@ def _unpack_expression(
 
 
 @cache
-def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
-    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector from `first` on."""
-    lines = [f"vector[{first + i}] = value{place}" for i, place in enumerate(_places(structure))]
+def packer(structure: Structure) -> Callable[[Any, Any], None]:
+    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector."""
+    lines = [f"vector[{i}] = value{place}" for i, place in enumerate(_places(structure))]
     return kernel_of("store(value, vector)", lines or ["return"], {})
 
 

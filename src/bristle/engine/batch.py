@@ -14,25 +14,18 @@ from bristle.core.edge import FLAG, Amount, among, array, guarded, many, model, 
 from bristle.core.errors import InputError
 from bristle.core.packing import LANES, flattener, is_scalar, lane_constants, pack, structure_of
 from bristle.core.status import Status
-from bristle.engine import lanes
-from bristle.engine.checks import FRICTION, STEPS, check_integrator
+from bristle.engine.checks import FRICTION, STEPS
 from bristle.engine.compilation import compiled, driver, is_interpreted
+from bristle.engine.drivers import Efforts, Mechanisms, Records, open_loops
 from bristle.engine.entry_points import FAILED_SO_FAR, OUT_SIZE, MechanismVectors
-from bristle.engine.implicit_lanes import ImplicitRows, make_implicit_lanes
 from bristle.engine.instance import Instance
-from bristle.engine.loop import HOLDS, INTEGRATOR, SAMPLE_TIME, held, substeps_entry
+from bristle.engine.lanes import InLanes, Rows, make_lanes
+from bristle.engine.loop import HOLDS, SAMPLE_TIME, held, substeps_entry
 from bristle.engine.screwed import refuse_screw
-
-__all__ = ["BatchTrace", "run_batch"]
 
 # All vectors of a block at a time, where one holds eight numbers.
 INTERLEAVED = 4
 WORTH_LANES = 10_000_000  # steps in all: lanes of an implicit step are compiled apart, which takes seconds
-KINDS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
-    "semi_implicit": (lanes.make_lanes, lanes.Rows),
-    "efim": (make_implicit_lanes, ImplicitRows),
-}
-"""Integrator -> what makes the entry of a block, and its rows."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +50,6 @@ class BatchTrace:
     dt=SAMPLE_TIME,
     steps=STEPS,
     hold=among(*HOLDS),
-    integrator=INTEGRATOR,
     x=array(single=True),
     v=array(single=True),
     threads=optional(whole(1, 1024)),
@@ -71,7 +63,6 @@ def run_batch(
     *,
     steps: int = 1,
     hold: str = "zero",
-    integrator: str = "efim",
     x: Any = 0.0,
     v: Any = 0.0,
     threads: int | None = None,
@@ -91,17 +82,14 @@ def run_batch(
         Integration steps between two samples.
     hold : {"zero", "linear"}
         Between samples the effort is held, or runs straight to the next one.
-    integrator : {"efim", "semi_implicit"}
-        The implicit step, which sticks and takes long steps; or the semi-implicit one, of order 1 and for small steps,
-        which runs in lanes: several trajectories in one instruction.
     x, v : array_like, shape () or (trajectory,)
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     threads : int, optional
         Processor cores to use; all where not given.
     in_lanes : bool, optional
-        Whether the implicit step runs in lanes, too, as it can where the friction model has no memory; where not given,
-        from ten million steps on. The numbers are the same; lanes are compiled once for each kind of mechanism, and
-        LuGre runs four times as fast in them.
+        Whether to run in lanes, several trajectories in one instruction, as 32 and more can where the friction model has
+        no memory; where not given, from ten million steps on. The numbers are the same; lanes are compiled once for
+        each kind of mechanism, and LuGre runs four times as fast in them.
 
     Returns
     -------
@@ -114,16 +102,15 @@ def run_batch(
         If the numbers of models, efforts and starts disagree, or the models are not of one component.
     """
     batch, cores = _Batch(plant, friction, effort, x, v), threads or core_count()
-    check_integrator(integrator, batch.friction.model)
     if in_lanes is None:
         in_lanes = batch.count * len(batch.effort) * steps >= WORTH_LANES
-    if integrator == "efim" and not (in_lanes and batch.fits_lanes):
-        # In lanes a block is as wide as they are; one by one it is a share of the work, so that no core waits.
+    # What is tried twice keeps no memory, and lanes pay where they are full.
+    if in_lanes and batch.count >= LANES and not batch.memory.size:
+        width, work = LANES, batch.in_lanes(dt, steps, hold)
+    else:
+        # One by one a block is a share of the work, so that no core waits.
         width = max(min(LANES, -(-batch.count // cores)), 1)
         work = batch.one_by_one(dt, steps, hold, width)
-    else:
-        width = LANES
-        work = batch.in_lanes(dt, steps, hold, integrator)
     firsts = range(0, batch.count, width)
     if cores == 1 or len(firsts) == 1 or is_interpreted():
         for first in firsts:
@@ -168,59 +155,44 @@ class _Batch:
         self.out = np.zeros((self.count, OUT_SIZE))
 
     def one_by_one(self, dt: float, steps: int, hold: str, width: int) -> Callable[[int], Any]:
-        """Return what runs one block of so many by EFIM, trajectory by trajectory."""
+        """Return what runs one block of so many, trajectory by trajectory."""
         vectors = (self.plants, self.body, self.frictions, self.state, self.memory, self.out)
-        mechanisms = lanes.Mechanisms(
-            substeps_entry(self.plant, self.friction, "efim"), MechanismVectors(*(matrix.ravel() for matrix in vectors))
-        )
-        run, efforts = driver(lanes.open_loops), self._efforts(hold)
-        records = self._records(self.count, len(self.effort))
+        mechanisms = Mechanisms(substeps_entry(self.plant, self.friction), MechanismVectors(*(matrix.ravel() for matrix in vectors)))
+        run, efforts = driver(open_loops), self._efforts(hold)
+        matrices = np.full((3, self.count, len(self.effort)), np.nan)
+        self.position, self.velocity, self.force = matrices
+        records = Records(*matrices.reshape(3, -1), self.count)
 
         def work(first: int) -> None:
-            last = min(first + width, self.count)
-            run(mechanisms, first, last, efforts, float(dt), int(steps), records)
+            run(mechanisms, first, min(first + width, self.count), efforts, float(dt), int(steps), records)
 
         return work
 
-    def _efforts(self, hold: str) -> lanes.Efforts:
-        return lanes.Efforts(self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1])
+    def _efforts(self, hold: str) -> Efforts:
+        return Efforts(self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1])
 
-    def _records(self, rows: int, columns: int, *, turned: bool = False) -> lanes.Records:
-        """Return new records, each of such rows; `turned` where a row is one sample."""
-        matrices = [np.empty((rows, columns)) if turned else np.full((rows, columns), np.nan) for _ in range(3)]
-        self.position, self.velocity, self.force = (matrix.T if turned else matrix for matrix in matrices)
-        x, v, force = (matrix.ravel() for matrix in matrices)
-        return lanes.Records(x, v, force, self.count)
-
-    @property
-    def fits_lanes(self) -> bool:
-        """Whether the implicit step can be done in lanes, and they are full: what is tried twice keeps no memory."""
-        return self.count >= LANES and self.memory.shape[1] == 0
-
-    def in_lanes(self, dt: float, steps: int, hold: str, integrator: str) -> Callable[[int], Any]:
-        """Return what runs one block by one of the integrators, all its trajectories together."""
-        size = self.memory.shape[1]
+    def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
+        """Return what runs one block, all its trajectories together."""
         widths = [matrix.shape[1] for matrix in (self.plants, self.body, self.frictions, self.state)]
-        make, rows = KINDS[integrator][0], KINDS[integrator][1](*widths)
-        structures = (*self.plant.structures, *self.friction.structures)
+        rows, structures = Rows(*widths), (*self.plant.structures, *self.friction.structures)
         constants = lane_constants(structures[2], self.frictions)
-        layout = "-".join(map(str, (*widths, size > 0, constants.word)))
         run = compiled(
-            f"lanes-{integrator}-{self.plant.key}-{self.friction.key}-{layout}",
-            lambda: make(*structures, rows, size > 0, constants),
-            lanes.InLanes,
+            f"lanes-{self.plant.key}-{self.friction.key}-{'-'.join(map(str, widths))}-{constants.word}",
+            lambda: make_lanes(*structures, rows, constants),
+            InLanes,
             self.plant.functions + self.friction.functions,
             INTERLEAVED,
         )
-        efforts, records = self._efforts(hold), self._records(len(self.effort), self.count, turned=True)
+        matrices = np.empty((3, len(self.effort), self.count))
+        self.position, self.velocity, self.force = matrices.transpose(0, 2, 1)
+        efforts, records = self._efforts(hold), Records(*matrices.reshape(3, -1), self.count)
         mechanisms = np.hstack((self.plants, self.body, self.frictions, self.state))
 
         def work(first: int) -> None:
             used = min(LANES, self.count - first)
-            chosen = np.minimum(np.arange(first, first + LANES), self.count - 1)
             block = np.zeros((rows.count, LANES))
-            block[: mechanisms.shape[1]] = mechanisms[chosen].T
-            run(block.ravel(), self.memory[chosen].ravel(), size, first, used, efforts, float(dt), int(steps), records)
+            block[: mechanisms.shape[1]] = mechanisms[np.minimum(np.arange(first, first + LANES), self.count - 1)].T
+            run(block.ravel(), np.zeros(0), first, used, efforts, float(dt), int(steps), records)
             self.out[first : first + used, FAILED_SO_FAR] = block[rows.failures_so_far, :used]
             for lane in np.flatnonzero(block[rows.lost_at, :used]):
                 for record in (self.position, self.velocity, self.force):

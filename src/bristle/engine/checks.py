@@ -8,9 +8,6 @@ from bristle.core.contracts import Model
 from bristle.core.edge import amount, instance, is_finite, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
-from bristle.friction.level import rises_with_effort
-
-__all__ = ["FRICTION", "OPERATOR", "PERIOD", "PLACE", "SPEED", "STATE", "STEPS", "check_integrator", "check_run", "finite"]
 
 FRICTION, OPERATOR = model("friction"), model("hysteresis")
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
@@ -24,18 +21,6 @@ def check_run(count: int, **signals: np.ndarray) -> None:
     for name, signal in signals.items():
         if signal.shape != (count,):
             raise InputError("has the wrong length", path=name, value=np.shape(signal), allowed=f"shape ({count},)")
-
-
-def check_integrator(integrator: str, friction: Model) -> None:
-    """Refuse the semi-implicit step where friction rises with what it leaves of the effort, which it does not solve."""
-    if integrator == "semi_implicit" and rises_with_effort(friction):
-        raise InputError(
-            "does not solve for the effort that passes on to the load, with which this friction rises",
-            path="integrator",
-            value=f"{integrator}, {friction.name}",
-            allowed="efim",
-            mend='Take integrator="efim"',
-        )
 
 
 def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:

@@ -33,8 +33,6 @@ from bristle.core.locks import COMPILING
 from bristle.core.packing import without_holder
 from bristle.engine.signature import compiled_signature, flat, handed_over, linked_into, signature_of, type_of
 
-__all__ = ["cache_folder", "compiled", "driver", "interpreted", "is_interpreted"]
-
 _interpreted = ContextVar("interpreted", default=False)
 _entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
 _compiled: list[str] = []

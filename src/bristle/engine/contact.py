@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,6 @@ from bristle.engine.checks import finite
 from bristle.engine.instance import Instance
 from bristle.engine.motion import each_from, force_along_entry
 from bristle.friction import unvaried
-
-__all__ = ["Contact", "place_of", "state_at", "steady_force"]
 
 
 class Contact:
@@ -48,10 +46,10 @@ class Contact:
 
     def copy(self) -> Contact:
         """Return a contact in the same state, which moves on its own from here."""
-        other = copy.copy(self)
-        other._part = copy.copy(self._part)
-        other._part.state, other._memory = self._part.state.copy(), self._memory.copy()
-        return other
+        copied = copy.copy(self)
+        copied._part = copy.copy(self._part)
+        copied._part.state, copied._memory = self._part.state.copy(), self._memory.copy()
+        return copied
 
     def move(self, distance: float, speed: float, count: int = 1) -> np.ndarray:
         """Move in equal steps at constant speed.
@@ -97,47 +95,36 @@ MARGIN = 100  # samples without a difference that end the look-out
 ALIKE = 1e-9  # of the largest force: two runs that have become the same
 
 
-def place_of(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) -> float:
+def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) -> float:
     """Return where a contact stood at first, from -1, about to slip backward, to 1, about to slip forward."""
     count = _forgotten(friction, motion, dt)
     if not count:
         return 0.0
-    every = max(count // THINNED, 1)
-    first = {name: values[every - 1 : count : every] for name, values in motion.items()}
+    stride = max(count // THINNED, 1)
+    thinned = {name: values[stride - 1 : count : stride] for name, values in motion.items()}
     # What happened in a step of several samples shows in the mean of its velocity.
-    first["v"] = np.diff(first["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (every * dt)
-    measured = wanted[every - 1 : count : every]
+    thinned["v"] = np.diff(thinned["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (stride * dt)
 
     def costs(places: np.ndarray) -> np.ndarray:
-        force = each_from(friction, [state_at(friction, one) for one in places.tolist()], dt=every * dt, **first)
-        return np.sum((measured - force) ** 2, axis=1)
+        force = each_from(friction, [state_at(friction, place) for place in places.tolist()], dt=stride * dt, **thinned)
+        return np.sum((measured[stride - 1 : count : stride] - force) ** 2, axis=1)
 
     places = np.linspace(-1.0, 1.0, PLACES)
     cost = costs(places)
     for _ in range(CLOSER):
-        places, cost = _closer(places, cost, costs)
-    return _lowest(places, cost)
-
-
-def _closer(places: np.ndarray, cost: np.ndarray, costs: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return as many places around the best one, and their costs; those between neighbours are new."""
+        # As many places between the neighbours of the best one; the cost of these is known.
+        best = int(np.argmin(cost))
+        low, high = max(best - 1, 0), min(best + 1, PLACES - 1)
+        places = np.linspace(places[low], places[high], PLACES)
+        computed = np.linspace(0, PLACES - 1, high - low + 1).astype(int)
+        new, coarse, cost = np.delete(np.arange(PLACES), computed), cost[low : high + 1], np.empty(PLACES)
+        cost[computed], cost[new] = coarse, costs(places[new])
     best = int(np.argmin(cost))
-    low, high = max(best - 1, 0), min(best + 1, PLACES - 1)
-    finer = np.linspace(places[low], places[high], PLACES)
-    computed = np.linspace(0, PLACES - 1, high - low + 1).astype(int)
-    new = np.delete(np.arange(PLACES), computed)
-    finer_cost = np.empty(PLACES)
-    finer_cost[computed], finer_cost[new] = cost[low : high + 1], costs(finer[new])
-    return finer, finer_cost
-
-
-def _lowest(places: np.ndarray, cost: np.ndarray) -> float:
-    """Return where a parabola through the best place and its neighbours is lowest."""
-    best = int(np.argmin(cost))
-    if not 0 < best < places.size - 1:
+    if not 0 < best < PLACES - 1:
         return float(places[best])
-    before, here, after = cost[best - 1 : best + 2].tolist()
-    bend = before - 2.0 * here + after
+    # Where a parabola through the best place and its neighbours is lowest.
+    before, lowest, after = cost[best - 1 : best + 2].tolist()
+    bend = before - 2.0 * lowest + after
     step = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
     return float(places[best] + step * (places[1] - places[0]))
 
@@ -160,11 +147,6 @@ def state_at(friction: Model, place: float) -> Any:
     return friction.component.start(place, friction.parameters)
 
 
-STEPS_MAX = 200
-SETTLED = 1e-12
-FAR = 1.0  # [m or rad]
-
-
 def steady_force(model: Model, v: float) -> float:
     """Return the force [N or N*m] that a friction model settles to at a constant velocity `v` [m/s or rad/s].
 
@@ -174,14 +156,14 @@ def steady_force(model: Model, v: float) -> float:
     component, p = model.component, unvaried(model).parameters
     state, memory = component.initial_state(p), component.new_memory(p)
     dt, x, force, before = 1e-6, 0.0, math.nan, math.nan
-    for _ in range(STEPS_MAX):
+    for _ in range(200):
         x += v * dt
         force, move = component.trial(state, memory, Motion(v, x), dt, p)
         state = component.commit(state, memory, move, p)
         if not (state or memory.size):
             break
-        far = abs(v) * dt > FAR
-        if far and abs(force - before) <= SETTLED * abs(force):
+        far = abs(v) * dt > 1.0
+        if far and abs(force - before) <= 1e-12 * abs(force):
             break
         # Much longer steps drown the stretch of a contact in rounding.
         before, dt = force, dt if far else 1.5 * dt

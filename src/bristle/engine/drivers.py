@@ -1,4 +1,4 @@
-"""The drivers of one plant with friction: by a recorded effort, and in the loop of a controller.
+"""The drivers of plants with friction: by recorded efforts, and in the loop of a controller.
 
 What a driver runs it is given as tuples of an entry and of the vectors that this entry changes.
 """
@@ -16,8 +16,6 @@ POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION = 0, 1, 2, 3, 4, 5
 MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
-
-__all__ = ["Compensation", "Controller", "Driven", "Sampling", "Sensor", "Signals", "closed_loop", "open_loop", "readings"]
 
 
 class Driven(NamedTuple):
@@ -81,6 +79,30 @@ class Sampling(NamedTuple):
     delay: int
     limit: float
     effort_before: float
+
+
+class Efforts(NamedTuple):
+    """Efforts at each sample, and those that they run to: all mechanisms of one sample in a row, or one for all."""
+
+    start: Vector
+    end: Vector
+    columns: int
+
+
+class Records(NamedTuple):
+    """Position, velocity and friction of all `mechanisms`: of one sample in a row in lanes, else of one mechanism."""
+
+    x: Vector
+    v: Vector
+    force: Vector
+    mechanisms: int
+
+
+class Mechanisms(NamedTuple):
+    """Several mechanisms of one kind: their vectors, those of all mechanisms in a row."""
+
+    substeps: Substeps
+    vectors: MechanismVectors
 
 
 @kernel
@@ -160,3 +182,44 @@ def closed_loop(
         if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
     return count
+
+
+def open_loops(mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records) -> int:
+    """Drive the mechanisms `first` to `last` one after the other; return 0.
+
+    What follows a sample at which a mechanism left the finite numbers is left as it was.
+    """
+    x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
+    size = x.size // count
+    for m in range(first, last):
+        vectors = of_one(mechanisms.vectors, m, count)
+        body, out = vectors.plant_state, vectors.out
+        for k in range(size):
+            x[m * size + k], v[m * size + k] = body[0], body[1]
+            at = k * columns + (m if columns > 1 else 0)
+            mechanisms.substeps(vectors, efforts.start[at], efforts.end[at], dt, steps)
+            force[m * size + k] = out[FORCE]
+            out[FAILED_SO_FAR] += out[FAILED]
+            if not abs(body[0]) + abs(body[1]) < BOUND:
+                break
+    return 0
+
+
+@kernel
+def of_one(vectors, m, count):
+    """Return the vectors of mechanism `m` among those of `count` mechanisms in a row."""
+    return MechanismVectors(
+        share(vectors.plant, m, count),
+        share(vectors.plant_state, m, count),
+        share(vectors.friction, m, count),
+        share(vectors.friction_state, m, count),
+        share(vectors.memory, m, count),
+        share(vectors.out, m, count),
+    )
+
+
+@kernel
+def share(vector, m, count):
+    """Return part `m` of a vector in `count` equal parts."""
+    size = vector.size // count
+    return vector[m * size : (m + 1) * size]

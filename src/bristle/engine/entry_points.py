@@ -16,8 +16,7 @@ from bristle.controllers.law import law
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import friction_commit, friction_trial, operator_commit, operator_trial, sensor_step
 from bristle.core.packing import Structure, motion_reader, packer, unpacker
-from bristle.engine import semi_implicit
-from bristle.engine.mechanism import Mechanism, drive_over, mechanism
+from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
 
 # Where substeps leave what they found, in the vector `out`: mean friction force [N or N*m], solves that failed in them,
@@ -25,26 +24,6 @@ from bristle.engine.signature import Vector
 # far, effort of the drive [N or N*m] (read again); and what they are told: the error of the mean velocity that a solve
 # may leave [m/s or rad/s], the time constant of the drive [s].
 FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
-
-__all__ = [
-    "Compensate",
-    "CompensateAlong",
-    "Control",
-    "ForceAlong",
-    "MechanismVectors",
-    "OutputAlong",
-    "Sense",
-    "Substeps",
-    "compensate_nothing",
-    "make_compensate",
-    "make_compensate_along",
-    "make_control",
-    "make_force_along",
-    "make_output_along",
-    "make_semi_implicit_substeps",
-    "make_sense",
-    "make_substeps",
-]
 
 
 class MechanismVectors(NamedTuple):
@@ -137,36 +116,6 @@ def make_substeps(plant: Structure, plant_state: Structure, friction: Structure,
         store_friction(after.friction, vectors.friction_state)
         out[FORCE], out[FAILED] = after.force, after.failures
         out[SLOPE], out[ACCELERATION], out[DRIVE_EFFORT] = after.slope, after.acceleration, after.effort
-        return 0.0
-
-    return substeps
-
-
-def make_semi_implicit_substeps(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
-) -> Callable[..., Any]:
-    """Return the entry that advances one plant with one friction model by the semi-implicit step."""
-    unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
-    unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
-    store_friction = packer(friction_state)
-
-    def substeps(vectors, effort, effort_end, dt, steps):
-        q, body = unpack_plant(vectors.plant), load_plant(vectors.plant_state)
-        p, s, out = unpack_friction(vectors.friction), load_friction(vectors.friction_state), vectors.out
-        h = dt / steps
-        drive = drive_over(h, out[DRIVE_EFFORT], out[DRIVE_LAG])
-        drive_effort = drive.effort
-        total = 0.0
-        for i in range(steps):
-            command = effort + (effort_end - effort) * ((i + 0.5) / steps)
-            u = command + drive.in_mean * (drive_effort - command)
-            drive_effort = command + drive.at_end * (drive_effort - command)
-            advanced = semi_implicit.advance(body, s, vectors.memory, u, h, q, p)
-            body, s = advanced.plant_state, advanced.friction_state
-            total += advanced.force
-        store_plant(body, vectors.plant_state)
-        store_friction(s, vectors.friction_state)
-        out[FORCE], out[FAILED], out[DRIVE_EFFORT] = total / steps, 0.0, drive_effort
         return 0.0
 
     return substeps

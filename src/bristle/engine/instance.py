@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -14,8 +15,7 @@ from bristle.core.dispatch import functions_of
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import number_count, pack, structure_of, unpacker
 from bristle.core.surroundings import motion_with
-
-__all__ = ["Instance", "memory_of", "warn_of_lost"]
+from bristle.engine.compilation import compiled
 
 
 @dataclass
@@ -76,6 +76,11 @@ class Instance:
     def functions(self) -> tuple[Any, ...]:
         """Functions of the component and of those that it holds: what a user may have written."""
         return _functions(self.structures[0])
+
+
+def entry_of(name: str, part: Instance, kind: Any, make: Callable[..., Any], *further: Any) -> Any:
+    """Return the entry of this name that runs this component, as `make` makes it of its structures."""
+    return compiled(f"{name}-{part.key}", lambda: make(*part.structures, *further), kind, part.functions)
 
 
 @cache

@@ -16,14 +16,12 @@ from bristle.core.status import Status
 from bristle.core.tabular import Tabular
 from bristle.core.variable import Kind, Variable
 from bristle.engine import drivers, entry_points
-from bristle.engine.checks import FRICTION, PLACE, SPEED, STATE, STEPS, check_integrator, check_run
+from bristle.engine.checks import FRICTION, PLACE, SPEED, STATE, STEPS, check_run
 from bristle.engine.compilation import compiled, driver
 from bristle.engine.drivers import Compensation, Controller, Driven, Sampling, Sensor, Signals
 from bristle.engine.entry_points import Compensate, Control, MechanismVectors, Sense, Substeps
-from bristle.engine.instance import Instance, memory_of
+from bristle.engine.instance import Instance, entry_of, memory_of
 from bristle.engine.screwed import TABLE, through_screw
-
-__all__ = ["Compensator", "LoopTrace", "Trace", "begun", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
@@ -115,11 +113,8 @@ class Compensator(NamedTuple):
 class _Mechanism:
     """Plant and friction as one entry with its vectors."""
 
-    def __init__(
-        self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any, integrator: str = "efim"
-    ) -> None:
+    def __init__(self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any) -> None:
         has_screw = table is not None or plant.component.screw is not None
-        check_integrator(integrator, friction)
         friction = through_screw(plant, friction, table) if has_screw else friction
         self.plant, self.friction = Instance(plant), Instance(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
@@ -131,7 +126,7 @@ class _Mechanism:
         self.load = self.friction.state[TABLE] if has_screw else self.plant.state
         self.memory = memory_of(friction, memory)
         self.out = np.zeros(entry_points.OUT_SIZE)
-        self.entry = substeps_entry(self.plant, self.friction, integrator)
+        self.entry = substeps_entry(self.plant, self.friction)
 
     @property
     def driven(self) -> Driven:
@@ -157,15 +152,13 @@ class _Mechanism:
 
 
 SIGNALS = ("position", "velocity", "measured", "command", "effort", "friction", "motor_position", "motor_velocity")
-INTEGRATORS = {"efim": entry_points.make_substeps, "semi_implicit": entry_points.make_semi_implicit_substeps}
-INTEGRATOR = among(*INTEGRATORS)
 
 
-def substeps_entry(plant: Instance, friction: Instance, integrator: str) -> Substeps:
-    """Return the entry that advances this mechanism by this integrator."""
+def substeps_entry(plant: Instance, friction: Instance) -> Substeps:
+    """Return the entry that advances this mechanism."""
     return compiled(
-        f"substeps-{integrator}-{plant.key}-{friction.key}",
-        lambda: INTEGRATORS[integrator](*plant.structures, *friction.structures),
+        f"substeps-efim-{plant.key}-{friction.key}",
+        lambda: entry_points.make_substeps(*plant.structures, *friction.structures),
         Substeps,
         plant.functions + friction.functions,
     )
@@ -181,7 +174,7 @@ def held(effort: np.ndarray, hold: str) -> np.ndarray:
     return effort if hold == "zero" else np.ascontiguousarray(np.concatenate((effort[1:], effort[-1:])))
 
 
-@guarded(**MECHANISM, **DRIVEN, steps=STEPS, integrator=INTEGRATOR, table=optional(FRICTION))
+@guarded(**MECHANISM, **DRIVEN, steps=STEPS, table=optional(FRICTION))
 def run_open_loop(
     plant: Model,
     friction: Model,
@@ -191,7 +184,6 @@ def run_open_loop(
     steps: int = 1,
     hold: str = "zero",
     table: Model | None = None,
-    integrator: str = "efim",
     x: Amount = 0.0,
     v: Amount = 0.0,
     state: Any = None,
@@ -213,8 +205,6 @@ def run_open_loop(
         Integration steps between two samples.
     hold : {"zero", "linear"}
         Between samples the effort is held (a drive) or runs straight to the next one (a smooth record).
-    integrator : {"efim", "semi_implicit"}
-        The implicit step, of order 2, which sticks; or the semi-implicit one, of order 1 and for small steps.
     x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
@@ -226,7 +216,7 @@ def run_open_loop(
         Position, velocity, effort and friction at each sample.
     """
     u, u_end = effort, held(effort, hold)
-    mechanism = _Mechanism(plant, friction, table, x, v, state, memory, integrator)
+    mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     history = np.zeros(drivers.ROWS * u.size)
     reached = int(driver(drivers.open_loop)(mechanism.driven, u, u_end, float(dt), int(steps), history))
     rows = history.reshape(drivers.ROWS, u.size)
@@ -340,9 +330,9 @@ def run_closed_loop(
     reading = mechanism.load if sensor_at == "load" else mechanism.plant.state
     reached = int(
         driver(drivers.closed_loop)(
-            Controller(_entry("control", control, Control, entry_points.make_control), control.parameters, control.state),
+            Controller(entry_of("control", control, Control, entry_points.make_control), control.parameters, control.state),
             _compensation(compensator, started, count),
-            Sensor(_entry("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, reading),
+            Sensor(entry_of("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, reading),
             mechanism.driven,
             Signals(reference.ravel(), extra, unseen),
             Sampling(float(dt), int(steps), int(delay), float(limit), float(effort_before)),
@@ -373,7 +363,7 @@ def _compensation(compensator: Compensator | None, measured: float, count: int) 
         return Compensation(entry, empty, empty, empty, empty, np.zeros(count))
     part = Instance(compensator.friction)
     part.begin(compensator.state)
-    entry = _entry("compensate", part, Compensate, entry_points.make_compensate)
+    entry = entry_of("compensate", part, Compensate, entry_points.make_compensate)
     memory = memory_of(compensator.friction, compensator.memory)
     shape = np.array((*compensator.shape, measured, 0.0))
     transmitted = np.zeros(count) if compensator.transmitted is None else compensator.transmitted
@@ -381,13 +371,9 @@ def _compensation(compensator: Compensator | None, measured: float, count: int) 
     return Compensation(entry, part.parameters, part.state, memory, shape, transmitted)
 
 
-def _entry(name: str, part: Instance, kind: Any, make: Any) -> Any:
-    return compiled(f"{name}-{part.key}", lambda: make(*part.structures), kind, part.functions)
-
-
 def sensed(sensor: Model, x: np.ndarray, dt: float) -> np.ndarray:
     """Return what a sensor reads of a position at each sample [m or rad]."""
     part, readings = Instance(sensor), np.empty(x.size)
-    entry = Sensor(_entry("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x)
+    entry = Sensor(entry_of("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x)
     driver(drivers.readings)(entry, float(dt), readings)
     return readings

@@ -6,8 +6,6 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import expm1, relaxation
 from bristle.engine.efim import Start, advance
 
-__all__ = ["Drive", "Mechanism", "drive_over", "mechanism"]
-
 
 class Drive(NamedTuple):
     """What a drive gives [N or N*m], and the share of its distance from a command that is left after a step.

@@ -14,39 +14,19 @@ from bristle.core.contracts import NOTHING_TRANSMITTED, Model
 from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, vector
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS
-from bristle.core.packing import unpacker
 from bristle.core.surroundings import motion_with
 from bristle.core.values import looked_at
 from bristle.core.variable import Variable
 from bristle.engine import entry_points
 from bristle.engine.checks import FRICTION, PERIOD, SPEED, STATE, check_run, finite
-from bristle.engine.compilation import compiled
-from bristle.engine.instance import Instance, memory_of, warn_of_lost
+from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.path import after, output_along
 from bristle.friction.resting import with_rest
-
-__all__ = [
-    "along",
-    "compensation_along",
-    "conditioned",
-    "each_from",
-    "force_along",
-    "force_along_entry",
-    "force_in_turns",
-    "in_turns",
-    "presliding_distance",
-    "response",
-    "settled",
-]
-
 
 # From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
 FARTHER = np.geomspace(1e-12, 1.0, 120)
 SLOW = 1e6
-SWEEP_CYCLES, SWEEP_STEPS = 12, 40  # of conditioning
 CREEP = np.diff(FARTHER) / SLOW
-
-
 AROUND = array(single=True)
 MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD}
 
@@ -188,12 +168,7 @@ def compensation_along(
     passed_on = _signal(v.size, transmitted)
     check_run(v.size, x=x, transmitted=passed_on)
     effort = np.empty(v.size)
-    entry = compiled(
-        f"compensate_along-{part.key}",
-        lambda: entry_points.make_compensate_along(*part.structures),
-        entry_points.CompensateAlong,
-        part.functions,
-    )
+    entry = entry_of("compensate_along", part, entry_points.CompensateAlong, entry_points.make_compensate_along)
     entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, passed_on, float(dt), effort)
     warn_of_lost(part)
     return finite(effort, model)
@@ -246,13 +221,12 @@ def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
     memory : ndarray
         Memory of the model.
     """
-    part = Instance(model)
-    memory = part.component.new_memory(model.parameters)
+    part, memory = Instance(model), memory_of(model, None)
     if v != 0.0:
         # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
         for distance in np.geomspace(1e-12, 1.0, 80):
             finite(_follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v)), model)
-    return unpacker(part.structures[1])(part.state), memory
+    return part.state_now, memory
 
 
 @guarded(model=FRICTION, amplitude=amount(Variable("length", "amplitude of the sweep", min=0.0)))
@@ -262,13 +236,12 @@ def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
     A contact whose history is not known is brought to a state that is: one whose memory of turning points holds the
     sweep, whatever was before it inside this amplitude. The sweep ends where it began, and is slow.
     """
-    part = Instance(model)
-    memory = part.component.new_memory(model.parameters)
+    part, memory = Instance(model), memory_of(model, None)
     if amplitude > 0.0:
-        turn = np.arange(SWEEP_CYCLES * SWEEP_STEPS + 1) / SWEEP_STEPS
-        path = amplitude * (1.0 - turn / SWEEP_CYCLES) * np.sin(2.0 * np.pi * turn)
+        turn = np.arange(481) / 40.0  # twelve turns, 40 steps each
+        path = amplitude * (1.0 - turn / 12.0) * np.sin(2.0 * np.pi * turn)
         finite(_follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW), model)
-    return unpacker(part.structures[1])(part.state), memory
+    return part.state_now, memory
 
 
 @lru_cache(maxsize=256)
@@ -277,8 +250,7 @@ def presliding_distance(model: Model) -> float:
 
     It is infinite for a static map, which has no contact to deflect, and for one that gives no force.
     """
-    part = Instance(model)
-    memory = part.component.new_memory(model.parameters)
+    part, memory = Instance(model), memory_of(model, None)
     if part.state.size + memory.size == 0:
         return float("inf")
     force = np.abs(_follow(part, memory, CREEP, FARTHER[1:], SLOW))
@@ -298,12 +270,7 @@ def _follow(
 
 def force_along_entry(part: Instance) -> Callable[..., Any]:
     """Return the entry that runs this friction model along a prescribed motion."""
-    return compiled(
-        f"force_along-{part.key}",
-        lambda: entry_points.make_force_along(*part.structures, part.motion),
-        entry_points.ForceAlong,
-        part.functions,
-    )
+    return entry_of("force_along", part, entry_points.ForceAlong, entry_points.make_force_along, part.motion)
 
 
 @guarded(model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array(), rest=among(*RESTS))

@@ -9,44 +9,33 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.edge import array, guarded
-from bristle.core.packing import unpacker
 from bristle.engine import entry_points
 from bristle.engine.checks import OPERATOR
 from bristle.engine.compilation import compiled
-from bristle.engine.instance import Instance, warn_of_lost
+from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.signature import Vector
 from bristle.plants.terms import Place, effort_at, gravity_at
-
-__all__ = ["after", "effort_along", "output_along"]
 
 
 @guarded(operator=OPERATOR, u=array())
 def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None) -> np.ndarray:
     """Return the output of a hysteresis operator along an input."""
-    part = _part(operator, state)
-    used = part.component.new_memory(operator.parameters) if memory is None else np.array(memory, dtype=float)
-    return _follow(part, used, u)
+    part = Instance(operator)
+    part.begin(state)
+    return _follow(part, memory_of(operator, memory), u)
 
 
 @guarded(operator=OPERATOR, history=array())
 def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
     """Return the state and the memory of a hysteresis operator after a history of its input."""
-    part, memory = _part(operator), operator.component.new_memory(operator.parameters)
+    part, memory = Instance(operator), memory_of(operator, None)
     _follow(part, memory, history)
-    return unpacker(part.structures[1])(part.state), memory
-
-
-def _part(operator: Model, state: Any = None) -> Instance:
-    part = Instance(operator)
-    part.begin(state)
-    return part
+    return part.state_now, memory
 
 
 def _follow(part: Instance, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
     output = np.empty(u.size)
-    entry = compiled(
-        f"output_along-{part.key}", lambda: entry_points.make_output_along(*part.structures), entry_points.OutputAlong, part.functions
-    )
+    entry = entry_of("output_along", part, entry_points.OutputAlong, entry_points.make_output_along)
     entry(part.parameters, part.state, memory, u, output)
     warn_of_lost(part)
     return output

@@ -34,8 +34,6 @@ from bristle.core.motion import Motion
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
 
-__all__ = ["TABLE", "Screwed", "refuse_screw", "through_screw"]
-
 # Where position and velocity of the table stand in the state.
 TABLE = slice(0, 2)
 

@@ -18,8 +18,6 @@ import numpy as np
 from bristle.core.kernel import kernels
 from bristle.core.packing import unowned
 
-__all__ = ["Signature", "Vector", "flat", "handed_over", "linked_into", "signature_of"]
-
 Vector = np.ndarray
 
 
@@ -181,7 +179,7 @@ def _executable_but_for(entry: Callable[..., Any], executable: Callable[..., Any
     """Return what makes functions of Python of compiled ones, but for kernels, which get one that fails."""
     from numba import _dynfunc  # pyright: ignore[reportAttributeAccessIssue]
 
-    known = {(one.__module__, one.__qualname__) for one in kernels()} - {(entry.__module__, entry.__qualname__)}
+    known = {(function.__module__, function.__qualname__) for function in kernels()} - {(entry.__module__, entry.__qualname__)}
     failing = ctypes.cast(ctypes.pythonapi.PyErr_BadInternalCall, ctypes.c_void_p).value
 
     def make(library: Any, described: Any, environment: Any) -> Any:

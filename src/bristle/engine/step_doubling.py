@@ -14,6 +14,13 @@ of the stop, where the force jumps. How far it leads astray there is an error of
 
 A body at rest hides its break-away from any such estimate, since both results stay where they were. So after each
 step that ends at rest it is asked how long the body can rest, and the step is made to end there.
+
+Where the error of steps jumps, as at kinks, proportional and integral control damps what it does to their length.
+
+References
+----------
+.. [1] K. Gustafsson, "Control-theoretic techniques for stepsize selection in implicit Runge-Kutta methods", ACM
+   Transactions on Mathematical Software 20(4), 1994. doi:10.1145/198429.198437
 """
 
 from __future__ import annotations
@@ -23,15 +30,12 @@ from typing import Any, NamedTuple
 
 from bristle.core.dispatch import plant_port, plant_rest
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
+from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, power
 from bristle.core.packing import Structure, unpacker
 from bristle.engine.drivers import BOUND
 from bristle.engine.efim import INFINITY, evaluate
 from bristle.engine.entry_points import ACCELERATION, FAILED, FORCE, SLACK, SLOPE, MechanismVectors, Substeps
 from bristle.engine.signature import Vector
-from bristle.engine.step_length import GIVE_UP, ROUNDING, Course, Limits, Samples, length_factor
-
-__all__ = ["DoublingEntries", "doubling", "make_rest_time"]
 
 # A step so short, as a share of another one, that the mean force over it is the force at an instant.
 INSTANT = 1e-9
@@ -40,6 +44,45 @@ BISECTIONS = 60
 SHARE_OF_SOLVES = 0.01
 # What is left after an extrapolation may be so many times what the orders of magnitude say.
 CAUTION = 10.0
+SAFETY = 0.9
+SMALLEST_FACTOR, LARGEST_FACTOR = 0.2, 4.0
+PROPORTIONAL, INTEGRAL = 0.7, 0.4
+SMALLEST_ERROR = 1e-4
+ROUNDING = 1e-15  # share of the position below which its error means nothing
+GIVE_UP = 1000.0  # steps of the shortest length, and still not exact enough
+
+
+class Course(NamedTuple):
+    """An effort that is straight between `knots` [s]: at the beginning and at the end of each stretch."""
+
+    knots: Vector
+    starts: Vector
+    ends: Vector
+
+
+class Limits(NamedTuple):
+    """The error allowed per time [m/s or rad/s] and per step [m or rad]; longest, shortest and first step [s].
+
+    After the way `far` [m or rad] in one step a contact only follows. `between` is the error of the position allowed
+    at a sample inside a step [m or rad]: it does not add up.
+    """
+
+    per_time: float
+    per_step: float
+    longest: float
+    shortest: float
+    first: float
+    far: float
+    between: float
+
+
+class Samples(NamedTuple):
+    """When [s] something is recorded, and what: position, velocity, and impulse of the friction until then."""
+
+    times: Vector
+    x: Vector
+    v: Vector
+    impulse: Vector
 
 
 class DoublingEntries(NamedTuple):
@@ -66,6 +109,20 @@ class Half(NamedTuple):
     force_1: float
     force_2: float
     impulse: float
+
+
+@kernel
+def length_factor(error, error_last, order):
+    """Return by how much the step length changes after an error.
+
+    Both errors are shares of what is allowed, that of this step and that of the last one; the error goes with the
+    power `order` of the step length.
+    """
+    if not error <= 1e300:
+        return SMALLEST_FACTOR
+    now, last = max(error, SMALLEST_ERROR), max(error_last, SMALLEST_ERROR)
+    factor = SAFETY * power(now, -PROPORTIONAL / order) * power(last, INTEGRAL / order)
+    return max(SMALLEST_FACTOR, min(LARGEST_FACTOR, factor))
 
 
 @kernel(inline=False)

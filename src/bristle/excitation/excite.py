@@ -22,15 +22,11 @@ from bristle.excitation.purposes import PURPOSES
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.files.arguments import AXIS
 
-__all__ = ["Excitation", "excite"]
-
-DURATION, SHORTEST = 60.0, 2.0  # [s]
+SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
-DRAWS = 100
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
 LATE = 1.001  # of the duration asked for, that a motion may take
-ROUNDS = 3  # to come down to the time that a motion may take
 TIME = Variable("time", "duration")
 TRAVEL = Variable("length", "distance within which the motion stays")
 START = Variable("length", "where the motion begins")
@@ -76,7 +72,7 @@ def excite(
     purposes: Sequence[str] | str | None = None,
     model: Any = None,
     rehearsed: bool = True,
-    draws: int = DRAWS,
+    draws: int = 100,
     allow_code: bool = False,
     progress: Progress | None = None,
 ) -> Excitation:
@@ -118,7 +114,7 @@ def excite(
     >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
     True
     """
-    seconds = quantity(DURATION if duration is None else duration, TIME, path="duration")
+    seconds = quantity(60.0 if duration is None else duration, TIME, path="duration")
     if not SHORTEST <= seconds < math.inf:
         raise InputError("out of range", path="duration", value=duration, allowed=f"at least {SHORTEST:g} s")
     mechanism = _mechanism(model, axis, allow_code)
@@ -166,8 +162,27 @@ def _planned(
     pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
     middle = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
     motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, middle if begin is None else begin)
-    notes += left_out + _notes(motion, axis, prior, chosen_start=begin is not None)
-    _keep(motion, limits)
+    notes += left_out
+    if axis.sample_time is None:
+        notes.append(f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]")
+    place = with_unit(motion.start, unit_of("length", axis.kind))
+    if begin is not None:
+        notes.append(f"it begins at {place}")
+    elif axis.stroke:
+        notes.append(f"it begins in the middle of the stroke, at {place}")
+    else:
+        notes.append("it begins at position 0: add the position at which your axis stands, or tell it with --start")
+    if prior.assumed:
+        notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
+    # Whatever made the motion, the axis is not to pay for it.
+    reach = float(np.max(np.abs(motion.position - motion.start)))
+    for name, value, limit in (
+        ("travel", 2.0 * reach, limits.travel),
+        ("velocity", float(np.max(np.abs(motion.velocity))), limits.velocity),
+        ("acceleration", float(np.max(np.abs(motion.acceleration))), limits.acceleration),
+    ):
+        if limit is not None and value > limit * (1.0 + 1e-9):
+            raise RuntimeError(f"the motion exceeds the {name} of the axis: {value:g} > {limit:g}")
     return Excitation(motion, axis, limits, prior, tuple(notes))
 
 
@@ -206,7 +221,14 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
 
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
     """Return what can be done of what is asked, and why the rest cannot."""
-    names = list(PURPOSES) if purposes is None else _names(purposes)
+    names = list(PURPOSES) if purposes is None else list(purposes)
+    if not names:
+        mend = "Name one, or leave it out for all that the axis allows"
+        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
+    for name in names:
+        if name not in PURPOSES:
+            allowed, mend = ", ".join(PURPOSES), did_you_mean(name, PURPOSES)
+            raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
         raise InputError(
@@ -221,27 +243,17 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     return [name for name in PURPOSES if name in names and not reasons[name]], notes
 
 
-def _names(names: Sequence[str]) -> Sequence[str]:
-    if not names:
-        raise InputError(
-            "names no purpose of a motion",
-            path="purposes",
-            allowed=", ".join(PURPOSES),
-            mend="Name one, or leave it out for all that the axis allows",
-        )
-    for name in names:
-        if name not in PURPOSES:
-            raise InputError(
-                "is no purpose of a motion", path="purposes", value=name, allowed=", ".join(PURPOSES), mend=did_you_mean(name, PURPOSES)
-            )
-    return names
-
-
 def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool) -> tuple[list[ExcitationPiece], list[str]]:
     """Return pieces that take no longer than they may [s], and what was left out for that."""
     notes: list[str] = []
     while True:
-        pieces = _as_short_as(seconds, chosen, limits)
+        target, pieces = seconds, _pieces(chosen, limits, seconds)
+        for _ in range(3):  # to come down to the time that they may take
+            takes = length_of(pieces)
+            if takes <= seconds * LATE:
+                break
+            target *= seconds / takes
+            pieces = min(pieces, _pieces(chosen, limits, target), key=length_of)
         takes = length_of(pieces)
         if takes <= seconds * LATE:
             return pieces, notes
@@ -256,20 +268,6 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
         first = next(name for name in LEAVES_FIRST if name in chosen)
         notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + ExcitationMotion.rest:.3g} s")
         chosen = [name for name in chosen if name != first]
-
-
-def _as_short_as(seconds: float, chosen: list[str], limits: MotionLimits) -> list[ExcitationPiece]:
-    """Return pieces that take no longer than this [s], or those that take the least."""
-    target = seconds
-    pieces = _pieces(chosen, limits, target)
-    for _ in range(ROUNDS):
-        takes = length_of(pieces)
-        if takes <= seconds * LATE:
-            break
-        target *= seconds / takes
-        again = _pieces(chosen, limits, target)
-        pieces = min(pieces, again, key=length_of)
-    return pieces
 
 
 def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
@@ -287,30 +285,3 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
         left = max(left, SHORTEST)
         pieces += added
     return sorted(pieces, key=lambda piece: chosen.index(piece.purpose))
-
-
-def _notes(motion: ExcitationMotion, axis: Axis, prior: Prior, *, chosen_start: bool) -> list[str]:
-    notes = []
-    if axis.sample_time is None:
-        notes.append(f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]")
-    if chosen_start:
-        notes.append(f"it begins at {with_unit(motion.start, unit_of('length', axis.kind))}")
-    elif axis.stroke:
-        notes.append(f"it begins in the middle of the stroke, at {with_unit(motion.start, unit_of('length', axis.kind))}")
-    else:
-        notes.append("it begins at position 0: add the position at which your axis stands, or tell it with --start")
-    if prior.assumed:
-        notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
-    return notes
-
-
-def _keep(motion: ExcitationMotion, limits: MotionLimits) -> None:
-    """Make sure that the samples keep the limits: whatever made the motion, the axis is not to pay for it."""
-    reach = float(np.max(np.abs(motion.position - motion.start)))
-    for name, value, limit in (
-        ("travel", 2.0 * reach, limits.travel),
-        ("velocity", float(np.max(np.abs(motion.velocity))), limits.velocity),
-        ("acceleration", float(np.max(np.abs(motion.acceleration))), limits.acceleration),
-    ):
-        if limit is not None and value > limit * (1.0 + 1e-9):
-            raise RuntimeError(f"the motion exceeds the {name} of the axis: {value:g} > {limit:g}")

@@ -16,18 +16,11 @@ from bristle.engine import force_along, settled
 from bristle.friction import find, is_static, with_presliding
 from bristle.plants import inertia
 
-__all__ = ["MotionLimits", "Prior", "effort_limit", "limits_of", "prior_of", "turning_distance"]
-
-FRICTION_SHARE = 0.1  # of the largest effort, where no model says what friction takes
-STATIC_OVER_COULOMB = 1.25
-STRIBECK_SHARE = 0.01  # of the largest speed
-DAMPING_RATIO = 0.2  # of the contact, by its micro-damping
 TURNED = 0.98  # share of the change of force by which a reversal counts as over
 # A bristle turns by that share over ln(2 / (2 (1 - TURNED))) of its length; half of it is the amplitude of a loop.
 LENGTHS = 0.5 * math.log(1.0 / (1.0 - TURNED))
 LEAST = 1e-9  # m, rad, and their derivatives: no axis moves by less
 MARGIN = 0.9  # of a limit that is used: the loop overshoots
-CORNER = 0.1  # of a slow leg, that its corners take: a jump of the velocity would shake the axis
 
 
 @dataclass(frozen=True)
@@ -71,8 +64,8 @@ class MotionLimits:
     followed: float = 0.0
 
     def corner(self, speed: float, leg: float) -> float:
-        """Return the acceleration at the ends of a leg of this length [m or rad], as gentle as it leaves time for."""
-        return min(2.0 * speed * speed / (CORNER * leg), self.acceleration or math.inf)
+        """Return the acceleration at the ends of a leg of this length [m or rad], a tenth of which they take."""
+        return min(2.0 * speed * speed / (0.1 * leg), self.acceleration or math.inf)
 
     def in_unit(self, value: float, quantity: str) -> str:
         """Return a value with its unit on this axis."""
@@ -163,18 +156,22 @@ class Prior:
 def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = None) -> Prior:
     """Return what is believed of an axis: a model of it, or one made of its limits and its pre-sliding distance."""
     kind, most, distance = axis.kind, effort_limit(axis), axis.presliding
-    force = 1.0 if friction is not None or most is None else FRICTION_SHARE * most
-    mass, assumed = _mass(axis, plant, force)
-    mass_known = plant is not None or axis.mass is not None
+    force = 1.0 if friction is not None or most is None else 0.1 * most
+    mass, assumed = axis.mass if plant is None else plant.values["M"], ()
+    mass_known = mass is not None
+    if mass is None:
+        mass = (0.5 * most if most is not None else force) / (axis.acceleration_limit or 1.0)
+        word = "mass" if kind == "translational" else "inertia"
+        assumed = (f"{word} of {with_unit(mass, unit_of('mass', kind))}",)
     if friction is None:
-        static, length = STATIC_OVER_COULOMB * force, (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
+        static, length = 1.25 * force, (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
         fastest, stiffness = axis.velocity_limit or 1e4 * length, static / length
         values = {
             "F_C": force,
             "F_S": static,
-            "v_S": STRIBECK_SHARE * fastest,
+            "v_S": 0.01 * fastest,
             "sigma_0": stiffness,
-            "sigma_1": 2.0 * DAMPING_RATIO * math.sqrt(stiffness * mass),
+            "sigma_1": 0.4 * math.sqrt(stiffness * mass),  # a damping ratio of 0.2
             "sigma_2": 0.5 * force / fastest,  # half of the Coulomb friction at the largest speed
         }
         simulated = make_model(find("lugre"), values, kind=kind, validate=True)
@@ -186,7 +183,11 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
             simulated = with_presliding(friction, distance / LENGTHS)
         else:
             distance = turning_distance(friction)
-        stiffness = _stiffness(simulated, distance) if distance else 0.0
+        stiffness = 0.0
+        if distance:  # that of the contact before it was ever pulled at
+            step, dt = 1e-3 * distance, 1e9
+            first, second = force_along(simulated, np.full(2, step / dt), dt)
+            stiffness = float(second - first) / step
     return Prior(
         plant or make_model(inertia, {"M": mass}, kind=kind, validate=True),
         simulated,
@@ -206,18 +207,6 @@ def effort_limit(axis: Axis) -> float | None:
     return limit if math.isfinite(limit) else None
 
 
-def _mass(axis: Axis, plant: Model | None, force: float) -> tuple[float, tuple[str, ...]]:
-    """Return the moving mass [kg or kg*m^2], and what is assumed of it."""
-    if plant is not None:
-        return plant.values["M"], ()
-    if axis.mass is not None:
-        return axis.mass, ()
-    most = effort_limit(axis)
-    mass = (0.5 * most if most is not None else force) / (axis.acceleration_limit or 1.0)
-    word = "mass" if axis.kind == "translational" else "inertia"
-    return mass, (f"{word} of {with_unit(mass, unit_of('mass', axis.kind))}",)
-
-
 def turning_distance(friction: Model) -> float | None:
     """Return half the distance over which the force of a model turns after a slow reversal [m or rad].
 
@@ -231,10 +220,3 @@ def turning_distance(friction: Model) -> float | None:
     force = force_along(friction, velocity, dt, state=state, memory=memory)
     turned = np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0])
     return 0.5 * float(path[np.argmax(turned)])
-
-
-def _stiffness(friction: Model, distance: float) -> float:
-    """Return the stiffness of the contact before it was ever pulled at [N/m or N*m/rad]."""
-    step, dt = 1e-3 * distance, 1e9
-    force = force_along(friction, np.full(2, step / dt), dt)
-    return float(force[1] - force[0]) / step

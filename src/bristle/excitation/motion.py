@@ -13,10 +13,6 @@ from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 
-__all__ = ["ExcitationMotion", "ExcitationPiece", "Move", "in_time", "length_of", "moves_of"]
-
-ROUNDS = 12
-
 
 @dataclass(frozen=True)
 class ExcitationPiece:
@@ -135,15 +131,9 @@ def length_of(pieces: Sequence[ExcitationPiece]) -> float:
 
 def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace: float, low: float, high: float) -> list[ExcitationPiece]:
     """Return pieces made at the pace at which they take this time, as far as it lies between `low` and `high`."""
-    for _ in range(ROUNDS):
+    for _ in range(12):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
     return make(pace)
-
-
-FINER = 8  # times the rate of the samples, for turning points between them
-RESTS = 1e-6  # of the largest velocity: standstill
-CONTINUOUS = ("chirp",)
-"""Pieces that no list of moves is: a sine is not made of legs of one velocity."""
 
 
 class Move(NamedTuple):
@@ -162,7 +152,7 @@ def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...
     left_out: list[str] = []
     origin = motion.start
     for piece in motion.pieces:
-        if piece.name in CONTINUOUS:
+        if piece.name == "chirp":  # a sine is not made of legs of one velocity
             left_out.append(piece.purpose)
         else:
             moves += _legs(piece, origin, piece.rest, motion.sample_time)
@@ -172,10 +162,10 @@ def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...
 
 def _legs(piece: ExcitationPiece, origin: float, dwell: float, sample_time: float) -> list[Move]:
     """Return the legs of a piece, from one turning point or standstill to the next."""
-    time = np.linspace(0.0, piece.duration, max(int(np.ceil(FINER * piece.duration / sample_time)), 2) + 1)
+    time = np.linspace(0.0, piece.duration, max(int(np.ceil(8 * piece.duration / sample_time)), 2) + 1)
     position, velocity, acceleration = piece.sample(time)
     side = np.sign(velocity)
-    side[np.abs(velocity) < RESTS * np.max(np.abs(velocity))] = 0.0
+    side[np.abs(velocity) < 1e-6 * np.max(np.abs(velocity))] = 0.0
     bounds = np.flatnonzero(np.diff(side, prepend=0.0, append=0.0))
     moves: list[Move] = []
     for first, last in pairwise(bounds.tolist()):

@@ -18,8 +18,6 @@ from bristle.excitation.limits import MotionLimits
 from bristle.excitation.motion import ExcitationPiece, in_time
 from bristle.references import chirp, s_curve, triangle
 
-__all__ = ["PURPOSES", "Purpose"]
-
 REST = 0.2  # before a piece [s]
 SLIDING = 5.0  # times the pre-sliding amplitude: a slide, or a reversal, is no shorter
 
@@ -27,28 +25,16 @@ PAIRS = 14
 SMALLEST, LARGEST = 0.1, 0.97  # loops, of the pre-sliding amplitude
 LOOP_COUNTS = 3.0  # of the encoder: no loop is smaller
 SLIDE = 4.0  # times the pre-sliding amplitude: friction is saturated long before
-SLIDE_TIME = 1.5  # [s]
-DECAYING_CYCLES, DECAYED = 5, 0.15
-LEG_SAMPLES = 25.0  # at least, in the shortest leg
-LEG_TIME = 5.0  # [s] at most, for the longest leg: longer, and drift of the axis looks like friction
+DECAYING_CYCLES = 5
 
 RATES = (1.0, 4.0, 16.0)  # of break-away, relative to the slowest
-TURN_SAMPLES = 50.0  # at least, while the contact turns over
 
 SPEEDS = 10
-SLIDE_COUNTS = 200.0  # of the encoder: the shortest slide
-TRAVEL_SHARE = 0.01  # the shortest slide where neither encoder nor contact is known
-SLOWEST_SHARE = 0.3  # of the time, for the slowest velocity
-BELOW_STRIBECK = 0.2  # of the Stribeck velocity, where it is known
 SPREAD = 3.0  # the largest velocity over the smallest, at least
-CYCLES_MOST = 6
 
 CHIRP_AMPLITUDE = 0.2  # of the pre-sliding amplitude: small, so that stiffness and damping show, and not slip
 CHIRP_COUNTS = 2.0  # of the encoder: no smaller amplitude
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
-CHIRP_SAMPLES = 5.0  # in a period, at least
-ENOUGH = 1.25  # times the resonance, that the chirp must reach
-RAMP_SHARE = 0.2  # of the duration, at most; a ramp takes two periods of the lowest frequency
 
 
 class Purpose(NamedTuple):
@@ -86,7 +72,7 @@ def _conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
     """Return a slide to and fro that wipes out what the contact remembers."""
     assert limits.presliding is not None
     amplitude = SLIDE * limits.presliding
-    return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / SLIDE_TIME)
+    return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5)  # it takes 1.5 s
 
 
 def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
@@ -96,12 +82,12 @@ def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     smallest = max(SMALLEST * limits.presliding, LOOP_COUNTS * limits.count, limits.followed)
     # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
     amplitudes = np.linspace(smallest, largest, PAIRS)
-    slowest = 2.0 * largest / LEG_TIME
-    fastest = min(2.0 * smallest / (LEG_SAMPLES * limits.sample_time), limits.velocity or math.inf)
+    slowest = 2.0 * largest / 5.0  # a longest leg of 5 s: beyond that, drift of the axis looks like friction
+    fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.velocity or math.inf)  # samples in the shortest leg
     cycles = 2
 
     def make(speed: float) -> list[ExcitationPiece]:
-        decay = DECAYED ** (1.0 / (2 * DECAYING_CYCLES - 1))
+        decay = 0.15 ** (1.0 / (2 * DECAYING_CYCLES - 1))
         loops = _triangle(limits, "presliding", "decaying loops", largest, speed, DECAYING_CYCLES, decay)
         pairs = [_triangle(limits, "presliding", "triangles", amplitude, speed, cycles) for amplitude in amplitudes]
         return [_conditioning(limits, "presliding"), loops, *pairs]
@@ -114,17 +100,24 @@ def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 
 
 def _triangle(
-    limits: MotionLimits, purpose: str, name: str, amplitude: float, speed: float, cycles: int = 1, ratio: float = 1.0
+    limits: MotionLimits,
+    purpose: str,
+    name: str,
+    amplitude: float,
+    speed: float,
+    cycles: int = 1,
+    ratio: float = 1.0,
+    leg: float | None = None,
 ) -> ExcitationPiece:
     speed = min(speed, limits.velocity or math.inf)
-    shortest = 2.0 * amplitude * ratio ** (2 * cycles - 1)
+    leg = leg or 2.0 * amplitude * ratio ** (2 * cycles - 1)  # the shortest one
     reference = triangle(
         kind=limits.kind,
         amplitude=amplitude,
         velocity=speed,
         cycle_count=cycles,
         ratio=ratio,
-        acceleration=limits.corner(speed, shortest),
+        acceleration=limits.corner(speed, leg),
         jerk=limits.jerk,
     )
     return ExcitationPiece(purpose, name, reference, REST, speed, amplitude)
@@ -134,7 +127,7 @@ def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
     assert limits.presliding is not None
     turn = 2.0 * limits.presliding
-    most = min(turn / (TURN_SAMPLES * limits.sample_time), limits.velocity or math.inf)
+    most = min(turn / (50.0 * limits.sample_time), limits.velocity or math.inf)
 
     # The conditioning slide ends forward: the first ramp turns back.
     def make(speed: float) -> list[ExcitationPiece]:
@@ -184,37 +177,26 @@ def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
             braking = speed * speed / acceleration + speed * acceleration / limits.jerk
             ideal = speed / (4.0 * rate)
             amplitude = min(max(ideal, least, 2.0 * braking), most)
-            cycles = min(max(round(ideal / amplitude), 1), CYCLES_MOST)
-            sweeps.append(_sweep(limits, float(speed), float(amplitude), cycles))
+            cycles = min(max(round(ideal / amplitude), 1), 6)
+            shape = float(amplitude), float(speed), cycles
+            sweeps.append(_triangle(limits, "stribeck", "constant velocity", *shape, leg=float(amplitude)))
         return sweeps
 
     pace = SPEEDS / seconds
     return in_time(make, seconds, pace, 1e-2 * pace, 1e3 * pace)
 
 
-def _sweep(limits: MotionLimits, speed: float, amplitude: float, cycles: int) -> ExcitationPiece:
-    reference = triangle(
-        kind=limits.kind,
-        amplitude=amplitude,
-        velocity=speed,
-        cycle_count=cycles,
-        acceleration=limits.corner(speed, amplitude),
-        jerk=limits.jerk,
-    )
-    return ExcitationPiece("stribeck", "constant velocity", reference, REST, speed, amplitude)
-
-
 def _shortest(limits: MotionLimits) -> float:
     """Return the amplitude of the shortest slide [m or rad]."""
-    smallest = max(SLIDING * (limits.presliding or 0.0), SLIDE_COUNTS * limits.count)
-    return min(smallest or TRAVEL_SHARE * (limits.travel or 0.0), 0.5 * (limits.travel or 0.0))
+    smallest = max(SLIDING * (limits.presliding or 0.0), 200.0 * limits.count)
+    return min(smallest or 0.01 * (limits.travel or 0.0), 0.5 * (limits.travel or 0.0))
 
 
 def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
     """Return the smallest velocity of a slide that is long enough [m/s or rad/s]."""
     least = 4.0 * _shortest(limits)
     if limits.stribeck_velocity is not None:
-        return max(BELOW_STRIBECK * limits.stribeck_velocity, least / (SLOWEST_SHARE * seconds))
+        return max(0.2 * limits.stribeck_velocity, least / (0.3 * seconds))
     return least * rate
 
 
@@ -237,7 +219,7 @@ def _no_damping(limits: MotionLimits) -> str:
             "the frequency at which the mass moves on the contact is not known: write the moving mass under [plant] "
             "and limit under [effort], or give a model"
         )
-    if _highest_frequency(limits) < ENOUGH * limits.resonance:
+    if _highest_frequency(limits) < 1.25 * limits.resonance:
         return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at {limits.resonance:.3g} Hz"
     amplitude = _chirp_amplitude(limits)
     if amplitude < CHIRP_COUNTS * limits.count:
@@ -256,7 +238,7 @@ def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     low, high = CHIRPED[0] * limits.resonance, _highest_frequency(limits)
     omega, amplitude = 2.0 * math.pi * high, _chirp_amplitude(limits)
     duration = max(seconds - REST, 4.0 / low)
-    ramp = min(2.0 / low, RAMP_SHARE * duration)
+    ramp = min(2.0 / low, 0.2 * duration)
     reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
     return [ExcitationPiece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
 
@@ -273,7 +255,7 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
 
 def _highest_frequency(limits: MotionLimits) -> float:
     """Return the highest frequency [Hz]."""
-    return min(CHIRPED[1] * (limits.resonance or 0.0), 1.0 / (CHIRP_SAMPLES * limits.sample_time))
+    return min(CHIRPED[1] * (limits.resonance or 0.0), 1.0 / (5.0 * limits.sample_time))
 
 
 PURPOSES: dict[str, Purpose] = {

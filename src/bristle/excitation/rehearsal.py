@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, force_along, run_closed_loop
@@ -20,13 +19,8 @@ from bristle.logs.log import Channel, Log
 from bristle.logs.turns import numbered, reversals
 from bristle.sensors import encoder
 
-__all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "recorded", "rehearse"]
-
 NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to its effort
 SCATTER = 0.05  # of the friction force, from one reversal to the next
-SUBSTEPS = 8
-ASTRAY = 10.0  # times the whole motion, that no stable loop errs by
-FITTED = "lugre"  # where the prior is a model that is not identified
 
 Progress = Callable[[float, str], None]
 
@@ -71,7 +65,9 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     if progress is not None:
         progress(0.1, "running the motion on the prior")
     log, friction, loop = recorded(motion, axis, prior)
-    name = model_to_fit(prior.friction)
+    # The model of the prior is fitted, unless it has lists of elements.
+    component = prior.friction.component
+    name = "lugre" if any(component.is_array(parameter) for parameter in component.variables) else component.name
     # Without a controller no loop is simulated, which tells how wide its positions scatter: no rehearsal asks that.
     simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None)
     identification = identify(
@@ -86,23 +82,14 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     values = prior.plant.values | (prior.friction.values if same_base else {})
     truth = {estimate.name: float(values[estimate.name]) for estimate in identification.best.estimates if estimate.name in values}
     assert log.effort is not None
-    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), _lag(motion, log), identification, truth, loop)
-
-
-def _lag(motion: ExcitationMotion, log: Log) -> float:
     away = np.abs(motion.position - log.position.values)
-    parts = [
+    slow = [
         away[slice(*np.searchsorted(motion.time, (begin, begin + piece.duration)))]
         for piece, begin in zip(motion.pieces, motion.begins, strict=True)
         if piece.name in ("triangles", "decaying loops")
     ]
-    return float(np.max(np.concatenate(parts))) if parts else 0.0
-
-
-def model_to_fit(friction: Model) -> str:
-    """Return the name of the model that is fitted: that of the prior, unless it has lists of elements."""
-    component = friction.component
-    return FITTED if any(component.is_array(name) for name in component.variables) else friction.name
+    lag = float(np.max(np.concatenate(slow))) if slow else 0.0
+    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), lag, identification, truth, loop)
 
 
 def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
@@ -110,10 +97,11 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
     # The velocity at a sample is the mean over the step around it.
     dt, v = motion.sample_time, motion.velocity
     expected = force_along(prior.friction, v, dt, motion.position + 0.5 * dt * v)
-    disturbance = (_scattered(motion) - 1.0) * expected
-    generator = np.random.default_rng(1)
-    size = float(np.sqrt(np.mean(expected**2)))
-    noise = NOISE * size * generator.standard_normal(expected.size)
+    # Friction is another one after every reversal.
+    turns = reversals(v)
+    factors = 1.0 + SCATTER * np.random.default_rng(2).standard_normal(turns.size + 1)
+    disturbance = (factors[numbered(turns, v.size)] - 1.0) * expected
+    noise = NOISE * float(np.sqrt(np.mean(expected**2))) * np.random.default_rng(1).standard_normal(expected.size)
     trace = _in_loop(motion, axis, prior, disturbance)
     if trace is not None:
         position, effort, friction = trace.measured, trace.command, trace.friction
@@ -123,7 +111,17 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
         friction = expected + disturbance
         effort = prior.plant.values["M"] * motion.acceleration + friction
     offset = axis.offset if isinstance(axis.offset, float) else 0.0
-    return _log(motion, position, effort + offset + noise, axis), friction, trace is not None
+    length, force = unit_of("length", axis.kind), unit_of("force", axis.kind)
+    log = Log(
+        time=Channel(motion.time, "s", "time"),
+        position=Channel(position, length, "position"),
+        effort=Channel(effort + offset + noise, force, "effort"),
+        reference=Channel(motion.position, length, "reference"),
+        sample_time=dt,
+        segments=(slice(0, motion.time.size),),
+        kind=axis.kind,
+    )
+    return log, friction, trace is not None
 
 
 def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
@@ -140,7 +138,7 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
         encoder(kind=axis.kind, resolution=axis.resolution or 0.0),
         np.stack((motion.position, motion.velocity, motion.acceleration, np.zeros_like(motion.time))),
         motion.sample_time,
-        steps=SUBSTEPS,
+        steps=8,
         disturbance=disturbance,
         limit=axis.effort_limit or math.inf,
         x=float(motion.position[0]),
@@ -148,24 +146,4 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     if trace.status is Status.NOT_FINITE:
         return None
     astray = float(np.max(np.abs(trace.position - motion.position)))
-    return None if astray > ASTRAY * float(np.ptp(motion.position)) else trace
-
-
-def _scattered(motion: ExcitationMotion) -> np.ndarray:
-    """Return a factor for the friction force at each sample, drawn anew after every reversal."""
-    turns = reversals(motion.velocity)
-    factors = 1.0 + SCATTER * np.random.default_rng(2).standard_normal(turns.size + 1)
-    return factors[numbered(turns, motion.velocity.size)]
-
-
-def _log(motion: ExcitationMotion, position: np.ndarray, effort: np.ndarray, axis: Axis) -> Log:
-    length, force = unit_of("length", axis.kind), unit_of("force", axis.kind)
-    return Log(
-        time=Channel(motion.time, "s", "time"),
-        position=Channel(position, length, "position"),
-        effort=Channel(effort, force, "effort"),
-        reference=Channel(motion.position, length, "reference"),
-        sample_time=motion.sample_time,
-        segments=(slice(0, motion.time.size),),
-        kind=axis.kind,
-    )
+    return None if astray > 10.0 * float(np.ptp(motion.position)) else trace  # no stable loop errs so much

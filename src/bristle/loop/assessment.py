@@ -36,24 +36,7 @@ from bristle.loop.linear_system import (
 )
 from bristle.loop.sampled_loop import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
-__all__ = [
-    "PHASE_ENOUGH",
-    "Assessment",
-    "Friction",
-    "Motions",
-    "Verdict",
-    "WorkingPoint",
-    "assess",
-    "doubts_of",
-    "law_stiffness",
-    "motion_of",
-    "runnable",
-    "top_speed",
-    "verdict_of",
-]
-
 FINER, GAINS = 0.98, 400  # from one gain that is tried to the next, and how many are
-SLOW = (1e-7, 1e-6)  # where a law without an integral answers alike [rad/sample]
 
 
 class Motions(StrEnum):
@@ -232,7 +215,7 @@ def top_speed(variant: Variant) -> float:
 
 def law_stiffness(law: LinearSystem) -> float:
     """Return the effort of a law over a deviation that lasts [N/m or N*m/rad], without end with an integral."""
-    slow = np.abs(law.response(np.exp(1j * np.array(SLOW))))
+    slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))  # a law without an integral answers alike there
     return float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0])
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,10 +18,6 @@ from bristle.loop.linear_system import ALIKE
 from bristle.loop.tuning import RUNS_MAX, told_the_motion
 from bristle.sensors import encoder
 from bristle.simulation import Statistics, friction_along, simulate, statistics_of
-
-__all__ = ["Budget", "Cause", "Entry", "best_gain", "causes_of", "error_budget", "nominal"]
-
-EVEN = {"offset": 0.0}
 
 
 @dataclass(frozen=True)
@@ -67,9 +64,10 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
         Called with the share done and the name of what comes next.
     """
     causes = causes_of(variant)
-    loops = {"everything": variant, "nothing": _without(variant, causes)}
+    loops = {"everything": variant, "nothing": reduce(lambda loop, cause: cause.without(loop), causes, variant)}
     for cause in causes:
-        loops[f"{cause.name} alone"] = _without(variant, [further for further in causes if further is not cause])
+        further = [entry for entry in causes if entry is not cause]
+        loops[f"{cause.name} alone"] = reduce(lambda loop, cause: cause.without(loop), further, variant)
         loops[f"without {cause.name}"] = cause.without(variant)
     runs = min(variant.run.seeds, RUNS_MAX)
     named = tuple(replace(loop, name=name, run=replace(loop.run, seeds=runs)) for name, loop in loops.items())
@@ -83,12 +81,6 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
     return Budget(variant.name, errors["everything"], errors["nothing"], tuple(entries), runs)
 
 
-def _without(variant: Variant, causes: Iterable[Cause]) -> Variant:
-    for cause in causes:
-        variant = cause.without(variant)
-    return variant
-
-
 class Cause(NamedTuple):
     """Something that a loop would err less without; removing several in any order gives the same loop."""
 
@@ -99,12 +91,12 @@ class Cause(NamedTuple):
 
 def causes_of(variant: Variant) -> tuple[Cause, ...]:
     """Return what a loop errs by: what its friction, compensator, encoder, computer and drive have of it."""
-    return (*_of_following(variant), *_of_compensator(variant), *_of_the_rest(variant))
+    return (*_of_feedforward(variant), *_of_the_rest(variant))
 
 
 def nominal(friction: Model) -> Model:
     """Return a friction model that is the same in both directions and at every reversal, without an offset."""
-    return _alike(friction, EVEN | {"scatter": 0.0})
+    return _alike(friction, offset=0.0, scatter=0.0)
 
 
 def best_gain(variant: Variant) -> float:
@@ -119,31 +111,20 @@ def best_gain(variant: Variant) -> float:
     return float(compensation @ friction) / square if square > 0.0 else 1.0
 
 
-def _alike(friction: Model, changed: dict[str, float]) -> Model:
+def _alike(friction: Model, **changed: float) -> Model:
     """Return a friction model with the mean of both directions in either, and some values changed that it has."""
-    values, means = friction.values, {}
+    values = friction.values
     for name in values:
         stem = name.removesuffix("_pos")
         if stem != name and f"{stem}_neg" in values:
-            means[name] = means[f"{stem}_neg"] = 0.5 * (values[name] + values[f"{stem}_neg"])
-    return _with_known(friction, changed | means)
+            changed[name] = changed[f"{stem}_neg"] = 0.5 * (values[name] + values[f"{stem}_neg"])
+    return _with_known(friction, **changed)
 
 
-def _with_known(friction: Model, changed: dict[str, float]) -> Model:
+def _with_known(friction: Model, **changed: float) -> Model:
     """Return a friction model with those of some values changed that it has."""
     own = {name: value for name, value in changed.items() if name in friction.values}
     return friction.with_values(**own) if own else friction
-
-
-def _of_following(variant: Variant) -> Iterator[Cause]:
-    informed = told_the_motion(variant)
-    if (informed.controller, informed.feedforward) == (variant.controller, variant.feedforward):
-        return
-
-    def follows(loop: Variant) -> Variant:
-        return _with_fed(replace(loop, controller=informed.controller), mass=informed.feedforward.mass)
-
-    yield Cause("lag", "velocity or inertia of the desired motion is not fed forward as it is", follows)
 
 
 def _with_fed(loop: Variant, **changed: Any) -> Variant:
@@ -151,10 +132,15 @@ def _with_fed(loop: Variant, **changed: Any) -> Variant:
     return replace(loop, feedforward=replace(loop.feedforward, **changed))
 
 
-def _of_compensator(variant: Variant) -> Iterator[Cause]:
+def _of_feedforward(variant: Variant) -> Iterator[Cause]:
+    """Yield what the desired motion and the compensator have of it."""
+    informed, feedforward, true = told_the_motion(variant), variant.feedforward, nominal(variant.friction)
+    if (informed.controller, informed.feedforward) != (variant.controller, feedforward):
+        text = "velocity or inertia of the desired motion is not fed forward as it is"
+        mass, law = informed.feedforward.mass, informed.controller
+        yield Cause("lag", text, lambda loop: _with_fed(replace(loop, controller=law), mass=mass))
     if variant.table is not None:
         return  # what acts on both sides of a screw is no model that could be fed forward instead
-    feedforward, true = variant.feedforward, nominal(variant.friction)
     if feedforward.friction is None or feedforward.gain == 0.0:
         text = "the friction is not fed forward"
         yield Cause("no compensation", text, lambda loop: _with_fed(loop, friction=true, gain=1.0))
@@ -172,12 +158,12 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
     """Yield what friction, sensor, computer, drive and plant have of it."""
     fed, run, sensor = variant.feedforward, variant.run, variant.sensor
     sides = [model for model in (variant.friction, variant.table) if model is not None]
-    if fed.offset or fed.asymmetry or any(_alike(model, EVEN) != model for model in sides):
+    if fed.offset or fed.asymmetry or any(_alike(model, offset=0.0) != model for model in sides):
         yield Cause("asymmetry", "friction by direction and offset, less what of both is fed forward", _symmetric)
     scatter = max(model.values.get("scatter", 0.0) for model in sides)
     if scatter > 0.0:
         text = f"friction that differs by {100.0 * scatter:.2g} % from reversal to reversal"
-        yield Cause("irregularity", text, lambda loop: _with_frictions(loop, lambda model: _with_known(model, {"scatter": 0.0})))
+        yield Cause("irregularity", text, lambda loop: _with_frictions(loop, lambda model: _with_known(model, scatter=0.0)))
     if sensor.component is not encoder:
         text = f"what the sensor reads: {sensor.component.description}"
         yield Cause(sensor.name, text, lambda loop: replace(loop, sensor=encoder(kind=sensor.kind)))
@@ -198,8 +184,8 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
 
 def _symmetric(loop: Variant) -> Variant:
     fed = loop.feedforward.friction
-    even = _with_frictions(loop, lambda model: _alike(model, EVEN))
-    return _with_fed(even, friction=None if fed is None else _alike(fed, EVEN), offset=0.0, asymmetry=0.0)
+    even = _with_frictions(loop, lambda model: _alike(model, offset=0.0))
+    return _with_fed(even, friction=None if fed is None else _alike(fed, offset=0.0), offset=0.0, asymmetry=0.0)
 
 
 def _with_frictions(loop: Variant, changed: Callable[[Model], Model]) -> Variant:

@@ -24,9 +24,6 @@ from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, lagging, 
 from bristle.references import circle
 from bristle.simulation import simulate
 
-__all__ = ["Circle", "Design", "circle_of", "design", "run_circles"]
-
-AROUND = math.radians(30.0)  # to either side of a reversal
 SAMPLES_LEAST = 400  # in a revolution
 
 Progress = Callable[[float, str], None]
@@ -118,10 +115,19 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
     InputError
         If there is no such variant, one is an open loop, or the bandwidth is not positive.
     """
-    chosen = _chosen(experiment.variants, variant)
+    by_name = {entry.name: entry for entry in experiment.variants}
+    if not by_name:
+        raise InputError("has no variants", path="experiment")
+    if variant is None:
+        chosen = next((entry for entry in experiment.variants if entry.feedforward.friction is not None), experiment.variants[0])
+    elif variant in by_name:
+        chosen = by_name[variant]
+    else:
+        mend = did_you_mean(variant, by_name)
+        raise InputError("there is no such variant", path="variant", value=variant, allowed=", ".join(by_name), mend=mend)
     if any(entry.effort is not None for entry in experiment.variants):
         raise InputError("drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] instead")
-    assessments = tuple(assess(variant) for variant in experiment.variants)
+    assessments = tuple(assess(entry) for entry in experiment.variants)
     runs = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name) is not Verdict.DIVERGES
     budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
     proposals = proposals_for(chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85))
@@ -129,22 +135,10 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
     return Design(experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals, circles)
 
 
-def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
-    if not variants:
-        raise InputError("has no variants", path="experiment")
-    if name is None:
-        return next((variant for variant in variants if variant.feedforward.friction is not None), variants[0])
-    by_name = {variant.name: variant for variant in variants}
-    if name not in by_name:
-        raise InputError(
-            "there is no such variant", path="variant", value=name, allowed=", ".join(by_name), mend=did_you_mean(name, by_name)
-        )
-    return by_name[name]
-
-
 def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None) -> tuple[Circle, ...]:
     radius, feed = circle_of(chosen)
-    if radius <= 0.0 or feed <= 0.0 or not is_sampled(chosen, radius, feed):
+    # One run so fast that its samples do not show it is none.
+    if radius <= 0.0 or feed <= 0.0 or 2.0 * math.pi * radius / feed < SAMPLES_LEAST * chosen.run.sample_time:
         return ()
     plain = replace(chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None))
     loops = {loop.name: loop for loop in (plain, *(proposal.variant for proposal in proposals))}
@@ -199,9 +193,9 @@ class Circle:
 
     @property
     def glitches(self) -> tuple[float, ...]:
-        """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees [m or rad]."""
+        """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees, 30 to either side [m or rad]."""
         apart = (np.abs((self.angle - turn + np.pi) % (2.0 * np.pi) - np.pi) for turn in 0.5 * np.pi * np.arange(4))
-        return tuple(float(np.ptp(self.deviation[distance <= AROUND])) for distance in apart)
+        return tuple(float(np.ptp(self.deviation[distance <= math.radians(30.0)])) for distance in apart)
 
 
 def circle_of(variant: Variant) -> tuple[float, float]:
@@ -244,11 +238,6 @@ def run_circles(
         order = np.argsort(angle, kind="stable")
         circles.append(Circle(variant.name, radius, feed, angle[order], deviation[order]))
     return tuple(circles)
-
-
-def is_sampled(variant: Variant, radius: float, feed: float) -> bool:
-    """Return whether a circle is run slowly enough for its samples to show it."""
-    return 2.0 * math.pi * radius / feed >= SAMPLES_LEAST * variant.run.sample_time
 
 
 def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:

@@ -22,26 +22,8 @@ from bristle.core.packing import pack, structure_of, unpacker
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 
-__all__ = [
-    "ALIKE",
-    "LARGE",
-    "NO_FRICTION",
-    "SAME",
-    "SMALL",
-    "LinearFriction",
-    "LinearSystem",
-    "linear_law",
-    "linear_plant",
-    "measured_on",
-    "sliding_force",
-    "slope_in_sliding",
-    "stiffness_at_rest",
-    "varied_in",
-]
-
 ALIKE = 1e-3  # relative change of a slope over a decade of amplitude, within which it is one
 SAME = 1e-6  # relative difference of numbers that are one
-APART = 0.05  # relative distance of the two velocities that a slope is taken between
 SMALL = 1e-12
 """Amplitude [SI] within every boundary layer, dead band, backlash and break-away distance."""
 LARGE = 1e6
@@ -144,7 +126,7 @@ def _slope(friction: Model, move: float, time: float) -> float:
 
 def slope_in_sliding(friction: Model, speed: float) -> LinearFriction:
     """Return the friction of an axis that slides at a constant `speed` [m/s or rad/s], the mean of both directions."""
-    fast, slow = (1.0 + APART) * speed, (1.0 - APART) * speed
+    fast, slow = 1.05 * speed, 0.95 * speed
     return LinearFriction(0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow))
 
 
@@ -177,7 +159,11 @@ def linear_plant(
         body, (x, v, drive_effort) = load(state[:-3]), state[-3:]
         position = x if reads_table else body.x
         for _ in range(run.substeps):
-            effort, drive_effort = _driven(command, drive_effort, h, run.current_lag)
+            effort, before, drive_effort = command, drive_effort, command
+            if run.current_lag > 0.0:
+                rate = h / run.current_lag
+                decay = math.expm1(-rate)
+                effort, drive_effort = command - (before - command) * decay / rate, before - (command - before) * decay
             if screw is None:
                 body = _moved(variant.plant, body, effort, friction, h)
             else:
@@ -186,15 +172,6 @@ def linear_plant(
 
     varied = np.append(varied_in(structure_of(rest)), [True, True, True])
     return measured_on(sample, np.append(pack(rest), [0.0, 0.0, 0.0]), varied, amplitude)
-
-
-def _driven(command: float, before: float, h: float, lag: float) -> tuple[float, float]:
-    """Return the mean effort of a drive over a step, and that at its end."""
-    if lag <= 0.0:
-        return command, command
-    rate = h / lag
-    decay = math.expm1(-rate)
-    return command - (before - command) * decay / rate, before - (command - before) * decay
 
 
 def _moved(plant: Model, body: Any, effort: float, friction: LinearFriction, h: float) -> Any:

@@ -11,8 +11,6 @@ import numpy as np
 
 from bristle.loop.linear_system import LinearSystem
 
-__all__ = ["GAIN_ENOUGH", "PHASE_ENOUGH", "Margins", "SampledLoop", "margins_of"]
-
 PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both margins
 POINTS, HALVINGS = 2000, 50  # of frequencies at which the open loop is asked, and between two of them
 LOWEST = 1e-6  # of the Nyquist frequency
@@ -31,11 +29,23 @@ class SampledLoop:
     @property
     def matrix(self) -> np.ndarray:
         """What one sample does to the states of plant, delay line and law, without those that take no part."""
-        full, entered = self._system()
+        plant, law = self.plant, self.law
+        n, m, d = plant.B.size, law.B.size, self.delay
+        full = np.zeros((n + d + m, n + d + m))
+        full[:n, :n] = plant.A
+        full[n + d :, n + d :] = law.A
+        full[n + d :, :n] = np.outer(law.B, plant.C)
+        command = np.concatenate((law.D * plant.C, np.zeros(d), law.C))
+        if d:
+            full[:n, n + d - 1] = plant.B
+            full[n + 1 : n + d, n : n + d - 1] = np.eye(d - 1)
+            full[n] = command
+        else:
+            full[:n] += np.outer(plant.B, command)
+        # Which states a disturbance enters first, and which are read.
+        entered = np.concatenate((plant.B != 0.0, np.zeros(d, dtype=bool), law.B != 0.0))
+        read = np.concatenate((plant.C != 0.0, np.zeros(d, dtype=bool), law.C != 0.0))
         linked = full != 0.0
-        read = np.zeros(entered.size, dtype=bool)
-        read[: self.plant.C.size] = self.plant.C != 0.0
-        read[entered.size - self.law.C.size :] |= self.law.C != 0.0
         part = _reached(linked, entered) & _reached(linked.T, read)
         return full[np.ix_(part, part)]
 
@@ -64,24 +74,6 @@ class SampledLoop:
         """Return the loop with a law that answers `factor` times as strongly."""
         law = self.law
         return replace(self, law=LinearSystem(law.A, law.B, factor * law.C, factor * law.D))
-
-    def _system(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the matrix of all states, and which of them a disturbance enters first."""
-        plant, law = self.plant, self.law
-        n, m, d = plant.B.size, law.B.size, self.delay
-        full = np.zeros((n + d + m, n + d + m))
-        full[:n, :n] = plant.A
-        full[n + d :, n + d :] = law.A
-        full[n + d :, :n] = np.outer(law.B, plant.C)
-        command = np.concatenate((law.D * plant.C, np.zeros(d), law.C))
-        if d:
-            full[:n, n + d - 1] = plant.B
-            full[n + 1 : n + d, n : n + d - 1] = np.eye(d - 1)
-            full[n] = command
-        else:
-            full[:n] += np.outer(plant.B, command)
-        entered = np.concatenate((plant.B != 0.0, np.zeros(d, dtype=bool), law.B != 0.0))
-        return full, entered
 
 
 def _reached(linked: np.ndarray, first: np.ndarray) -> np.ndarray:

@@ -35,35 +35,14 @@ from bristle.loop.linear_system import LARGE, SMALL, linear_law, linear_plant
 from bristle.loop.sampled_loop import GAIN_ENOUGH, HALVINGS, PHASE_ENOUGH, SampledLoop, margins_of
 from bristle.simulation import Statistics, simulate
 
-__all__ = [
-    "PHASE",
-    "RUNS_MAX",
-    "UNSTATED",
-    "Delays",
-    "Proposal",
-    "Tuned",
-    "count_response",
-    "delays_of",
-    "feeds_inertia",
-    "inertia_of",
-    "lagging",
-    "proposals_for",
-    "stiffness_of",
-    "told_the_motion",
-    "tuned",
-]
-
 PHASE = 40.0  # margin that the loop is to keep [deg]
 UNSTATED = (2e-4, 1e-3)  # lags of a current loop that nobody stated: the least and the largest [s]
 FURTHER = 5e-4  # more lag than is stated, at which the usual phase margin is left [s]
 WIDEST, NARROWEST = 3.0, 1e-4  # bandwidths that are tried, in 1/sample time
-COARSE = 1.25  # from one bandwidth that is tried to the next
-RESPONSE = 50  # samples after a count
 RUNS_MAX = 2  # simulations of each loop
 AS_IT_IS, TUNED, OBSERVER = "as it is", "tuned", "with an observer"
 ALONG_DESIRED = "along the desired motion"
-BAND, POINTS = (0.005, 0.05), 40  # of the fit of a lag, in Nyquist frequencies
-ONE_MASS = 0.01  # relative difference of two masses that are the same one
+POINTS = 40  # of the fit of a lag
 
 Gains = Callable[[float, Mapping[str, Any], Variant], dict[str, Any]]
 
@@ -95,9 +74,14 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
 
     def keeps_margins(omega: float) -> bool:
         controllers = {amplitude: linear_law(law(omega), run.sample_time, amplitude) for amplitude in (SMALL, LARGE)}
-        return all(
-            _is_safe(SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time), phase) for amplitude, phase, plant in plants
-        )
+        for amplitude, phase, plant in plants:
+            loop = SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time)
+            if loop.is_unstable:
+                return False
+            margins = margins_of(loop)
+            if margins.phase is None or margins.phase < phase or (margins.gain is not None and margins.gain < GAIN_ENOUGH):
+                return False
+        return True
 
     if bandwidth is not None and keeps_margins(bandwidth):
         return Tuned(law(bandwidth), bandwidth)
@@ -110,21 +94,14 @@ def lagging(variant: Variant, lag: float) -> Variant:
     return replace(variant, run=replace(variant.run, current_lag=lag))
 
 
-def _is_safe(loop: SampledLoop, phase: float) -> bool:
-    if loop.is_unstable:
-        return False
-    margins = margins_of(loop)
-    return margins.phase is not None and margins.phase >= phase and (margins.gain is None or margins.gain >= GAIN_ENOUGH)
-
-
 def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> float | None:
     """Return the largest bandwidth that keeps the margins, found from above, to two digits."""
     high = WIDEST * rate if most is None else min(WIDEST * rate, most)
-    while not keeps(high / COARSE):
-        high /= COARSE
+    while not keeps(high / 1.25):
+        high /= 1.25
         if high < NARROWEST * rate:
             return None
-    low = high / COARSE
+    low = high / 1.25
     for _ in range(HALVINGS):
         if _rounded_down(low) == _rounded_down(high):
             break
@@ -157,11 +134,11 @@ def _sliding_mode(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) 
     return {"lambda_": bandwidth, "K_1": bandwidth / 1.5, "K_2": phi * bandwidth / 3.0, "phi": phi}
 
 
-def _disturbance_observer(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
-    return {"lambda_": bandwidth, "K_1": bandwidth, "g": 0.2 * bandwidth}
-
-
-GAINS: dict[str, Gains] = {"cascade": _cascade, "sliding_mode": _sliding_mode, "disturbance_observer": _disturbance_observer}
+GAINS: dict[str, Gains] = {
+    "cascade": _cascade,
+    "sliding_mode": _sliding_mode,
+    "disturbance_observer": lambda bandwidth, fixed, variant: {"lambda_": bandwidth, "K_1": bandwidth, "g": 0.2 * bandwidth},
+}
 
 
 def inertia_of(variant: Variant) -> float:
@@ -172,11 +149,6 @@ def inertia_of(variant: Variant) -> float:
     return float(1.0 / (omega**2 * np.abs(plant.response(np.exp([1j * omega * run.sample_time]))[0])))
 
 
-def stiffness_of(controller: Model, dt: float) -> float:
-    """Return the effort over a deviation that lasts [N/m or N*m/rad], without end for a law with an integral."""
-    return law_stiffness(linear_law(controller, dt, LARGE))
-
-
 def count_response(variant: Variant) -> float:
     """Return the effort that one count of the encoder calls up, at its peak [N or N*m]."""
     count = variant.sensor.values.get("resolution", 0.0)
@@ -185,10 +157,10 @@ def count_response(variant: Variant) -> float:
 
 
 def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np.ndarray:
-    """Return the effort of a law after the position has stepped by 1, shape (RESPONSE,)."""
+    """Return the effort of a law after the position has stepped by 1, shape (50,)."""
     law = linear_law(controller, dt, amplitude)
     state, outputs = np.zeros(law.B.size), []
-    for _ in range(RESPONSE):
+    for _ in range(50):
         outputs.append(law.C @ state + law.D)
         state = law.A @ state + law.B
     return np.array(outputs)
@@ -213,25 +185,18 @@ class Delays(NamedTuple):
 
 
 def delays_of(variant: Variant) -> Delays:
-    """Return where the delay of a loop comes from."""
-    run = variant.run
-    return Delays(
-        hold=0.5 * run.sample_time,
-        computation=run.delay * run.sample_time,
-        drive=run.current_lag,
-        velocity=_velocity_delay(variant.controller, run.sample_time),
-    )
+    r"""Return where the delay of a loop comes from.
 
-
-def _velocity_delay(controller: Model, dt: float) -> float:
-    r"""Return by how much the velocity lags on which a law acts [s]: it is fitted by :math:`-k_p - k_i/s - k_d s\,e^{-sT}`."""
-    law = linear_law(controller, dt, LARGE)
-    omega = np.geomspace(*BAND, POINTS) * np.pi / dt
-    response = -law.response(np.exp(1j * omega * dt))
+    That of the velocity on which a law acts is fitted by :math:`-k_p - k_i/s - k_d s\,e^{-sT}`.
+    """
+    dt = variant.run.sample_time
+    omega = np.geomspace(0.005, 0.05, POINTS) * np.pi / dt
+    response = -linear_law(variant.controller, dt, LARGE).response(np.exp(1j * omega * dt))
     # e^{-sT} is 1 - sT there, so that k_d T stands beside the square of the frequency in the real part.
     _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
     _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
-    return float(lagging / k_d) if k_d > 0.0 else 0.0
+    velocity = float(lagging / k_d) if k_d > 0.0 else 0.0
+    return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, velocity)
 
 
 def feeds_inertia(controller: Model, dt: float) -> bool:
@@ -250,7 +215,7 @@ def told_the_motion(variant: Variant) -> Variant:
     if controller.values.get("k_ff", 1.0) != 1.0:
         controller = controller.with_values(k_ff=1.0)
     mass = 0.0 if feeds_inertia(controller, variant.run.sample_time) else inertia_of(variant)
-    if not math.isclose(mass, feedforward.mass, rel_tol=ONE_MASS):
+    if not math.isclose(mass, feedforward.mass, rel_tol=0.01):
         feedforward = replace(feedforward, mass=mass)
     return replace(variant, controller=controller, feedforward=feedforward)
 
@@ -327,7 +292,7 @@ def proposals_for(
             loop,
             judged[name],
             bandwidths.get(name),
-            stiffness_of(loop.controller, loop.run.sample_time),
+            law_stiffness(linear_law(loop.controller, loop.run.sample_time, LARGE)),
             count_response(loop),
             completed and completed.following_error,
             completed and completed.effort_rms,

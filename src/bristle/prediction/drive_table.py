@@ -23,35 +23,14 @@ from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.prediction.predict import rows_as_fitted
 
-__all__ = [
-    "SETTLED_SHARE",
-    "LevelValues",
-    "TableError",
-    "drive_table",
-    "largest_deviation",
-    "level_values",
-    "levels_of",
-    "never_slid",
-    "placed",
-    "resolved_side",
-    "reversal_distance",
-    "steady_curve",
-    "steady_side",
-    "table_error",
-]
-
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
-NEAREST = 1e-6  # of the largest speed: the first of the points after rest
 SLOWEST = 1e-9  # of the largest speed: what stands for rest
 REMEMBERED = 16  # curves and distances: a report asks for the same ones again and again
-HALVINGS = 40
 STRAIGHT = 1e-6  # of the largest force: a deviation that is none
 RESOLVED = 2e-5  # of the largest force: so far a point between two others may be off the line through them
 BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
-SETTLED_SHARE = 0.95
-"""Of the change after a reversal: friction has turned."""
+SETTLED_SHARE = 0.95  # of the change after a reversal: friction has turned
 WAY = np.geomspace(1e-9, 1e-1, 160)  # after a reversal [m or rad]
-SLOW = 1e-3  # of the largest speed
 
 
 @guarded(fit=instance(Fit, "a model that was identified"), entries=whole(4, 1000))
@@ -196,7 +175,7 @@ def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
 @lru_cache(maxsize=REMEMBERED)
 def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np.ndarray:
     """Return speed, ascending from 0, and the force along the motion at each, dense near rest; shape (point, 2)."""
-    speeds = np.union1d(fastest * np.geomspace(NEAREST, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2))
+    speeds = np.union1d(fastest * np.geomspace(1e-6, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2))
     forces = [direction * steady_force(model, direction * max(v, SLOWEST * fastest)) for v in speeds.tolist()]
     curve = np.column_stack([speeds, forces])
     curve.setflags(write=False)
@@ -235,7 +214,7 @@ def placed(curve: np.ndarray, count: int) -> list[int]:
     if best is not None:
         return best
     best = [0, len(curve) - 1]
-    for _ in range(HALVINGS):
+    for _ in range(40):
         allowed = 0.5 * (low + high)
         corners = _reached(curve, allowed, count)
         low, high, best = (allowed, high, best) if corners is None else (low, allowed, corners)
@@ -260,7 +239,7 @@ def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
 @lru_cache(maxsize=REMEMBERED)
 def reversal_distance(model: Model, fastest: float) -> float:
     """Return over which distance after a reversal the force changes by 95 % of the change [m or rad]."""
-    component, p, speed = model.component, unvaried(model).parameters, SLOW * fastest
+    component, p, speed = model.component, unvaried(model).parameters, 1e-3 * fastest
     state, memory = component.initial_state(p), component.new_memory(p)
     way = np.diff(WAY, prepend=0.0).tolist()
     x, before = 0.0, 0.0

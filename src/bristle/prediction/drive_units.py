@@ -11,21 +11,6 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.units import factor
 from bristle.core.variable import Kind, unit_of
 
-__all__ = [
-    "CommandUnits",
-    "DriveUnit",
-    "DriveUnits",
-    "LogUnits",
-    "TableUnits",
-    "column_signs",
-    "command_units",
-    "drive_units",
-    "length_units",
-    "log_units",
-    "table_units",
-    "units_of",
-]
-
 RPM = 2.0 * math.pi / 60.0  # rad/s
 FEED = 1e-3 / 60.0  # m/s for a mm/min, which numerical controls count in
 NEARLY = 1e-9

@@ -29,13 +29,7 @@ from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensati
 from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, resumed_effort_at
 from bristle.simulation.result import SimulationResult, Statistics, statistics_of
 
-__all__ = ["Following", "Suspect", "apart", "explanations", "following_of", "longest_of", "loop_of"]
-
-
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
-HALVINGS = 5  # of the step between two factors
-DELAYS = range(1, 9)  # samples
-ROUNDS = 3  # of Newton's method for a time
 MOST = 30_000  # samples that are simulated for each factor
 ALIKE = 1.1  # ratio of two differences that tell nothing apart
 
@@ -76,27 +70,23 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
     simulated, compensated = (None if run.status is Status.NOT_FINITE else run.following_error for run in ended.values())
     differs = simulated is None or apart(simulable, simulated) > settings.loop_differs
     recorded = next(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
-    contradiction = _contradiction(recorded, error, simulable, simulated, settings) if differs else None
+    if not differs:
+        return Following(time, error, measured, simulated, compensated)
+    # By how much the loop is another one than the log shows, and what would explain that.
+    suspects = explanations(recorded, error, settings.loop_differs)
+    sides = {"measured": simulable, "simulated": simulated} if simulated is not None else {"measured": simulable}
+    errors = {name: side.peak_to_peak for name, side in sides.items()}
+    errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
+    directions = {True: "reference_later", False: "reference_earlier"}
+    names = tuple(directions[cause.value > 0.0] if cause.name == "reference" else cause.name for cause in suspects)
+    causes = {"suspects": names, "factors": tuple(abs(cause.value) for cause in suspects)}
+    contradiction = Diagnostic("loop_contradicts", numbers=errors | causes, kind=recorded.plant.kind)
     return Following(time, error, measured, simulated, compensated, contradiction)
 
 
 def _settled(count: int, dt: float) -> np.ndarray:
     """Return which samples of a stretch are behind the time in which its loop settles."""
     return dt * np.arange(count) >= settling(dt * count) - 0.5 * dt
-
-
-def _contradiction(
-    variant: Variant, error: np.ndarray, measured: Statistics, simulated: Statistics | None, settings: Settings
-) -> Diagnostic:
-    """Return by how much a loop is another one than the log shows, and what would explain that."""
-    suspects = explanations(variant, error, settings.loop_differs)
-    sides = {"measured": measured, "simulated": simulated} if simulated is not None else {"measured": measured}
-    errors = {name: side.peak_to_peak for name, side in sides.items()}
-    errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
-    directions = {True: "reference_later", False: "reference_earlier"}
-    names = tuple(directions[cause.value > 0.0] if cause.name == "reference" else cause.name for cause in suspects)
-    causes = {"suspects": names, "factors": tuple(abs(cause.value) for cause in suspects)}
-    return Diagnostic("loop_contradicts", numbers=errors | causes, kind=variant.plant.kind)
 
 
 def loop_of(
@@ -114,6 +104,10 @@ def loop_of(
     left = unexplained_force(plant, friction, log, axis, **treatment)
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     left = left if beside is None else left + beside
+    # The motion and the effort that this stretch begins with.
+    beginning = beginning_of(log, longest.start, axis.resolution)
+    desired = desired_of(log.reference.values[longest], log.sample_time)
+    resumed = resumed_effort_at(within_drive(axis.controller, limit, injected), desired, log, longest.start, beginning)
     return compensation_experiment(
         plant,
         with_presliding(friction, axis.presliding or 0.0),
@@ -126,7 +120,7 @@ def loop_of(
         lag=axis.lag if lag is None else lag,
         disturbance=left[longest],
         injected=injected,
-        start=_start(within_drive(axis.controller, limit, injected), log, axis, longest),
+        start=Start(beginning.x, beginning.v, beginning.acceleration, resumed),
         name=axis.name,
     )
 
@@ -134,15 +128,6 @@ def loop_of(
 def longest_of(log: Log) -> slice:
     """Return the longest stretch of a log without a gap, which is followed again."""
     return max(log.segments, key=lambda part: part.stop - part.start)
-
-
-def _start(law: Model, log: Log, axis: Axis, part: slice) -> Start:
-    """Return the motion and the effort that a stretch of a log begins with."""
-    assert log.reference is not None
-    beginning = beginning_of(log, part.start, axis.resolution)
-    desired = desired_of(log.reference.values[part], log.sample_time)
-    resumed = resumed_effort_at(law, desired, log, part.start, beginning)
-    return Start(beginning.x, beginning.v, beginning.acceleration, resumed)
 
 
 class Suspect(NamedTuple):
@@ -169,8 +154,12 @@ def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[S
     :math:`1/f`. A law whose gains have one ratio of the two cannot tell them apart.
     """
     trial = _Trial.of(variant, error)
-    before = trial.difference(trial.variant)
-    better = [suspect for suspect in _suspects(trial) if suspect.difference <= 0.5 * before]
+    before, law = trial.difference(trial.variant), trial.variant.controller
+    scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]
+    late = [_at(trial, "delay", float(samples)) for samples in range(1, 9)]
+    fed = [_fed(trial)] if "k_ff" in law.component.variables else []
+    suspects = [*(_best_factor(trial, name) for name in scales), *fed, min(late, key=BY_DIFFERENCE), _shifted(trial)]
+    better = [suspect for suspect in suspects if suspect.difference <= 0.5 * before]
     agreeing = sorted((suspect for suspect in better if trial.agrees(suspect, allowed)), key=BY_DIFFERENCE)
     return tuple(suspect for suspect in agreeing if suspect.difference <= ALIKE * agreeing[0].difference)
 
@@ -204,30 +193,18 @@ class _Trial(NamedTuple):
         followed = self.followed(variant)
         return np.inf if followed is None else statistics_of((followed - self.error)[self.judged]).rms
 
-    def changed(self, suspect: Suspect) -> Variant:
-        """Return the loop with one number as suspected."""
-        return CHANGES[suspect.name](self.variant, suspect.value)
-
     def agrees(self, suspect: Suspect, allowed: float) -> bool:
         """Return whether the loop follows as measured, with one number as suspected."""
-        followed = self.followed(self.changed(suspect))
+        followed = self.followed(CHANGES[suspect.name](self.variant, suspect.value))
         if followed is None:
             return False
         return apart(statistics_of(self.error[self.judged]), statistics_of(followed[self.judged])) <= allowed
 
 
-def _suspects(trial: _Trial) -> list[Suspect]:
-    law = trial.variant.controller
-    scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]
-    late = [_at(trial, "delay", float(samples)) for samples in DELAYS]
-    fed = [_fed(trial)] if "k_ff" in law.component.variables else []
-    return [*(_best_factor(trial, name) for name in scales), *fed, min(late, key=BY_DIFFERENCE), _shifted(trial)]
-
-
 def _at(trial: _Trial, name: str, value: float) -> Suspect:
     suspect = Suspect(name, value, np.inf)
     try:
-        return suspect._replace(difference=trial.difference(trial.changed(suspect)))
+        return suspect._replace(difference=trial.difference(CHANGES[name](trial.variant, value)))
     except InputError:  # a gain out of its range
         return suspect
 
@@ -235,7 +212,7 @@ def _at(trial: _Trial, name: str, value: float) -> Suspect:
 def _best_factor(trial: _Trial, name: str) -> Suspect:
     """Return the factor with the least difference, found on a grid that gets finer around the best."""
     best, step = min((_at(trial, name, float(factor)) for factor in FACTORS), key=BY_DIFFERENCE), 2.0**0.5
-    for _ in range(HALVINGS):
+    for _ in range(5):
         step **= 0.5
         nearer = (_at(trial, name, best.value * factor) for factor in (1.0 / step, step))
         best = min((best, *nearer), key=BY_DIFFERENCE)
@@ -256,7 +233,7 @@ def _shifted(trial: _Trial) -> Suspect:
     """Return the time by which the reference acts later, from what of the difference goes with the velocity."""
     velocity = np.gradient(trial.desired, trial.variant.run.sample_time)[trial.judged]
     power, late = float(velocity @ velocity), 0.0
-    for _ in range(ROUNDS):
+    for _ in range(3):  # of Newton's method
         followed = trial.followed(_reference_later(trial.variant, late))
         if followed is None or power == 0.0:
             return Suspect("reference", late, np.inf)
@@ -266,11 +243,6 @@ def _shifted(trial: _Trial) -> Suspect:
 
 def _with_law(variant: Variant, **values: float) -> Variant:
     return replace(variant, controller=variant.controller.with_values(**values))
-
-
-def _position_gain(variant: Variant, factor: float) -> Variant:
-    gains = {name: factor * value for name, value in variant.controller.values.items() if name in ("k_p", "lambda_")}
-    return _with_law(variant, **gains)
 
 
 def _scaled(variant: Variant, factor: float, quantity: str) -> Variant:
@@ -289,7 +261,9 @@ def _reference_later(variant: Variant, time: float) -> Variant:
 
 
 CHANGES: dict[str, Callable[[Variant, float], Variant]] = {
-    "k_p": _position_gain,
+    "k_p": lambda variant, factor: _with_law(
+        variant, **{name: factor * value for name, value in variant.controller.values.items() if name in ("k_p", "lambda_")}
+    ),
     "k_ff": lambda variant, share: _with_law(variant, k_ff=share),
     "position": partial(_scaled, quantity="length"),
     "effort": partial(_scaled, quantity="force"),

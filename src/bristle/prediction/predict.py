@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 from typing import Any
@@ -30,11 +30,8 @@ from bristle.logs.look import CheckThresholds
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
-__all__ = ["MODES", "TREATED", "predict", "rows_as_fitted", "unexplained_force", "with_doubts"]
-
 MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
-NOTHING_PERCENT = 100.0  # error of predicting zero
 FAR = 1.5  # times the largest speed that the model was fitted to
 WORSE = {"position": "position_worse_than_none", "force": "effort_worse_than_none"}
 SPAN = 20  # samples over which a speed is taken
@@ -133,9 +130,13 @@ def predict(
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     log = parted(log, axis)
     if mode == "inverse":
-        filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
+        frequency, stride = treatment_of(cutoff, decimation, log.kind)
+        remarks, limit = (), frequency if frequency is not None else axis.cutoff if axis is not None else None
+        if limit is not None and limit * log.sample_time >= 0.5:  # sampled too slowly for the filter of the identification
+            frequency, stride = MOST / log.sample_time, 1
+            remarks = (Diagnostic("slow_sampling", severity="note", numbers={"wanted": limit, "cutoff": frequency}),)
         channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
-        dataset = rows_as_fitted(log, axis, {"cutoff": filtering[0], **channels}, filtering[1])
+        dataset = rows_as_fitted(log, axis, {"cutoff": frequency, **channels}, stride)
         refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         return with_doubts(_inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max)
@@ -164,29 +165,11 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
             widths.append(simulated_widths(bands, plant, friction, runs[-1], stretch))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    prediction = _compare(mode, log, runs, used, _each_once(about))
+    prediction = _compare(mode, log, runs, used, tuple(about[i] for i in range(len(about)) if about[i] not in about[:i]))
     if not widths:
         return prediction
     position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
     return replace(prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort)
-
-
-def _each_once(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    unique: list[Diagnostic] = []
-    for diagnostic in diagnostics:
-        unique += [diagnostic] if diagnostic not in unique else []
-    return tuple(unique)
-
-
-def _within_reach(
-    log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
-) -> tuple[tuple[float | None, int | None], tuple[Diagnostic, ...]]:
-    """Return cut-off [Hz] and decimation for a log that may be sampled too slowly for those of the identification."""
-    limit = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
-    if limit is None or limit * log.sample_time < 0.5:
-        return (cutoff, decimation), ()
-    most = MOST / log.sample_time
-    return (most, 1), (Diagnostic("slow_sampling", severity="note", numbers={"wanted": limit, "cutoff": most}),)
 
 
 def _inverse(
@@ -328,16 +311,11 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     doubts: list[Diagnostic] = []
     for signal, code in WORSE.items():
         percent = prediction.metrics.get(f"{signal}_error_percent")
-        if not doubts and isinstance(percent, float) and percent > NOTHING_PERCENT:
+        if not doubts and isinstance(percent, float) and percent > 100.0:
             doubts.append(Diagnostic(code, numbers={"percent": percent}))
-    top = _largest_speed(log)
+    positions = [log.position.values[part] for part in log.segments or (slice(None),)]
+    travels = [np.max(np.abs(position[SPAN:] - position[:-SPAN])) for position in positions if position.size > SPAN]
+    top = float(max(travels, default=0.0)) / (SPAN * log.sample_time)
     if velocity_max is not None and top > FAR * velocity_max:
         doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))
     return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))
-
-
-def _largest_speed(log: Log) -> float:
-    position = log.position.values
-    parts = [position[part] for part in log.segments or (slice(None),)]
-    travels = [np.max(np.abs(positions[SPAN:] - positions[:-SPAN])) for positions in parts if positions.size > SPAN]
-    return float(max(travels, default=0.0)) / (SPAN * log.sample_time)

@@ -22,15 +22,12 @@ from bristle.plants.terms import terms_of
 from bristle.references import recorded
 from bristle.sensors import encoder
 
-__all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment", "on_another_rig", "open_loop_experiment", "settling"]
-
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
-SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 
 
 def settling(duration: float) -> float:
-    """Return how long after its start a loop is not judged [s]."""
-    return min(SETTLE_SHARE * duration, SETTLE_MAX)
+    """Return how long after its start a loop is not judged [s]: a twentieth of its duration, half a second at most."""
+    return min(0.05 * duration, 0.5)
 
 
 @guarded(

@@ -18,8 +18,6 @@ from bristle.engine.path import effort_along
 from bristle.friction.resting import with_rest
 from bristle.plants.terms import Termed, place_of, terms_of
 
-__all__ = ["carried_effort", "compensator_of", "feedforward_effort", "friction_along"]
-
 
 @guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]), rest=among(*RESTS))
 def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]) -> np.ndarray:

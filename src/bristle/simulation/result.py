@@ -17,18 +17,6 @@ from bristle.core.tabular import Card, Tabular, WithCard, library, plain
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
 
-__all__ = [
-    "MODES",
-    "Prediction",
-    "SimulationResult",
-    "Statistics",
-    "VariantResult",
-    "mean_result",
-    "relative_error_percent",
-    "statistics_of",
-]
-
-
 HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
 MODES = {
     "inverse": "the effort, from the measured motion",

@@ -6,14 +6,10 @@ import numpy as np
 
 from bristle.logs.turns import reversals
 
-__all__ = ["swing_at_worst_reversal", "worst_reversal"]
-
-SHARE, LEAST = 0.05, 40  # of the samples around a reversal, and how many at least
-
 
 def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
     """Return the samples around the reversal of a reference with the widest swing of the error."""
-    count = min(max(round(SHARE * error.size), LEAST), error.size)
+    count = min(max(round(0.05 * error.size), 40), error.size)
     starts = np.clip(reversals(np.diff(reference)) - count // 3, 0, error.size - count)
     if not starts.size:
         return None

@@ -23,11 +23,6 @@ from bristle.friction.level import rises_with_effort
 from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
-__all__ = ["learn", "simulate", "simulate_with"]
-
-ORDER = 2  # of the filter, which passes forward and backward
-SEEDS_APART = 1000  # of the trials of one run
-
 Progress = Callable[[float, str], None]
 
 
@@ -67,16 +62,22 @@ def simulate_with(variant: Variant, effort: np.ndarray | None) -> VariantResult:
     desired = _desired(variant)
     if effort is not None:
         desired[3] += effort
-    return _simulate_variant(variant, desired, 0)
+    return _run_of(variant)(desired, 0)
 
 
 def _runs_of(variant: Variant) -> Iterator[VariantResult]:
     """Yield the runs of a variant. Compiled loops hold no lock: after the first, which compiles, they run abreast."""
-    run = partial(_simulate_variant, variant, _desired(variant))
+    run = partial(_run_of(variant), _desired(variant))
     yield run(0)
     if variant.run.seeds > 1:
         with Abreast() as pool:
             yield from pool.map(run, range(1, variant.run.seeds))
+
+
+def _run_of(variant: Variant) -> Callable[[np.ndarray, int], VariantResult]:
+    """Return what simulates one run of a variant along a desired motion, learning where it learns."""
+    once = partial(_simulate_once, variant)
+    return once if variant.learning is None else partial(learn, variant.learning, variant.run.sample_time, once)
 
 
 def _seeded(model: Model, run: int) -> Model:
@@ -105,24 +106,6 @@ def _desired(variant: Variant) -> np.ndarray:
     else:
         raise InputError("is not as long as the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
     return np.stack((*(signal[:count] for signal in motion), effort))
-
-
-def _carried(variant: Variant) -> np.ndarray | None:
-    """Return the effort that the desired motion passes on, as far ahead as what is fed forward; None if none is asked.
-
-    What is learned on a motion is no part of it: it stands for what nobody knows.
-    """
-    feedforward = variant.feedforward
-    if feedforward.friction is None or feedforward.along == "desired" or not rises_with_effort(feedforward.friction):
-        return None
-    position, _, acceleration = _planned_motion(variant)
-    return carried_effort(feedforward, position, acceleration, variant.run.sample_time)[variant.run.delay :]
-
-
-def _simulate_variant(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
-    if variant.learning is None:
-        return _simulate_once(variant, desired, number)
-    return learn(variant.learning, partial(_simulate_once, variant), desired, number, variant.run.sample_time)
 
 
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
@@ -166,6 +149,12 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     """Return a run with steps of one length, of a loop or of what is driven without one."""
     run, (position, velocity, acceleration, _) = variant.run, desired
     friction = _seeded(variant.friction, number)
+    feedforward, carried = variant.feedforward, None
+    if feedforward.friction is not None and feedforward.along == "measured" and rises_with_effort(feedforward.friction):
+        # What the desired motion passes on, as far ahead as what is fed forward. What is learned on a motion is no part of
+        # it: it stands for what nobody knows.
+        planned, _, planned_acceleration = _planned_motion(variant)
+        carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[run.delay :]
     begun = variant.start or Start(float(position[0]), float(velocity[0]), float(acceleration[0]))
     # Friction of a motion that goes on has moved at its velocity for long.
     state, memory = settled(friction, begun.velocity) if variant.start is not None and begun.velocity else (None, None)
@@ -179,7 +168,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         table=_seeded(variant.table, number) if variant.table is not None else None,
         sensor_at=variant.sensor_at,
         steps=run.substeps,
-        compensator=compensator_of(variant.feedforward, _carried(variant)),
+        compensator=compensator_of(feedforward, carried),
         injected=variant.injected,
         disturbance=variant.disturbance,
         limit=run.effort_limit,
@@ -208,7 +197,7 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
 
 
 def learn(
-    learning: Learning, once: Callable[[np.ndarray, int], VariantResult], desired: np.ndarray, number: int, dt: float
+    learning: Learning, dt: float, once: Callable[[np.ndarray, int], VariantResult], desired: np.ndarray, number: int
 ) -> VariantResult:
     r"""Return the last of several trials; all of them begin alike, with other noise.
 
@@ -231,11 +220,11 @@ def learn(
             value=learning.cutoff,
             allowed=f"below half the sampling frequency, {0.5 / dt:g} Hz",
         )
-    low_pass = butter(ORDER, learning.cutoff, fs=1.0 / dt, output="sos")
+    low_pass = butter(2, learning.cutoff, fs=1.0 / dt, output="sos")
     learned = np.zeros(desired.shape[1])
     errors: list[float] = []
     while True:
-        result = once(desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + SEEDS_APART * len(errors))
+        result = once(desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + 1000 * len(errors))
         errors.append(result.following_error.peak_to_peak)
         if len(errors) == learning.trials or result.status is Status.NOT_FINITE:
             return replace(result, trials=tuple(errors))

@@ -14,8 +14,6 @@ from bristle.engine import interpreted
 from bristle.friction import base_of, channel_slots_of
 from bristle.testing.contract import CHECKS, COMPILED, FORM, OF_SLOT, SLOT_FORM, check_model
 
-__all__ = ["admit", "admit_friction_of"]
-
 
 def _quick(checks: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(check for check in checks if check.__name__.replace("_", " ") not in COMPILED)

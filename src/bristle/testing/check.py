@@ -12,8 +12,6 @@ from bristle.core.errors import place_in_own_code, told_by
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import interpreted
 
-__all__ = ["Check", "Demand", "Fact", "UnmetError", "compiled_as_plain", "judged", "outcomes"]
-
 Demand = Callable[[Any], Any]
 
 
@@ -77,33 +75,28 @@ def judged(fact: Fact, advice: str, *, unmet: bool) -> Fact:
     return fact
 
 
-def _outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never raise") -> Check:
-    """Return what became of a demand on a model, or what else has a contract; what to do where its code stops."""
-    name = check.__name__.replace("_", " ")
-    try:
-        return Check(name, True, **asdict(check(subject)))
-    except UnmetError as failure:
-        return Check(name, False, advice=failure.advice, **asdict(failure.fact))
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
-        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}{_told_place(error)}", where_it_stops)
-
-
 def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise") -> list[Check]:
-    """Return what became of several demands, in order; after one of `form` that is not met the others are not tried."""
+    """Return what became of several demands, in order; after one of `form` that is not met the others are not tried.
+
+    `where_it_stops` tells what to do where the code of a demand stops.
+    """
     results: list[Check] = []
     for check in checks:
-        results.append(_outcome(check, subject, where_it_stops))
-        if not results[-1].passed and check in form:
+        name = check.__name__.replace("_", " ")
+        try:
+            outcome = Check(name, True, **asdict(check(subject)))
+        except UnmetError as failure:
+            outcome = Check(name, False, advice=failure.advice, **asdict(failure.fact))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
+            place = place_in_own_code(error)
+            detail = f"stops with {type(error).__name__}: {told_by(error)}{f' ({place})' if place else ''}"
+            outcome = Check(name, False, detail, where_it_stops)
+        results.append(outcome)
+        if not outcome.passed and check in form:
             break
     return results
-
-
-def _told_place(error: BaseException) -> str:
-    """Return where in a user's file it stopped, in brackets; nothing where that is not known."""
-    place = place_in_own_code(error)
-    return f" ({place})" if place else ""
 
 
 def compiled_as_plain(forces: Callable[[], np.ndarray], kind: Kind) -> Fact:

@@ -28,8 +28,6 @@ from bristle.testing import slot
 from bristle.testing.check import Check, Demand, Fact, UnmetError, compiled_as_plain, judged, outcomes
 from bristle.testing.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 
-__all__ = ["CHECKS", "COMPILED", "OF_SLOT", "SLOT_FORM", "Check", "check_model", "example_of"]
-
 SEED = 20260
 
 

@@ -10,16 +10,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bristle.comparison import compare
 from bristle.core.lazy import cached_property
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.engine import interpreted
+from bristle.files.experiment import experiment_from
+from bristle.files.sources import Sources
+from bristle.identification import identify
+from bristle.logs.log import Log
+from bristle.loop import design
+from bristle.prediction import predict
+from bristle.simulation import simulate
+from bristle.study.dataset import Runs
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bristle.figures.report_figure import Facts, ReportFigure
-
-__all__ = ["FIGURE_CHECKS", "check_figure", "example_facts"]
 
 SAMPLES, STEP = 3000, 1e-3  # of the log that is made up [s]
 DRAWS = 40  # of the study
@@ -53,8 +61,6 @@ def example_facts(kind: Kind) -> Facts:
 
 
 def _log(facts: _Examples) -> Any:
-    from bristle.logs.log import Log
-
     t = STEP * np.arange(SAMPLES)
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
     velocity = np.gradient(position, t)
@@ -64,24 +70,8 @@ def _log(facts: _Examples) -> Any:
     return Log.from_columns(columns, kind=facts.kind)
 
 
-def _identification(facts: _Examples) -> Any:
-    from bristle.identification import identify
-
-    return identify(facts["log"], "viscous,coulomb_viscous", draws=0)
-
-
-def _prediction(facts: _Examples) -> Any:
-    from bristle.prediction import predict
-
-    best = facts["identification"].best
-    return predict(best.plant, best.friction, facts["log"], None, "inverse")
-
-
 def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
     """Return a loop with and without friction fed forward."""
-    from bristle.files.experiment import experiment_from
-    from bristle.files.sources import Sources
-
     friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
     described = {
         "schema": 1,
@@ -99,16 +89,12 @@ def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
 
 
 def _simulation(facts: _Examples) -> Any:
-    from bristle.engine import interpreted
-    from bristle.simulation import simulate
 
     with interpreted():
         return simulate(_experiment(facts.kind, 5.0))
 
 
 def _design(facts: _Examples) -> Any:
-    from bristle.engine import interpreted
-    from bristle.loop import design
 
     with interpreted():
         return design(_experiment(facts.kind, 2.0, sensor={"resolution": 1e-6}))
@@ -116,9 +102,6 @@ def _design(facts: _Examples) -> Any:
 
 def _comparison(facts: _Examples) -> Any:
     """Return two logs of one motion, of which the second follows its reference better."""
-    from bristle.comparison import compare
-    from bristle.logs.log import Log
-
     t = STEP * np.arange(2 * SAMPLES)
     reference, velocity = 0.02 * np.sin(6.0 * t), 0.12 * np.cos(6.0 * t)
     logs = []
@@ -136,8 +119,6 @@ def _comparison(facts: _Examples) -> Any:
 
 def _study(facts: _Examples) -> Any:
     """Return the runs of a study as its folder holds them."""
-    from bristle.study.dataset import Runs
-
     force, length = (unit_of(quantity, facts.kind) for quantity in ("force", "length"))
     columns = {
         "run": {"role": "run", "unit": ""},
@@ -164,10 +145,12 @@ def _study(facts: _Examples) -> Any:
 
 
 EXAMPLES: dict[str, Callable[[_Examples], Any]] = {
-    "identification": _identification,
+    "identification": lambda facts: identify(facts["log"], "viscous,coulomb_viscous", draws=0),
     "log": _log,
     "simulation": _simulation,
-    "prediction": _prediction,
+    "prediction": lambda facts: predict(
+        facts["identification"].best.plant, facts["identification"].best.friction, facts["log"], None, "inverse"
+    ),
     "design": _design,
     "comparison": _comparison,
     "study": _study,

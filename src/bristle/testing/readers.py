@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -18,8 +18,6 @@ from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 from bristle.logs.words import is_time
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
-
-__all__ = ["READER_CHECKS", "check_reader"]
 
 SEED = 20260
 FILE = "example.log"
@@ -112,7 +110,10 @@ def columns_of_numbers(trial: _Trial) -> Fact:
             )
     if not {*table.columns, *table.stamps.values()} <= set(table.names):
         raise UnmetError("names lacks columns that are there", "Leave names out, or name every column there")
-    for name, beside in _pairs(table):
+    plain = [name for name in table.columns if name not in {*table.stamps, *table.stamps.values()}]
+    # Each column is as long as that of its time, or as the first of all others; tables of one file need not be so.
+    pairs = [] if table.tables else [*table.stamps.items(), *((name, plain[0]) for name in plain)]
+    for name, beside in pairs:
         rows, expected = table.columns[name].size, table.columns[beside].size
         if rows != expected:
             raise UnmetError(
@@ -120,17 +121,6 @@ def columns_of_numbers(trial: _Trial) -> Fact:
                 "Return all columns of one length, or a Table with stamps: the column of time of each",
             )
     return Fact(f"{len(table.columns)} columns, {next(iter(table.columns.values())).size} rows")
-
-
-def _pairs(table: Table) -> list[tuple[str, str]]:
-    """Return the columns that are of one length: each with that of its time, or with the first of all others.
-
-    Tables of one file need not be of one length.
-    """
-    if table.tables:
-        return []
-    plain = [name for name in table.columns if name not in {*table.stamps, *table.stamps.values()}]
-    return [*table.stamps.items(), *((name, plain[0]) for name in plain)]
 
 
 def units_that_exist(trial: _Trial) -> Fact:
@@ -170,14 +160,10 @@ def time_in_order(trial: _Trial) -> Fact:
 def same_log_twice(trial: _Trial) -> Fact:
     """Give the same numbers, units and notes when it reads the same bytes again."""
     first, again = trial.table, trial.read(trial.example)
-    if _facts(first) != _facts(again) or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
+    facts = [(table.units, table.notes, table.stamps, table.sample_time, list(table.columns)) for table in (first, again)]
+    if facts[0] != facts[1] or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
         raise UnmetError("the second reading differs", "Go by the bytes alone: no clock, no counter, no set in its own order")
     return Fact(f"{sum(values.size for values in first.columns.values())} numbers")
-
-
-def _facts(table: Table) -> tuple[object, ...]:
-    """Return what a table says beside its numbers."""
-    return table.units, table.notes, table.stamps, table.sample_time, list(table.columns)
 
 
 def leaves_other_files(trial: _Trial) -> Fact:
@@ -204,7 +190,8 @@ def leaves_other_files(trial: _Trial) -> Fact:
 def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
     """Refuse a file that is cut off, with its name, or give its whole rows and note that the last one may be cut."""
     refused, short = 0, 0
-    for part in _parts(trial.example):
+    ends = {*(round(share * len(trial.example)) for share in CUTS), *(len(trial.example) - last for last in LAST)}
+    for part in [trial.example[:end] for end in sorted(ends) if trial.example[:end].strip()]:
         try:
             table = trial.read(part)
         except InputError as error:
@@ -215,12 +202,6 @@ def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
             _refuse_other_rows(trial.table, table, len(part))
             short += 1
     return Fact(f"{refused} parts refused, {short} read as far as they go")
-
-
-def _parts(data: bytes) -> Iterator[bytes]:
-    """Yield the beginnings of a file."""
-    ends = {*(round(share * len(data)) for share in CUTS), *(len(data) - last for last in LAST)}
-    yield from (data[:end] for end in sorted(ends) if data[:end].strip())
 
 
 def _refuse_other_rows(complete: Table, part: Table, size: int) -> None:

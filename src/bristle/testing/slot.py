@@ -29,19 +29,6 @@ from bristle.plants import inertia
 from bristle.sensors import encoder
 from bristle.testing.check import Demand, Fact, UnmetError, compiled_as_plain, judged
 
-__all__ = [
-    "FORM_OF_SAMPLED",
-    "LAW_CHECKS",
-    "SENSOR_CHECKS",
-    "described_parameters",
-    "factor_above_zero",
-    "model_with",
-    "neutral_defaults",
-    "on_a_model",
-    "same_bits_along_its_channel",
-    "same_bits_exported",
-]
-
 SEED, COUNT = 20260, 41
 WIDTH = 0.2  # of the usual value, where a channel has no range
 ROUNDING = 1e-12

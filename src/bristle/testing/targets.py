@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +20,6 @@ from bristle.files.axis import axis_from
 from bristle.plants import inertia
 from bristle.plants.terms import with_terms
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
-
-__all__ = ["TARGET_CHECKS", "check_target", "example_requests"]
 
 STEP = 1e-3  # [s]
 LONGEST_NOTE = 400  # letters
@@ -38,20 +35,26 @@ AXIS = {
 
 
 class _Trial:
-    """A target, and what it wrote of the models when it was asked the first time, and again."""
+    """A target, and what it wrote of the models, by name, when it was asked the first time, and again."""
 
     def __init__(self, target: Target) -> None:
         self.target = target
+        self.refused: dict[str, InputError] = {}
 
     @cached_property
-    def first(self) -> _Written:
-        """Products by model, and what was refused."""
-        return _tried(self.target)
+    def first(self) -> dict[str, Product]:
+        """The products of the first time."""
+        return self.written()
 
-    @cached_property
-    def again(self) -> _Written:
-        """The same, a second time."""
-        return _tried(self.target)
+    def written(self) -> dict[str, Product]:
+        """Return what the target writes of the models; those that it refuses are noted."""
+        products: dict[str, Product] = {}
+        for name, request in example_requests().items():
+            try:
+                products[name] = self.target.write(replace(request, rest=self.target.rest))
+            except InputError as error:
+                self.refused[name] = error
+        return products
 
 
 @cache
@@ -101,7 +104,7 @@ def described_target(trial: _Trial) -> Fact:
 
 def writes_or_refuses(trial: _Trial) -> Fact:
     """Write each model or refuse it with an `InputError`, and write one of them at least."""
-    written, refused = trial.first
+    written, refused = trial.first, trial.refused
     if not written:
         name, error = next(iter(refused.items()))
         raise UnmetError(f"it refuses every model: {name}, {error}", "Let it write one of the models tried")
@@ -111,7 +114,7 @@ def writes_or_refuses(trial: _Trial) -> Fact:
 
 def results_of_export(trial: _Trial) -> Fact:
     """Give files with plain names, text or bytes, and notes."""
-    written = trial.first.products
+    written = trial.first
     for product in written.values():
         try:
             checked_product(product, trial.target)
@@ -123,7 +126,7 @@ def results_of_export(trial: _Trial) -> Fact:
 
 def same_bytes_twice(trial: _Trial) -> Fact:
     """Write the same bytes when it is asked again: results are compared by their checksums."""
-    written, again = trial.first.products, trial.again.products
+    written, again = trial.first, trial.written()
     for model, product in written.items():
         for name, content in product.files.items():
             if model not in again or again[model].files.get(name) != content or again[model].notes != product.notes:
@@ -137,7 +140,7 @@ def same_bytes_twice(trial: _Trial) -> Fact:
 def names_no_folder(trial: _Trial) -> Fact:
     """Name no folder of this machine: what is exported is mailed."""
     places = [str(place) for place in (Path.home(), Path.cwd()) if len(str(place)) >= FEWEST_LETTERS]
-    written = trial.first.products
+    written = trial.first
     for product in written.values():
         for name, content in product.files.items():
             text = content if isinstance(content, str) else content.decode("latin-1")
@@ -149,7 +152,7 @@ def names_no_folder(trial: _Trial) -> Fact:
 
 def notes_in_words(trial: _Trial) -> Fact:
     """Tell in notes what is lost: one line each, in words."""
-    written = trial.first.products
+    written = trial.first
     notes = [note for product in written.values() for note in product.notes]
     for note in notes:
         if not note.isprintable() or len(note.split()) < 2 or len(note) > LONGEST_NOTE:
@@ -159,22 +162,3 @@ def notes_in_words(trial: _Trial) -> Fact:
 
 FORM = (described_target, writes_or_refuses, results_of_export)
 TARGET_CHECKS = (*FORM, same_bytes_twice, names_no_folder, notes_in_words)
-
-
-class _Written(NamedTuple):
-    """What a target wrote, and what it refused, by model."""
-
-    products: dict[str, Product]
-    refused: dict[str, InputError]
-
-
-def _tried(target: Target) -> _Written:
-    """Return what a target writes of the models, and what it refuses."""
-    written: dict[str, Product] = {}
-    refused: dict[str, InputError] = {}
-    for name, request in example_requests().items():
-        try:
-            written[name] = target.write(replace(request, rest=target.rest))
-        except InputError as error:
-            refused[name] = error
-    return _Written(written, refused)

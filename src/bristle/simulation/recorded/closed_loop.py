@@ -22,20 +22,6 @@ from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 from bristle.simulation.recorded.open_loop import finer, open_loop_of
 
-__all__ = [
-    "LOOPS",
-    "START_SAMPLES",
-    "Beginning",
-    "ClosedLoop",
-    "Course",
-    "Stretch",
-    "beginning_of",
-    "can_be_simulated",
-    "closed_loop_of",
-    "desired_of",
-    "resumed_effort_at",
-]
-
 START_SAMPLES = 20  # over which the initial velocity is estimated
 
 
@@ -64,22 +50,19 @@ def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
     a sample, many samples would smooth a motion that begins.
     """
     dt, x = log.sample_time, float(log.position.values[first])
-    low, position = _around(log.position.values, first, 100.0 * (resolution or 0.0))
+    for count in range(8, 2 * START_SAMPLES + 1):
+        low = max(first - count // 2, 0)
+        position = log.position.values[low : low + count]
+        if np.ptp(position) >= 100.0 * (resolution or 0.0) > 0.0:
+            break
+    else:
+        low = max(first - START_SAMPLES, 0)
+        position = log.position.values[low : low + 2 * START_SAMPLES + 1]
     if np.ptp(position) <= 1.5 * (resolution or 0.0):
         return Beginning(x)
     t = dt * (np.arange(position.size) + low - first)
     *_, half_acceleration, velocity, _ = (float(coefficient) for coefficient in np.polyfit(t, position - x, 3))
     return Beginning(x, velocity, 2.0 * half_acceleration, moves=True)
-
-
-def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.ndarray]:
-    """Return the samples around one, as few as it takes to move by `distance` [m or rad], and where they begin."""
-    for count in range(8, 2 * START_SAMPLES + 1):
-        low = max(first - count // 2, 0)
-        if np.ptp(position[low : low + count]) >= distance > 0.0:
-            return low, position[low : low + count]
-    low = max(first - START_SAMPLES, 0)
-    return low, position[low : low + 2 * START_SAMPLES + 1]
 
 
 @dataclass(frozen=True)
@@ -261,21 +244,15 @@ class Stretch:
         unseen = unseen if beside is None else unseen + beside
         if self.loop == "closed-loop":
             return Course.of(closed_loop_of(self.log, self.axis, self.samples).run(plant, friction, disturbance=unseen))
-        if not self.axis.at_rest:
-            return _open_loop(self.log, self.axis, self.samples, plant, friction, unseen)
-        loop = open_loop_of(self.log, self.axis, self.samples)
-        position, status = loop.position(plant, friction, unseen)
-        command = self.log.effort.values[self.samples]  # type: ignore[union-attr]
-        return Course(position[np.isfinite(position)], command, status, (loop.diagnostic,))
-
-
-def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
-    assert log.effort is not None
-    start = beginning_of(log, part.start, axis.resolution).state(friction)
-    effort, steps = log.effort.values[part] - unseen, substeps_for(log.sample_time)
-    if axis.hold != "band_limited":
-        hold = axis.hold or "zero"
-        return Course.of(run_open_loop(plant, friction, effort, log.sample_time, steps=steps, hold=hold, **start))
-    fine = finer(effort, steps, periodic=False)
-    trace = run_open_loop(plant, friction, fine, log.sample_time / steps, steps=1, hold="linear", **start)
-    return Course(trace.position[::steps], effort, trace.status)
+        assert self.log.effort is not None
+        command = self.log.effort.values[self.samples]
+        if self.axis.at_rest:
+            loop = open_loop_of(self.log, self.axis, self.samples)
+            position, status = loop.position(plant, friction, unseen)
+            return Course(position[np.isfinite(position)], command, status, (loop.diagnostic,))
+        start = beginning_of(self.log, self.samples.start, self.axis.resolution).state(friction)
+        effort, dt, steps = command - unseen, self.log.sample_time, substeps_for(self.log.sample_time)
+        if self.axis.hold != "band_limited":
+            return Course.of(run_open_loop(plant, friction, effort, dt, steps=steps, hold=self.axis.hold or "zero", **start))
+        trace = run_open_loop(plant, friction, finer(effort, steps, periodic=False), dt / steps, hold="linear", **start)
+        return Course(trace.position[::steps], effort, trace.status)

@@ -13,10 +13,8 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
-from bristle.engine import Trace, run_batch, run_open_loop
+from bristle.engine import run_batch, run_open_loop
 from bristle.logs.log import Log
-
-__all__ = ["FINE", "OpenLoop", "closes", "finer", "open_loop_of", "period_of"]
 
 FINE = 20  # steps for one sample of a band-limited effort
 SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
@@ -24,8 +22,6 @@ LEADS = (1, 2, 4, 8, 16)  # periods to run in
 EQUAL = 1e-9  # of the largest value: a difference of two periods that is none
 BEYOND = 4096  # samples that a record is continued by before it is interpolated
 ORDER = 24  # samples that the next one is predicted from
-LEARNT = 5000  # samples that the prediction is learnt from
-SEAM = 2.0  # times the largest error of the prediction inside a record: a seam that does not show
 SHORT = 12_000  # steps of a run: a batch saves the calls from Python, which are lost in longer ones
 
 
@@ -54,14 +50,15 @@ class OpenLoop:
         if unseen is not None:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
         if not self.periodic:
-            trace = self._run(plant, friction, effort)
+            trace = run_open_loop(plant, friction, effort, self.sample_time / self.steps, hold=self.hold)
             position = trace.position[:: self.steps]
             return np.concatenate([position, np.full(self.count - position.size, np.nan)]), trace.status
         size = effort.size
         reached, status = np.full(size, np.nan), Status.NOT_FINITE
         for lead in self.leads:
             # One step beyond, for the position that the period comes back to.
-            trace = self._run(plant, friction, np.concatenate([np.tile(effort, lead + 1), effort[:1]]))
+            repeated = np.concatenate([np.tile(effort, lead + 1), effort[:1]])
+            trace = run_open_loop(plant, friction, repeated, self.sample_time / self.steps, hold=self.hold)
             status, position = trace.status, trace.position[lead * size :]
             if position.size <= size:
                 break
@@ -104,9 +101,6 @@ class OpenLoop:
         effort = self.effort[:: self.steps]
         effort = effort if self.periodic else effort[:most]
         return replace(self, effort=effort, steps=1, count=effort.size, leads=LEADS[:1])
-
-    def _run(self, plant: Model, friction: Model, effort: np.ndarray) -> Trace:
-        return run_open_loop(plant, friction, effort, self.sample_time / self.steps, steps=1, hold=self.hold)
 
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
@@ -176,9 +170,9 @@ def closes(signal: np.ndarray) -> bool:
     if signal.size < 8 * ORDER or not np.any(signal != signal[0]):
         return False
     rows = np.lib.stride_tricks.sliding_window_view(signal - signal.mean(), ORDER + 1)
-    learnt = rows[:: max(rows.shape[0] // LEARNT, 1)]
+    learnt = rows[:: max(rows.shape[0] // 5000, 1)]
     weights = unbounded(learnt[:, :-1], learnt[:, -1], rcond=1e-12)
     seam = np.concatenate([signal[-ORDER:], signal[:ORDER]]) - signal.mean()
     across = np.lib.stride_tricks.sliding_window_view(seam, ORDER + 1)
     inside, across_seam = (float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights))) for windows in (rows, across))
-    return across_seam <= SEAM * inside
+    return across_seam <= 2.0 * inside
