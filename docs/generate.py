@@ -324,7 +324,7 @@ def _elsewhere(name: str) -> type | None:
     for _, module, _ in pkgutil.walk_packages(bristle.__path__, "bristle."):
         if not module.endswith("__main__"):
             known = vars(importlib.import_module(module))
-            found |= {known[name]} if name in known.get("__all__", ()) and inspect.isclass(known[name]) else set()
+            found |= {known[name]} if inspect.isclass(known.get(name)) and known[name].__module__ == module else set()
     return found.pop() if len(found) == 1 else None
 
 
