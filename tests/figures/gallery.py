@@ -101,13 +101,6 @@ def circles(names):
     return [Some(variant=one, angle=angle, deviation=1e-6 * (k + np.cos(4.0 * angle))) for k, one in enumerate(names)]
 
 
-def budget():
-    entries = [
-        Some(cause=one, alone=Some(peak_to_peak=1e-6), without=Some(peak_to_peak=3e-6)) for one in ("friction", "noise of the encoder")
-    ]
-    return Some(entries=entries, all_causes=Some(peak_to_peak=4e-6))
-
-
 def fleet(names):
     """The rows of a fleet whose parameters have these names, and which logs stand apart."""
     value = 8.0 + np.random.default_rng(4).normal(0.0, 0.2, 20)
@@ -144,9 +137,7 @@ def gallery(names=PLAIN, many=None):
         "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
         "correlation": lambda: figures.correlation(best),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
-        "drive_table": lambda: figures.drive_table([(-0.1, -9.0), (0.1, 9.0)], [(-0.1, -9.0), (0.1, 9.0)]),
         "effort_over_time": lambda: figures.effort_over_time(best),
-        "error_budget": lambda: figures.error_budget(budget(), "translational"),
         "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),
         "error_over": lambda: errors.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
         "error_over_a_level": lambda: errors.error_over(
@@ -162,14 +153,13 @@ def gallery(names=PLAIN, many=None):
         "errors_by_truth": lambda: errors.errors_by_truth(
             {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
-        "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),
         "fitted": lambda: figures.fitted(best),
         "fleet_parameters": lambda: figures.fleet_parameters(*fleet(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
-        "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "friction_over_velocity": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)]),
         "loop_family": lambda: loop_family.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
         "loops_at_reversal": lambda: figures.loops_at_reversal(looped(names), names[:2]),
         "loops_proposed": lambda: figures.loops_proposed(
@@ -181,7 +171,6 @@ def gallery(names=PLAIN, many=None):
         "model_comparison": lambda: figures.model_comparison(fits),
         "motion": lambda: figures.motion(planned),
         "open_loop": lambda: figures.open_loop(looped(many)),
-        "parameters": lambda: figures.parameters(best),
         "passages": lambda: figures.passages(*recorded),
         "prediction": lambda: figures.prediction(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
@@ -203,7 +192,6 @@ def gallery(names=PLAIN, many=None):
         "study_spread": lambda: figures.study_spread({name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]),
         "tracking": lambda: loop_rows.tracking(simulated(names), 0.5, (1.0, 2.0)),
         "tracking_error": lambda: loop_rows.tracking_error(simulated(names), 0.5),
-        "transition_curves": lambda: figures.transition_curves(dict.fromkeys(names, exact), 5e-5),
     }
 
 

@@ -1,20 +1,14 @@
-"""Figures of a loop that is designed: margins and poles, error budget, circle."""
+"""Figures of a loop that is designed: margins and poles, circle."""
 
 import numpy as np
 import pytest
-from matplotlib.patches import Rectangle
 from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle import figures
 from bristle.figures import rig_layout
-from bristle.loop import assess, error_budget, run_circles
-
-
-@pytest.fixture(scope="module")
-def budget():
-    return error_budget(loop())
+from bristle.loop import assess, run_circles
 
 
 @pytest.fixture(scope="module")
@@ -37,15 +31,6 @@ def test_the_phase_margin_is_drawn_where_the_gain_crosses_one():
     assert degrees[1] - degrees[0] == pytest.approx(found.margins.phase)
 
 
-def test_every_cause_has_two_bars(budget):
-    figure = figures.error_budget(budget, "translational")
-    assert_legible(figure)
-    bars = [one.get_width() for one in figure.axes[0].patches if isinstance(one, Rectangle)]
-    told = [1e6 * one.alone.peak_to_peak for one in budget.entries] + [1e6 * one.without.peak_to_peak for one in budget.entries]
-    assert bars == pytest.approx(told)
-    assert figure.axes[0].get_xlabel().endswith("[µm]")
-
-
 def test_the_circle_is_drawn_around_and_unrolled(round_trip):
     figure = figures.circles(round_trip, "translational")
     assert_legible(figure)
@@ -56,8 +41,7 @@ def test_the_circle_is_drawn_around_and_unrolled(round_trip):
         assert highest == pytest.approx(1e6 * max(float(np.max(one.deviation)) for one in round_trip), rel=1e-6)
 
 
-def test_a_rotational_axis_is_told_in_angles(budget, round_trip):
-    assert figures.error_budget(budget, "rotational").axes[0].get_xlabel().endswith("[µrad]")
+def test_a_rotational_axis_is_told_in_angles(round_trip):
     assert figures.circles(round_trip, "rotational").axes[1].get_ylabel().endswith("rad]")
 
 

@@ -23,14 +23,12 @@ def draw(name, bench):
     curve = drive_table(best, 100)
     return {
         "correlation": lambda: figures.correlation(best),
-        "drive_table": lambda: figures.drive_table(bench.table, curve, best.plant.kind),
         "effort_over_time": lambda: figures.effort_over_time(best),
         "fitted": lambda: figures.fitted(best),
         "following_error": lambda: figures.following_error(bench.looped),
         "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
-        "friction_over_velocity": lambda: figures.friction_over_velocity(best, curve),
+        "friction_over_velocity": lambda: figures.first_page(best, curve),
         "model_comparison": lambda: figures.model_comparison(bench.identified),
-        "parameters": lambda: figures.parameters(best),
         "prediction": lambda: figures.prediction(bench.predicted, best.plant.kind),
         "residuals": lambda: figures.residuals(best),
     }[name]()
@@ -38,14 +36,12 @@ def draw(name, bench):
 
 NAMES = (
     "correlation",
-    "drive_table",
     "effort_over_time",
     "fitted",
     "following_error",
     "following_error_focus",
     "friction_over_velocity",
     "model_comparison",
-    "parameters",
     "prediction",
     "residuals",
 )
@@ -69,13 +65,12 @@ def test_no_text_lies_on_another_or_outside(figure):
 
 
 @pytest.mark.parametrize(("count", "length"), [(2, 3), (6, 7), (10, 11), (14, 16)])
-@pytest.mark.parametrize("draw_names", [figures.correlation, figures.parameters])
-def test_many_and_long_names_stay_legible(draw_names, count, length, stage):
+def test_many_and_long_names_stay_legible(count, length, stage):
     best = stage.identified.best
     names = tuple(f"{index:02d}".ljust(length, "o") for index in range(count))
     estimates = tuple(replace(best.estimates[1], name=name) for name in names)
     matrix = np.linspace(-1.0, 1.0, count * count).reshape(count, count)
-    assert_legible(draw_names(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
+    assert_legible(figures.correlation(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
 
 
 def assert_legible(figure):

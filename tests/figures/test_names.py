@@ -16,10 +16,7 @@ from bristle.figures.lettering import one_line, printable, shortened, shortened_
 NAMELESS = {
     "comparison",
     "comparison_in_short",
-    "drive_table",
     "effort_over_time",
-    "error_budget",
-    "everett_surface",
     "expected",
     "first_page",
     "fitted",
@@ -46,12 +43,6 @@ def letters(svg):
 def test_the_gallery_holds_every_figure():
     others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "has_completed", "inline_svg", "load_figure_file", "numbers_of"}
     assert set(figures.__all__) - others <= set(gallery())
-
-
-@pytest.mark.parametrize(("name", "place"), [("tracking", "loop_rows"), ("error_over_level", "errors.error_over")])
-def test_a_figure_of_the_source_paper_is_refused_by_name_with_its_place(name, place):
-    with pytest.raises(AttributeError, match=rf"no {name} any more; it is in bristle\.figures\.{place}"):
-        getattr(figures, name)
 
 
 def named(names, many=None):
