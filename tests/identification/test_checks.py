@@ -67,7 +67,7 @@ def test_parameters_of_an_effort_that_is_cut_off_are_effective():
 
 def test_a_right_log_is_fitted_without_a_word():
     fit = identify(Run(0).log(), "coulomb_viscous", mass=MASS, draws=0, blocks=0).best
-    assert [one.code for one in fit.diagnostics if one.code in set(CHECKS) - {"repeats_one_motion"}] == []
+    assert [one.code for one in fit.diagnostics if one.code in set(CHECKS) - {"motion_repeats"}] == []
 
 
 def test_the_mass_that_is_asked_for_is_compared():
@@ -89,7 +89,7 @@ def test_what_a_fit_says_with_more_is_said_once():
     log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
     codes = [one.code for one in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
     assert "motion_repeats" in codes
-    assert "repeats_one_motion" not in codes
+    assert "motion_repeats" not in codes
 
 
 def test_nothing_is_fitted_across_lost_rows():

@@ -346,7 +346,7 @@ def test_friction_that_lags_behind_the_speed_is_told_and_that_which_does_not_is_
 def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
     told, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
     assert told == ("flanks",)
-    said = next(one for one in fit.diagnostics if one.code == "missing_flanks")
+    said = next(one for one in fit.diagnostics if one.code == "missing_play")
     assert said.numbers["ratio"] > 3.0
     assert "play" in message(said)
     assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_flanks=50.0)[0] == ()
@@ -356,7 +356,7 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
 def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
     def ratio():
         fit = told_of(motion, knocking(motion, 6.0), step=1e-7)[1]
-        return next(one.numbers["ratio"] for one in fit.diagnostics if one.code == "missing_flanks")
+        return next(one.numbers["ratio"] for one in fit.diagnostics if one.code == "missing_play")
 
     usual = ratio()
     monkeypatch.setattr("bristle.identification.missing_force.MOST_OF_ONE", np.inf)

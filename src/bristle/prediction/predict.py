@@ -36,7 +36,6 @@ MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
 NOTHING_PERCENT = 100.0  # error of predicting zero
 FAR = 1.5  # times the largest speed that the model was fitted to
-WORSE = {"position": "position_worse_than_none", "force": "effort_worse_than_none"}
 SPAN = 20  # samples over which a speed is taken
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
@@ -186,7 +185,7 @@ def _within_reach(
     if limit is None or limit * log.sample_time < 0.5:
         return (cutoff, decimation), ()
     most = MOST / log.sample_time
-    return (most, 1), (Diagnostic("slow_sampling", severity="note", numbers={"wanted": limit, "cutoff": most}),)
+    return (most, 1), (Diagnostic("filtered", severity="note", numbers={"wanted": limit, "cutoff": most}),)
 
 
 def _inverse(
@@ -208,7 +207,7 @@ def _inverse(
         diagnostics=(
             *remarks,
             *start,
-            Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
+            Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
         log=log.source.name.strip("<>"),
     )
@@ -326,10 +325,10 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     settings = CheckThresholds.among(axis.settings if axis else {})
     wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
     doubts: list[Diagnostic] = []
-    for signal, code in WORSE.items():
-        percent = prediction.metrics.get(f"{signal}_error_percent")
+    for key, signal in (("position", "position"), ("force", "effort")):
+        percent = prediction.metrics.get(f"{key}_error_percent")
         if not doubts and isinstance(percent, float) and percent > NOTHING_PERCENT:
-            doubts.append(Diagnostic(code, numbers={"percent": percent}))
+            doubts.append(Diagnostic("worse_than_none", numbers={"signal": signal, "percent": percent}))
     top = _largest_speed(log)
     if velocity_max is not None and top > FAR * velocity_max:
         doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))

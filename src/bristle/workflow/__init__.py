@@ -8,9 +8,8 @@ from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.workflow.compared import Compared, compare
-    from bristle.workflow.identified import Identified, identify
+    from bristle.workflow.identified import Identified, Outcome, identify
     from bristle.workflow.model_in_hand import Loaded, load
-    from bristle.workflow.outcome import Outcome
     from bristle.workflow.pipeline import Prepared, prepare
 
 __all__ = ["Compared", "Identified", "Loaded", "Outcome", "Prepared", "compare", "identify", "load", "prepare"]
@@ -24,7 +23,7 @@ __getattr__ = loaded_from(
         "identify": "identified",
         "Loaded": "model_in_hand",
         "load": "model_in_hand",
-        "Outcome": "outcome",
+        "Outcome": "identified",
         "Prepared": "pipeline",
         "prepare": "pipeline",
     },
