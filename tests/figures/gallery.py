@@ -122,7 +122,6 @@ def gallery(names=PLAIN, many=None):
     exact = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.25e7, f_p=150.0)
     best, planned = fit(many, one), motion()
     spread = np.random.default_rng(3).normal(6e-6, 5e-7, 400)
-    fits = Some(fits=[fit(many, name) for name in many])
     loops, recorded = [traces[one], (2e-3 * X, F)], log()
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     told = {name: f"{name}: 0.5 µm" for name in names}
@@ -168,7 +167,6 @@ def gallery(names=PLAIN, many=None):
         "margins": lambda: figures.margins(assess(rig(1))),
         "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", told),
         "minor_loops": lambda: figures.minor_loops(traces),
-        "model_comparison": lambda: figures.model_comparison(fits),
         "motion": lambda: figures.motion(planned),
         "open_loop": lambda: figures.open_loop(looped(many)),
         "passages": lambda: figures.passages(*recorded),
@@ -183,12 +181,6 @@ def gallery(names=PLAIN, many=None):
         "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
         "ripple": lambda: loop_family.ripple(T, F, few, 200, told),
         "ripple_close_up": lambda: loop_family.ripple(T, F, few, 200, told, close_up=(other, both)),
-        "study_influence": lambda: figures.study_influence(
-            [one, other],
-            {"alone": [(0.6, (0.5, 0.7)), (0.3, (0.2, 0.4))], "with others": [(0.65, (0.5, 0.8)), (0.35, (0.2, 0.5))]},
-            f"Share of {one}",
-            signed=False,
-        ),
         "study_spread": lambda: figures.study_spread({name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]),
         "tracking": lambda: loop_rows.tracking(simulated(names), 0.5, (1.0, 2.0)),
         "tracking_error": lambda: loop_rows.tracking_error(simulated(names), 0.5),

@@ -32,7 +32,7 @@ NAMELESS = {
     "rig_layout",
 }
 # Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
-WAYS = ("circles", "closure", "correlation", "following_error", "loop_family", "model_comparison", "tracking")
+WAYS = ("circles", "closure", "correlation", "following_error", "loop_family", "tracking")
 FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 

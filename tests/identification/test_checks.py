@@ -8,7 +8,7 @@ from bristle.identification import identify
 from bristle.identification.excitation import TRADED
 from bristle.identification.result import LACKING, TRADED_IN
 from bristle.prediction import predict
-from bristle.report.identification import sentences
+from bristle.report.identification import answers
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
@@ -61,7 +61,7 @@ def test_parameters_of_an_effort_that_is_cut_off_are_effective():
     found = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
     assert {"M", "F_v", "F_C"} <= set(found.best.effective)
     assert "effective" in {row[-1] for row in parameter_table(found.best).rows}
-    assert any("effective: the effort is cut off" in one for one in sentences(found, "axis", None, None))
+    assert any("effective: the effort is cut off" in line for _, lines in answers(found, None, None) for line in lines)
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 

@@ -135,4 +135,4 @@ def test_a_report_does_without_what_there_is_not(left_out, stage):
 def test_a_report_of_one_model_compares_none(stage):
     alone = replace(stage.identified, fits=stage.identified.fits[:1])
     page = Page(identification_page(stage, identification=alone))
-    assert "figure-comparison" not in {attrs["id"] for attrs in page.named("figure")}
+    assert "models" not in {attrs.get("id") for attrs in page.named("h2")}

@@ -17,7 +17,6 @@ from bristle.figures.fleet_parameters import fleet_parameters
 from bristle.figures.following_error import following_error, has_completed, loops_at_reversal
 from bristle.figures.loops_proposed import loops_proposed
 from bristle.figures.margins import margins
-from bristle.figures.model_comparison import model_comparison
 from bristle.figures.motion import expected, motion
 from bristle.figures.numbers import as_csv, numbers_of
 from bristle.figures.open_loop import open_loop
@@ -29,7 +28,7 @@ from bristle.figures.recorded_curves import recorded_curves
 from bristle.figures.report_figure import ReportFigure
 from bristle.figures.residuals import residuals
 from bristle.figures.small_multiples import closure, drift, minor_loops
-from bristle.figures.study import study_influence, study_spread
+from bristle.figures.study import study_spread
 
 __all__ = [
     "ReportFigure",
@@ -55,7 +54,6 @@ __all__ = [
     "loops_proposed",
     "margins",
     "minor_loops",
-    "model_comparison",
     "motion",
     "numbers_of",
     "open_loop",
@@ -64,6 +62,5 @@ __all__ = [
     "preisach_plane",
     "recorded_curves",
     "residuals",
-    "study_influence",
     "study_spread",
 ]

@@ -46,7 +46,11 @@ def comparison(compared: Comparison) -> Figure:
     small = len(compared.turns) + bool(compared.friction_curve)
     changes = _changes_with_interval(compared)
     figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
-    _draw_course(grid[0][0], grid[1][0], compared)
+    motion, kind = compared.course.motion, compared.kind
+    drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
+    style.over_time(grid[0][0], compared.course.time, drawn, scale=scale_for("length", kind, motion), word=position_word(kind))
+    grid[0][0].set_title("reference" if "following_error.rms" in compared.changes else "position")
+    _draw_errors(grid[1][0], compared)
     if small:
         _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
         if compared.friction_curve:
@@ -95,15 +99,6 @@ def _rows(
         left=1.2,
         **layout,
     )
-
-
-def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -> None:
-    course_, kind = compared.course, compared.kind
-    follows = "following_error.rms" in compared.changes
-    length, look = scale_for("length", kind, course_.motion), {"color": style.INK, "linewidth": 1.0}
-    style.over_time(motion, course_.time, (course_.motion, look, ""), scale=length, word=position_word(kind))
-    motion.set_title("reference" if follows else "position")
-    _draw_errors(course, compared)
 
 
 def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
@@ -161,28 +156,25 @@ def _signal(compared: Comparison) -> str:
     return "following error" if "following_error.rms" in compared.changes else "effort"
 
 
-def _caption(compared: Comparison) -> str:
-    turns = "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
-    friction = "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
-    return f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. {turns}{friction}Below, {CHANGES}"
-
-
-def _short_caption(compared: Comparison) -> str:
-    place = "around reversals" if compared.turns else "over the cycles"
-    return f"Above, the mean {_signal(compared)} {place}: light before, dark after. Below, {CHANGES}"
-
-
 FIGURE = ReportFigure(
     name="comparison",
     takes="comparison",
     draw=comparison,
     alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
-    caption=_caption,
+    caption=lambda compared: (
+        f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. "
+        + "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
+        + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
+        + f"Below, {CHANGES}"
+    ),
 )
 SHORT = ReportFigure(
     name="short",
     takes="comparison",
     draw=comparison_in_short,
     alternative=lambda compared: f"{_signal(compared).capitalize()} before and after, and each change",
-    caption=_short_caption,
+    caption=lambda compared: (
+        f"Above, the mean {_signal(compared)} {'around reversals' if compared.turns else 'over the cycles'}: light before, dark after. "
+        f"Below, {CHANGES}"
+    ),
 )

@@ -53,7 +53,11 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
     scale = scale_of(runs.described["columns"][name]["unit"], largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
-    bottom, top = _reach(value[tells])
+    # Past what most logs span, and to all of them if they are near.
+    usual = np.quantile(value[tells], (0.05, 0.95))
+    margin = MARGIN * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0
+    bottom = max(float(usual[0]) - margin, float(value[tells].min()) - 0.3 * margin)
+    top = min(float(usual[1]) + margin, float(value[tells].max()) + 0.3 * margin)
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
     size = 3.4 if runs.count <= FEW else 2.0
@@ -80,13 +84,6 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 1.0, float(number.max()) + 1.0))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name, style.NARROW, AT_TICKS)))
-
-
-def _reach(values: np.ndarray) -> tuple[float, float]:
-    """Return from where to where a panel reaches: past what most logs span, and to all of them if they are near."""
-    low, high = np.quantile(values, (0.05, 0.95))
-    margin = MARGIN * float(high - low) or 0.1 * abs(float(high)) or 1.0
-    return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(float(high) + margin, float(values.max()) + 0.3 * margin)
 
 
 FIGURE = ReportFigure(

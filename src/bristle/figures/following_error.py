@@ -20,7 +20,6 @@ from bristle.simulation.reversals import worst_reversal
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
-    from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
 __all__ = ["AT_REVERSAL", "FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
@@ -87,11 +86,15 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     )
     motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
-    _draw_signals(motion, effort, simulated, result.experiment.kind)
+    kind, reference = result.experiment.kind, simulated[0].reference
+    told = reference, {"color": style.INK, "linewidth": 1.0}, "_"
+    style.over_time(motion, simulated[0].time, told, scale=scale_for("length", kind, reference), word=position_word(kind))
+    motion.set_title("reference")
+    _draw_efforts(effort, simulated, kind)
     for axes in all_:
-        _draw_errors(axes, loops, result.experiment.kind)
-    scale = _draw_errors(full, near, result.experiment.kind)
-    _draw_close_up(close, full, near, result.experiment.kind)
+        _draw_errors(axes, loops, kind)
+    scale = _draw_errors(full, near, kind)
+    _draw_close_up(close, full, near, kind)
     close.set_title("close up, at a reversal of the reference")
     _draw_distributions(spread, near, scale)
     spread.set_ylim(full.get_ylim())
@@ -99,14 +102,6 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     if all_:
         style.title(full, " and ".join(loop.name for loop in near) + " only")
     return figure
-
-
-def _draw_signals(motion: style.Axes, effort: style.Axes, loops: list[_Loop], kind: Kind) -> None:
-    reference = scale_for("length", kind, loops[0].reference)
-    look = {"color": style.INK, "linewidth": 1.0}
-    style.over_time(motion, loops[0].time, (loops[0].reference, look, "_"), scale=reference, word=position_word(kind))
-    motion.set_title("reference")
-    _draw_efforts(effort, loops, kind)
 
 
 def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
@@ -213,27 +208,19 @@ def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> N
     axes.tick_params(labelleft=False)
 
 
-def _draw(simulation: SimulationResult, focus: Sequence[str], following: Following | None) -> Figure:
-    return following_error(simulation, focus, None if following is None else following.error)
-
-
-def _caption(simulation: SimulationResult, focus: Sequence[str], following: Following | None) -> str:
-    return (
-        f"Reference less encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
-        "distribution, and close up at a reversal (shaded above). What jumps where the reference reverses is friction; "
-        "what follows the velocity is the lag of the position loop, or viscous friction that is not fed forward. "
-        "Below, the effort that it takes."
-    )
-
-
 FIGURE = ReportFigure(
     name="following",
     takes=("simulation", "focus"),
     may_take=("following",),
-    draw=_draw,
+    draw=lambda simulation, focus, following: following_error(simulation, focus, None if following is None else following.error),
     applies=lambda simulation, focus, following: has_completed(simulation),
     alternative="Following error and effort of each variant over time",
-    caption=_caption,
+    caption=lambda simulation, focus, following: (
+        f"Reference less encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        "distribution, and close up at a reversal (shaded above). What jumps where the reference reverses is friction; "
+        "what follows the velocity is the lag of the position loop, or viscous friction that is not fed forward. "
+        "Below, the effort that it takes."
+    ),
 )
 AT_REVERSAL = ReportFigure(
     name="reversal",

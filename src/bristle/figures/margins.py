@@ -38,7 +38,12 @@ def margins(assessment: Assessment) -> Figure:
     rest.remove()
     above = poles.get_position()
     poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
-    _draw_circle(poles)
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
+    poles.plot(np.cos(angle), np.sin(angle), **style.AID)
+    poles.set_aspect("equal", adjustable="datalim")
+    poles.set_xlabel("Poles, real part")
+    poles.set_ylabel("imaginary part", labelpad=1.0)
+    poles.margins(0.06)
     for look, point in zip(style.SERIES[1:], points, strict=False):
         _draw_open_loop(gain, phase, point, look)
         at = point.loop.poles
@@ -73,15 +78,6 @@ def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, lo
         at = crossover / (2.0 * math.pi)
         phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt")
         gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL)
-
-
-def _draw_circle(axes: style.Axes) -> None:
-    angle = np.linspace(0.0, 2.0 * math.pi, 200)
-    axes.plot(np.cos(angle), np.sin(angle), **style.AID)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("Poles, real part")
-    axes.set_ylabel("imaginary part", labelpad=1.0)
-    axes.margins(0.06)
 
 
 FIGURE = ReportFigure(

@@ -58,7 +58,6 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("fit", "residuals"),
         Place("fit", "correlation"),
         Place("fit", "prediction", lambda facts: _has_curve(facts) and not _by_position(facts)),
-        Place("models", "model_comparison"),
         Place("log", "passages"),
     ),
     "prediction": (Place("front", "prediction"),),
@@ -71,7 +70,7 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "design": (Place("front", "loops_proposed"), Place("margins", "margins"), Place("circle", "circles")),
     "comparison": (Place("front", "comparison", attribute="SHORT"), Place("courses", "comparison")),
     "excitation": (Place("front", "motion"), Place("outlook", "motion", attribute="EXPECTED")),
-    "study": (Place("spread", "study"), Place("influence", "study", attribute="INFLUENCE")),
+    "study": (Place("spread", "study"),),
     "fleet": (Place("parameters", "fleet_parameters"),),
     "operator": (Place("front", "recorded_curves"),),
 }

@@ -57,25 +57,16 @@ def _draw_position(course: style.Axes, off: style.Axes, log: Prediction, positio
     style.over_time(off, log.time, (error, style.REST, ""), scale=error_scale, word=f"{word} error")
 
 
-def _alternative(predicted: Prediction, kind: Kind) -> str:
-    return f"Measured and predicted signals, {predicted.mode} mode"
-
-
-def _caption(predicted: Prediction, kind: Kind) -> str:
-    has_band = predicted.half_width is not None or predicted.position_half_width is not None
-    return (
-        f"The model run on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
-        "looks out from under the dark one, what was measured is not predicted."
-        + " Shaded: where 95 % of what is measured are expected."
-        * has_band
-    )
-
-
 FIGURE = ReportFigure(
     name="prediction",
     takes=("prediction", "kind"),
     draw=prediction,
-    alternative=_alternative,
-    caption=_caption,
+    alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
+    caption=lambda predicted, kind: (
+        f"The model run on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
+        "looks out from under the dark one, what was measured is not predicted."
+        + " Shaded: where 95 % of what is measured are expected."
+        * (predicted.half_width is not None or predicted.position_half_width is not None)
+    ),
     applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,
 )

@@ -14,7 +14,7 @@ from bristle.figures.labels import effort_scale, position_word, scale_for
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from bristle.logs.curves import Curves
+    pass
 
 __all__ = ["FIGURE", "recorded_curves"]
 
@@ -53,14 +53,10 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     return figure
 
 
-def _draw(recorded: Curves, outputs: Sequence[np.ndarray]) -> Figure:
-    return recorded_curves(recorded.curves, outputs, recorded.kind)
-
-
 FIGURE = ReportFigure(
     name="curves",
     takes=("recorded", "outputs"),
-    draw=_draw,
+    draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
     alternative="Recorded and predicted output over the input",
     caption="Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
 )

@@ -37,7 +37,14 @@ def residuals(fit: Fit) -> Figure:
     style.over_time(over_time, time, (residual, style.REST, ""), scale=scale, word="Residual")
     _draw_distribution(spread, residual * scale.factor)
     spread.set_ylim(over_time.get_ylim())
-    _draw_autocorrelation(white, time, residual)
+    correlation, count = autocorrelation(time, residual)
+    lags = float(np.median(np.diff(time))) * np.arange(correlation.size)
+    span, band = time_scale(lags), NORMAL_95 / np.sqrt(count)
+    white.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
+    white.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
+    white.axhline(0.0, **style.AID)
+    white.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
+    style.legend(white)
     return figure
 
 
@@ -54,18 +61,6 @@ def _draw_distribution(axes: style.Axes, residual: np.ndarray) -> None:
     axes.set_xlabel("Share [%]")
     axes.tick_params(labelleft=False)
     style.legend(axes, columns=2, handle=1.0)
-
-
-def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarray) -> None:
-    correlation, count = autocorrelation(time, residual)
-    lags = float(np.median(np.diff(time))) * np.arange(correlation.size)
-    span = time_scale(lags)
-    band = NORMAL_95 / np.sqrt(count)
-    axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
-    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
-    axes.axhline(0.0, **style.AID)
-    axes.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
-    style.legend(axes)
 
 
 def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = LAGS) -> tuple[np.ndarray, int]:

@@ -102,11 +102,12 @@ def comparison_report(
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
     logs = [Block("facts", log_facts(logs[0], logs[1:]), (f"The log {side}",)) for side, logs in sides.items()]
     basis = [Block("items", warnings, ("warnings",)), Block("items", remarks_of(compared)[len(warnings) :])]
+    rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
+    friction = Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
     sections = [
         Section("changes", "Each change", [change_table(compared)]),
         Section("basis", "What this rests on", basis),
-        Section("summary", "In words", [Block("items", comparison_sentences(compared))], folded=True),
-        Section("courses", "Where they differ", [Figures("courses"), _friction_table(compared)], folded=True),
+        Section("courses", "Where they differ", [Figures("courses"), friction], folded=True),
         Section("log", "The logs", [*logs, Block("items", notes)], folded=True),
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
@@ -119,18 +120,19 @@ def comparison_sentences(compared: Comparison) -> list[str]:
     """Return whether it helped, then each quantity with its numbers."""
     rms = compared.changes.get(RMS)
     wording = _wording(rms) if rms else None
-    head = f"{wording.sentence}: {wording.reason}." if wording else "Whether the axis follows better nobody can tell without a reference."
-    return [head, *map(_sentence, compared.changes.values())]
-
-
-def _sentence(change: Change) -> str:
-    word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
-    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
-    if change.verdict == "unknown":
-        return f"{word}: {before} before, {after} after; nothing tells how sure that is."
-    if change.verdict == "no_change":
-        return f"{word}: no change that these logs can tell, {before} before and {after} after{interval}."
-    return f"{word}: {change.verdict}, {after} instead of {before}{interval}."
+    lines = [
+        f"{wording.sentence}: {wording.reason}." if wording else "Whether the axis follows better nobody can tell without a reference."
+    ]
+    for change in compared.changes.values():
+        word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
+        interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
+        if change.verdict == "unknown":
+            lines.append(f"{word}: {before} before, {after} after; nothing tells how sure that is.")
+        elif change.verdict == "no_change":
+            lines.append(f"{word}: no change that these logs can tell, {before} before and {after} after{interval}.")
+        else:
+            lines.append(f"{word}: {change.verdict}, {after} instead of {before}{interval}.")
+    return lines
 
 
 def _signed(value: float, change: Change) -> str:
@@ -164,11 +166,6 @@ def _row(head: str, change: Change) -> tuple[str, ...]:
 def change_table(compared: Comparison) -> Table:
     """Return each quantity before and after, with its change."""
     return Table("Before and after", HEADS, change_rows(compared))
-
-
-def _friction_table(compared: Comparison) -> Table | None:
-    rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
-    return Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
 
 
 def remarks_of(compared: Comparison) -> list[str]:

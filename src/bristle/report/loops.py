@@ -102,19 +102,16 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
         if model is None:
             rows.append((part, "none", ""))
         else:
-            variables = model.component.variables
-            values = [f"{name} = {_value(value, variables[name].unit(model.kind))}" for name, value in model.values.items()]
+            values = []
+            for name, value in model.values.items():
+                unit, text = model.component.variables[name].unit(model.kind), str(value)
+                if isinstance(value, (float, int)):
+                    text = with_unit(float(value), unit, 4)
+                elif (array := np.asarray(value)).dtype.kind in "fi":
+                    text = f"{array.size} values, {number(array.min())} to {number(array.max())} {typeset(unit)}".rstrip()
+                values.append(f"{name} = {text}")
             rows.append((part, model.name, ", ".join(values)))
     return Table(title, ("Part", "Model", "Parameters"), rows)
-
-
-def _value(value: object, unit: str) -> str:
-    if isinstance(value, (float, int)):
-        return with_unit(float(value), unit, 4)
-    array = np.asarray(value)
-    if array.dtype.kind in "fi":
-        return f"{array.size} values, {number(array.min())} to {number(array.max())} {typeset(unit)}".rstrip()
-    return str(value)
 
 
 def run_table(variants: Sequence[Variant]) -> Table:
