@@ -22,7 +22,7 @@ from bristle.core.cores import Abreast
 
 ROOT = Path(__file__).parents[2]
 # Between them: names at axes, a legend, a title, numbers in every form, hatches, marks, a figure without panels.
-SOME = ("circles", "rig_layout", "margins", "correlation", "residuals")
+SOME = ("rig_layout", "margins", "correlation", "residuals")
 DRAW = f"""
 import hashlib, json, sys
 from tests.figures.gallery import gallery

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "SHORT", "comparison", "comparison_in_short"]
 
-BEFORE: style.Look = style.MEASURED
-AFTER: style.Look = style.PREDICTED
+BEFORE, AFTER = style.MEASURED, style.PREDICTED
 TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}
 WORDS = {
     "following_error.rms": "error, rms",
@@ -36,13 +35,7 @@ POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o
 
 @style.styled
 def comparison(compared: Comparison) -> Figure:
-    """Return what two logs differ by: the mean cycle, the mean reversals, friction over speed, and the changes.
-
-    Parameters
-    ----------
-    compared : Comparison
-        Two logs, held against each other.
-    """
+    """Return what two logs differ by: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
     changes = _changes_with_interval(compared)
     figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
@@ -62,13 +55,7 @@ def comparison(compared: Comparison) -> Figure:
 
 @style.styled
 def comparison_in_short(compared: Comparison) -> Figure:
-    """Return the mean around reversals, or over the motion where it has none, and each change with its interval.
-
-    Parameters
-    ----------
-    compared : Comparison
-        Two logs, held against each other.
-    """
+    """Return the mean around reversals, or over the motion where it has none, and each change with its interval."""
     changes = _changes_with_interval(compared)
     figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
     if compared.turns:

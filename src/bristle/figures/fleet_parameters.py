@@ -28,17 +28,7 @@ FEW = 60  # logs up to which markers are large
 
 @style.styled
 def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray]) -> Figure:
-    """Return the parameters of a fleet, log by log.
-
-    Parameters
-    ----------
-    runs : Runs
-        The rows of the fleet.
-    names : sequence of str
-        Columns of parameters, each of which a log tells.
-    apart : mapping of str to ndarray
-        By column, places of the logs that stand apart.
-    """
+    """Return the parameters of a fleet, log by log."""
     figure, panels = style.grid_of(len(names), between=0.8)
     for axes, name in zip(panels, names, strict=True):
         _draw(axes, runs, name, apart[name])

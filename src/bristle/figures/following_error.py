@@ -129,14 +129,7 @@ def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np
 def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
     """Return the following error of some variants, whole and at the worst reversal, and the effort there.
 
-    Parameters
-    ----------
-    result : SimulationResult
-        The simulated variants.
-    names : sequence of str
-        Those to be drawn: the one to compare with first.
-    close_names : sequence of str, optional
-        Those that are looked at closely, at the worst reversal of the first of them; all by default.
+    The first is the one to compare with; those with `close_names`, or all, are looked at closely at its worst reversal.
     """
     by_name = {loop.variant: loop for loop in _settled(result, None)}
     # The two that are looked at closely lie light under dark, a third one behind them.

@@ -23,13 +23,7 @@ NAMES = {"all": "all motions", "small": "small motions", "large": "large motions
 
 @style.styled
 def margins(assessment: Assessment) -> Figure:
-    """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop.
-
-    Parameters
-    ----------
-    assessment : Assessment
-        Poles and margins of one loop.
-    """
+    """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
     points = assessment.bare
     # The unit circle is to be round: its panel is as wide as both rows are tall.
     figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)

@@ -35,15 +35,7 @@ LOOPS = ("loops", "break_away")
 
 @style.styled
 def passages(log: Log, segments: Sequence[Passage]) -> Figure:
-    """Return position over time with its passages shaded, and the effort over position of the loops.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    segments : sequence of Passage
-        What it contains.
-    """
+    """Return position over time with its passages shaded, and the effort over position of the loops."""
     loops = [segment for segment in segments if segment.kind in LOOPS] if log.effort is not None else []
     figure, rows = style.panels(4.9 if loops else 2.4, rows=2 if loops else 1, heights=[1.0, 1.4] if loops else None)
     axes, time, position = rows[0][0], log.time.values, log.position.values

@@ -24,13 +24,7 @@ LAGS = 60
 
 @style.styled
 def residuals(fit: Fit) -> Figure:
-    """Return residuals over time, their distribution beside a normal one, and their autocorrelation.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model and the traces that it was fitted to.
-    """
+    """Return residuals over time, their distribution beside a normal one, and their autocorrelation."""
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = effort_scale(fit.plant.kind, residual)
     figure, ((over_time, spread), (white,)) = style.panels(4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26)

@@ -19,15 +19,7 @@ __all__ = ["FIGURE", "study_spread"]
 
 @style.styled
 def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:
-    """Return the distribution of each number, with its median and its quantiles at 5 and 95 %.
-
-    Parameters
-    ----------
-    numbers : mapping of str to (mapping of str to ndarray, shape (run,))
-        By what stands at the axis, and there by the name of a group of runs: at most five of them, or a single one.
-    units : sequence of str
-        The unit in SI of each.
-    """
+    """Return the distribution of each number, with its median and its quantiles at 5 and 95 %."""
     grouped = any(len(groups) > 1 for groups in numbers.values())
     figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
     for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=True):

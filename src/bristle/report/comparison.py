@@ -40,46 +40,28 @@ class Wording(NamedTuple):
 
     level: str
     words: str
-    sentence: str
     reason: str
     advice: str
-    cell: str
     is_open: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """The same in a sentence."""
+        return f"{'Whether it helped these logs cannot tell' if self.is_open else self.words}: {self.reason}."
 
 
 KEEP = "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"
-OPEN = "Whether it helped these logs cannot tell"
+BACK = "take the change back, then `bristle identify BEFORE --axis axis.toml`"
+HARDLY = f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %"
+ZERO = "the interval of the following error's change holds zero"
 VERDICTS = {
-    "lower": Wording("usable", "It helped", "It helped", "the following error is lower", KEEP, "lower"),
-    "hardly": Wording(
-        "with_care",
-        "It hardly helped",
-        "It hardly helped",
-        f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %",
-        KEEP,
-        "lower",
-    ),
-    "higher": Wording(
-        "no",
-        "It did not help",
-        "It did not help",
-        "the following error is higher",
-        "take the change back, then `bristle identify BEFORE --axis axis.toml`",
-        "higher",
-    ),
-    "no_change": Wording(
-        "with_care",
-        "No change told",
-        OPEN,
-        "the interval of the following error's change holds zero",
-        "record more cycles of each side, several times",
-        "no change told",
-        is_open=True,
-    ),
-    "unknown": Wording(
-        "with_care", "Not told", OPEN, "one cycle gives no interval", "record ten cycles or more of each side", "no interval", is_open=True
-    ),
+    "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
+    "hardly": Wording("with_care", "It hardly helped", HARDLY, KEEP),
+    "higher": Wording("no", "It did not help", "the following error is higher", BACK),
+    "no_change": Wording("with_care", "No change told", ZERO, "record more cycles of each side, several times", is_open=True),
+    "unknown": Wording("with_care", "Not told", "one cycle gives no interval", "record ten cycles or more of each side", is_open=True),
 }
+CELLS = {"no_change": "no change told", "unknown": "no interval"}
 
 
 def _wording(change: Change) -> Wording:
@@ -120,9 +102,7 @@ def comparison_sentences(compared: Comparison) -> list[str]:
     """Return whether it helped, then each quantity with its numbers."""
     rms = compared.changes.get(RMS)
     wording = _wording(rms) if rms else None
-    lines = [
-        f"{wording.sentence}: {wording.reason}." if wording else "Whether the axis follows better nobody can tell without a reference."
-    ]
+    lines = [wording.sentence if wording else "Whether the axis follows better nobody can tell without a reference."]
     for change in compared.changes.values():
         word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
         interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
@@ -160,7 +140,7 @@ def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
 
 def _row(head: str, change: Change) -> tuple[str, ...]:
     before, after = (with_unit(side, change.unit) for side in (change.before, change.after))
-    return head, before, after, percent_of(change), interval_of(change), VERDICTS[change.verdict].cell
+    return head, before, after, percent_of(change), interval_of(change), CELLS.get(change.verdict, change.verdict)
 
 
 def change_table(compared: Comparison) -> Table:
@@ -232,7 +212,7 @@ def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> lis
     lines = []
     for change in changes:
         if change.name != RMS or len(changes) == 1:
-            verdict = VERDICTS["no_change"].cell if change.verdict == "no_change" else percent_of(change)
+            verdict = CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
             lines.append(f"{WORDS[change.name]}: {_text(change, change.after)}, before {_text(change, change.before)} ({verdict})")
     return lines or [otherwise]
 

@@ -157,22 +157,21 @@ def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
         if of_kind:
             legs, together = (sum(segment["legs"] for segment in of_kind), sum(segment["end"] - segment["begin"] for segment in of_kind))
             counts = (str(len(of_kind)), str(legs or ""), f"{together:.3g}", f"{of_kind[0]['begin']:.4g}")
-            rows.append((words, *counts, *_ranges(name, of_kind, kind)))
+            spans = ("", "", "")
+            if name != "rest":
+                amplitudes = span_text([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
+                speeds, remark = span_text([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind)), ""
+                turns = [end for segment in of_kind for end in segment["frequencies"]]
+                if name == "loops":
+                    depth, levels = (max(segment[key] for segment in of_kind) for key in ("depth", "levels"))
+                    nested = f"nested {depth} deep" if depth > 2 else "none inside another"
+                    remark = f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
+                elif name in ("chirp", "oscillation") and turns:
+                    remark = span_text(turns, "Hz")
+                spans = amplitudes, speeds, remark
+            rows.append((words, *counts, *spans))
     heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
     return Table("What the motion of the log is", heads, rows).without_empty_columns()
-
-
-def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:
-    if name == "rest":
-        return "", "", ""
-    amplitudes = span_text([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
-    speeds = span_text([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind))
-    if name == "loops":
-        depth, levels = max(segment["depth"] for segment in of_kind), max(segment["levels"] for segment in of_kind)
-        nested = f"nested {depth} deep" if depth > 2 else "none inside another"
-        return amplitudes, speeds, f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
-    turns = [end for segment in of_kind for end in segment["frequencies"]] if name in ("chirp", "oscillation") else []
-    return amplitudes, speeds, span_text(turns, "Hz") if turns else ""
 
 
 def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.status import Status
-from bristle.core.typography import number, typeset, with_unit
+from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.loop import Verdict, doubts_of, verdict_of
@@ -92,7 +92,8 @@ def _completed(result: SimulationResult) -> list[VariantResult]:
 def _error_column(result: SimulationResult) -> Quantity:
     """Return the column for following errors, by the smallest of them."""
     smallest = min((variant.following_error.peak_to_peak for variant in _completed(result)), default=0.0)
-    return Quantity.at_least(MICROMETRE, unit_of("length", result.experiment.kind), smallest)
+    scale = scale_of(unit_of("length", result.experiment.kind), max(smallest, MICROMETRE))
+    return Quantity(scale, 0.1 * smallest * scale.factor)
 
 
 def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:

@@ -8,11 +8,11 @@ from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.workflow.compared import Compared, compare
-    from bristle.workflow.identified import Identified, Outcome, identify
+    from bristle.workflow.identified import Identified, identify
     from bristle.workflow.model_in_hand import Loaded, load
     from bristle.workflow.pipeline import Prepared, prepare
 
-__all__ = ["Compared", "Identified", "Loaded", "Outcome", "Prepared", "compare", "identify", "load", "prepare"]
+__all__ = ["Compared", "Identified", "Loaded", "Prepared", "compare", "identify", "load", "prepare"]
 
 __getattr__ = loaded_from(
     __name__,
@@ -23,7 +23,6 @@ __getattr__ = loaded_from(
         "identify": "identified",
         "Loaded": "model_in_hand",
         "load": "model_in_hand",
-        "Outcome": "identified",
         "Prepared": "pipeline",
         "prepare": "pipeline",
     },

@@ -102,7 +102,7 @@ class Compared(Result, Comparison):
 
     def plot(self) -> Any:
         """Return following error over a cycle and at reversals, friction, and the changes, as a figure."""
-        from bristle.figures import comparison
+        from bristle.figures.comparison import comparison
 
         return comparison(self)
 

@@ -86,29 +86,9 @@ class Identified(ModelInHand, Result, Identification):
         loop: Loop | None = None,
         figures: Sequence[ReportFigure] = (),
     ) -> Outcome:
-        """Return what follows from the models, with words of one's own.
+        """Return what follows from the models, with words of one's own, and with `files` that were read beside the logs.
 
-        Parameters
-        ----------
-        command : str, optional
-            What repeats it.
-        axis_name : str, optional
-            What people call the axis.
-        progress : callable, optional
-            Called with the share done and what comes next.
-        banner : str, optional
-            What a reader of the report must know before anything else.
-        files : mapping, optional
-            What was read, by what it is, where it is more than is known here.
-        loop : tuple of SimulationResult, Prediction and Following, optional
-            Where these were made elsewhere, as on an axis that is simulated.
-        figures : sequence of ReportFigure
-            Your own, for the report.
-
-        Returns
-        -------
-        Outcome
-            Table, loop, prediction, certificates, summary and report.
+        A `loop` is what was simulated elsewhere, as on an axis that is itself simulated.
         """
         from bristle.certificates import check
 
@@ -185,34 +165,8 @@ class Identified(ModelInHand, Result, Identification):
 class Outcome:
     """An identification and what follows from it.
 
-    Parameters
-    ----------
-    identification : Identified
-        The models, best first.
-    table : list of (float, float)
-        Velocity and friction for a drive [m/s or rad/s, N or N*m].
-    simulation : SimulationResult or None
-        The loop without and with compensation.
-    prediction : Prediction or None
-        A log as the best model predicts it.
-    certificates : mapping of str to Certificate
-        Whether the best model is fit to be used.
-    uncertified : str
-        Why there are no certificates; empty where there are.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    command : str
-        What repeats it.
-    axis_name : str
-        What people call the axis.
-    banner : str or None
-        What a reader of the report must know before anything else.
-    following : Following or None
-        How the axis followed its reference in the log, and whether the simulation agrees.
-    figures : tuple of ReportFigure
-        A user's own, for the report.
-    looped : Experiment or None
-        The loop of the log with the best model; None without a loop.
+    The `table` for a drive is of velocities and efforts, `uncertified` says why there are no certificates, the `banner`
+    what a reader must know before anything else, and `looped` is the loop of the log with the best model.
     """
 
     identification: Identified

@@ -136,10 +136,10 @@ class ModelInHand(WithCard):
         return drive_table(self.best, entries)
 
     def plot(self) -> Figure:
-        """Return measured and predicted effort over time, and what is left over, as a figure of matplotlib."""
-        from bristle import figures
+        """Return measured and predicted effort over time, whole and where they differ most, as a figure of matplotlib."""
+        from bristle.figures.effort_over_time import effort_over_time
 
-        return figures.fitted(self.best)
+        return effort_over_time(self.best)
 
     def widget(self) -> Widget:
         """Return the model to be touched in a notebook, each identified interval under its slider."""
