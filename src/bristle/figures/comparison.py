@@ -47,7 +47,13 @@ def comparison(compared: Comparison) -> Figure:
     if small:
         _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
         if compared.friction_curve:
-            _draw_friction(grid[2][-1], compared)
+            axes, speeds = grid[2][-1], np.array([speed for speed, _ in compared.friction_curve])
+            sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
+            speed, (force, word) = scale_for("length/time", kind, speeds), effort_scale(kind, *sides)
+            for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
+                axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
+            axes.margins(0.08)
+            axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
     _draw_changes(grid[-1][0], changes)
     style.legend(grid[1][0])
     return figure
@@ -106,16 +112,6 @@ def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: flo
         style.mark_window(axes, np.array([0.0, window or 0.0]) * time_scale(turn.time).factor)
         axes.set_title(TURNS[turn.name])
     style.one_height(panels[: len(turns)])
-
-
-def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
-    speeds = np.array([speed for speed, _ in compared.friction_curve])
-    sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
-    speed, (force, word) = scale_for("length/time", compared.kind, speeds), effort_scale(compared.kind, *sides)
-    for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
-        axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
-    axes.margins(0.08)
-    axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
 
 
 def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:

@@ -46,17 +46,7 @@ def first_page(
     loop = simulation if simulation is not None and has_completed(simulation) else None
     rows = 1 if loop is None else 2
     figure, grid = style.panels(3.4 if loop is None else style.PANEL * rows, rows=rows, gap=0.95)
-    _draw_friction(grid[0][0], fit, curve)
-    if loop is not None:
-        draw_worst_reversal(grid[1][0], loop, measured)
-    for (axes,) in grid:
-        style.legend(axes)
-    return figure
-
-
-def _draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float]]) -> None:
-    traces, kind = fit.traces, fit.plant.kind
-    friction = traces.friction
+    axes, traces, friction, kind = grid[0][0], fit.traces, fit.traces.friction, fit.plant.kind
     steady = np.array(list(curve), dtype=float).reshape(-1, 2)
     scale, word = effort_scale(kind, friction, steady[:, 1])
     speed = scale_for("length/time", kind, traces.velocity, steady[:, 0])
@@ -70,6 +60,11 @@ def _draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, floa
     axes.axhline(0.0, **style.AID)
     axes.axvline(0.0, **style.AID)
     axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
+    if loop is not None:
+        draw_worst_reversal(grid[1][0], loop, measured)
+    for (axes,) in grid:
+        style.legend(axes)
+    return figure
 
 
 FIGURE = ReportFigure(

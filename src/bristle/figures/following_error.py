@@ -96,8 +96,18 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     scale = _draw_errors(full, near, kind)
     _draw_close_up(close, full, near, kind)
     close.set_title("close up, at a reversal of the reference")
-    _draw_distributions(spread, near, scale)
-    spread.set_ylim(full.get_ylim())
+    # The share of samples in bins common to all.
+    errors = np.concatenate([loop.error for loop in near]) * scale.factor
+    low, high = float(errors.min()), float(errors.max())
+    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    for loop in near:
+        counts, _ = np.histogram(loop.error * scale.factor, edges)
+        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
+    # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
+    spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
+    spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
+    spread.xaxis.set_minor_locator(NullLocator())
+    spread.tick_params(labelleft=False)
     style.legend((all_ or [full])[0])
     if all_:
         style.title(full, " and ".join(loop.name for loop in near) + " only")
@@ -183,22 +193,6 @@ def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
             loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), is_measured=True))
         loops.append(_Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part]))
     return loops
-
-
-def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> None:
-    """Draw the share of samples in bins common to all."""
-    errors = np.concatenate([loop.error for loop in loops]) * scale.factor
-    low, high = float(errors.min()), float(errors.max())
-    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
-    for loop in loops:
-        counts, _ = np.histogram(loop.error * scale.factor, edges)
-        axes.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
-    # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
-    axes.set(xscale="log", xlim=(SHARES[0], SHARES[-1]))
-    axes.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel("Share [%]")
-    axes.tick_params(labelleft=False)
 
 
 FIGURE = ReportFigure(

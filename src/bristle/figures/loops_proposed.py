@@ -28,20 +28,7 @@ def loops_proposed(
     enough: float,
     kind: Kind = "translational",
 ) -> Figure:
-    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the loops, the one as it is first.
-    errors, efforts, phases : sequence of float or None
-        Following error peak to peak [m or rad], effort root mean square [N or N*m], phase margin [°]; None where it is
-        not known.
-    enough : float
-        Phase margin that is usual as the least [°].
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is."""
     figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
     columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
     length = scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))

@@ -2,7 +2,7 @@
 
 Lines, points, bars, steps, areas, cells and contours are found panel by panel, in the units of its axes and with their
 labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, else by
-what looks like it: often only one panel has a legend.
+what has its colour: often only one panel has a legend.
 """
 
 from __future__ import annotations
@@ -261,7 +261,7 @@ def _floats(values: Any) -> np.ndarray:
 
 def series_names(drawn: Sequence[Drawn], figure_wide: Sequence[Drawn], y: str) -> list[str]:
     """Return what each thing of a panel is called: by its label, else by what looks like it, else by what it is."""
-    names = [_label(graphic) or _called_alike(graphic, drawn, figure_wide) for graphic in drawn]
+    names = [_label(graphic) for graphic in drawn]
     _name_by_colour(names, drawn, figure_wide)
     words = [name or _word(graphic, drawn, y) for graphic, name in zip(drawn, names, strict=True)]
     unnamed = [word for word, name in zip(words, names, strict=True) if not name]
@@ -277,17 +277,6 @@ def _label(graphic: Drawn) -> str:
     """Return what a legend calls it; nothing where it does not."""
     label = str(graphic.artist.get_label())
     return "" if label.startswith("_") else label
-
-
-def _called_alike(graphic: Drawn, panel: Sequence[Drawn], figure_wide: Sequence[Drawn]) -> str:
-    """Return the label of what looks the same, in the panel to the mark, elsewhere but for marks and aids."""
-    for candidate in panel:
-        if _label(candidate) and candidate.mark == graphic.mark and _look(candidate) == _look(graphic):
-            return _label(candidate)
-    for candidate in figure_wide:
-        if _label(candidate) and _colour(graphic.artist) not in AIDS and _look(candidate)[:-1] == _look(graphic)[:-1]:
-            return _label(candidate)
-    return ""
 
 
 def _name_by_colour(names: list[str], drawn: Sequence[Drawn], figure_wide: Sequence[Drawn]) -> None:
@@ -309,11 +298,6 @@ def _word(graphic: Drawn, panel: Sequence[Drawn], y: str) -> str:
     """Return what it is: what the axis says of the only line or points of a panel, else how it is drawn."""
     alike = [candidate for candidate in panel if candidate.mark == graphic.mark and _colour(candidate.artist) != GREY]
     return y.partition(" [")[0] if graphic.mark in ("line", "points") and alike == [graphic] else graphic.mark
-
-
-def _look(graphic: Drawn) -> tuple[Any, ...]:
-    parts = (getattr(graphic.artist, f"get_{name}", None) for name in ("linestyle", "linewidth", "marker"))
-    return _colour(graphic.artist), *(str(part()) if part else "" for part in parts)
 
 
 def _colour(artist: Any) -> str:

@@ -16,10 +16,6 @@ from bristle.figures.report_figure import Facts, ReportFigure
 __all__ = ["REPORTS", "Place", "names_on_reports"]
 
 
-def _always(facts: Facts) -> bool:
-    return True
-
-
 def _by_position(facts: Facts) -> bool:
     """Return whether a model was fitted to the position: then its prediction is what tells how well."""
     return facts["fit"].position_rmse is not None
@@ -35,7 +31,7 @@ class Place(NamedTuple):
 
     section: str
     module: str
-    condition: Callable[[Facts], bool] = _always
+    condition: Callable[[Facts], bool] = lambda facts: True
     attribute: str = "FIGURE"
 
     @property

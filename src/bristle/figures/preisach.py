@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from bristle.core.contracts import Model
@@ -21,18 +20,10 @@ from bristle.figures.small_multiples import loop_units
 
 __all__ = ["preisach_plane", "preisach_stages", "staircase", "trapezoids"]
 
-NODES = 61  # of the thresholds
-SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", style.BARS, style.PREDICTED["color"]])
-SHARES = (-0.5, 0.0, 0.5)
 SAMPLES = 120  # of a way from turn to turn
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
 HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
 NOW = style.MEASURED["color"]
-
-
-def _label_plane(axes: Axes, length: Scale) -> None:
-    axes.set_aspect("equal", adjustable="box")
-    axes.set(xlabel=length.label("Threshold β, down"), ylabel=length.label("Threshold α, up"))
 
 
 @style.styled
@@ -128,7 +119,8 @@ def _draw_memory(
     axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge))
-    _label_plane(axes, length)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlabel=length.label("Threshold β, down"), ylabel=length.label("Threshold α, up"))
 
 
 def trapezoids(path: Sequence[float]) -> list[np.ndarray]:

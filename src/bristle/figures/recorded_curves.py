@@ -21,17 +21,7 @@ __all__ = ["FIGURE", "recorded_curves"]
 
 @style.styled
 def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
-    """Return output over input, recorded and predicted, and the difference of both.
-
-    Parameters
-    ----------
-    curves : sequence of (u, f)
-        Recorded input and output, SI.
-    predicted : sequence of ndarray
-        Predicted output along each.
-    kind : {"translational", "rotational", "magnetic", "piezo"}
-        What the units are.
-    """
+    """Return output over input, recorded and predicted, and the difference of both."""
     step = -(-len(curves) // 24)
     chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
     length = scale_for("length", kind, *(u for u, _, _ in chosen))

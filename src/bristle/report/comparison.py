@@ -9,8 +9,9 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.log import log_facts
-from bristle.report.messages import as_data, message, sentence_of
+from bristle.report.messages import as_data, message
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
@@ -166,7 +167,7 @@ def _pieces(compared: Comparison) -> str:
 
 def comparison_ruling(compared: Comparison) -> Ruling:
     """Return whether it helped on the machine, and why."""
-    doubts = [sentence_of(diagnostic.code).means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
+    doubts = [SENTENCES[diagnostic.code].means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     change = compared.changes.get(RMS)
     if change is None:
         return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))

@@ -21,7 +21,7 @@ from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
-    from bristle.loop import Budget, Design, Proposal
+    from bristle.loop import Design, Proposal
 
 __all__ = ["design_report", "design_ruling", "design_sentences", "design_summary"]
 
@@ -100,22 +100,18 @@ def design_sentences(design: Design) -> list[str]:
             f"One count of the encoder calls up {effort}, {number(count / design.friction, digits=2)} times the friction ({friction}): "
             "much of the effort is noise. A finer encoder, a lower cut-off of the velocity or less gain lowers it."
         )
-    lines += [_about_causes(design.budget, design)] if design.budget is not None and design.budget.entries else []
+    if design.budget is not None and design.budget.entries:
+        entries, error = design.budget.entries, design.budget.all_causes.peak_to_peak
+        first, largest = entries[0], max(entries, key=lambda entry: entry.alone.peak_to_peak)
+        without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
+        about_causes = (
+            "To take a single cause away makes that no smaller: causes cancel each other, or several make the same error. Alone, "
+            f"{largest.cause} makes the most of all, {alone}."
+        )
+        if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
+            about_causes = f"No cause weighs more than this one, {first.cause}: without it, that is {without}."
+        lines.append(f"It errs by {length_text(error, kind)} peak to peak. {about_causes}")
     return lines + _advice(design)
-
-
-def _about_causes(budget: Budget, design: Design) -> str:
-    """Return what a loop errs by and the cause without which it errs least, where one stands out."""
-    kind, first, error = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
-    total = f"It errs by {length_text(error, kind)} peak to peak."
-    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
-        without = length_text(first.without.peak_to_peak, kind)
-        return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
-    largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
-    return (
-        f"{total} To take a single cause away makes that no smaller: causes cancel each other, or several make the "
-        f"same error. Alone, {largest.cause} makes the most of all, {length_text(largest.alone.peak_to_peak, kind)}."
-    )
 
 
 def _counts_much(design: Design) -> bool:

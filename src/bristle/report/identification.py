@@ -19,9 +19,10 @@ from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_
 from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
-from bristle.report.messages import assumptions_of, message, notes_of, sentence_of, warnings_of, why_effective
+from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
 from bristle.report.model_tables import as_csv, certificate_table, changed_settings, comparison_table, drive_rows, parameter_table
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
 from bristle.report.symbols import worded
 from bristle.report.table import fixed, length_text, percent_text, short_text
@@ -95,6 +96,19 @@ def identification_report(
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
     thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
+    drive: list[object] = []
+    if table:
+        deviation, lines = largest_deviation(fit, table), "follow the model"
+        if deviation > ROUNDING * max(abs(effort) for _, effort in table):
+            lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
+        lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
+        beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
+        drive = [lead, beside]
+    warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
+    doubts = [Block("items", warned, ("warnings",)) if warned else "Nothing that the model asks for is left open."]
+    if measurements := next_measurements(fit):
+        motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
+        doubts += ["What to measure next:", Block("items", motions)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit.resampling, kind)
@@ -106,9 +120,9 @@ def identification_report(
         Block("items", identification.notes),
     ]
     sections = [
-        Section("drive", "Table for the drive", _about_drive(fit, table, axis) if table else []),
+        Section("drive", "Table for the drive", drive),
         Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
-        _doubt_section(fit, following),
+        Section("doubts", "What this log does not tell", doubts),
         Section("following", f"Following error {heading}", loop),
         Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
         Section("models", "Models compared", [comparison_table(identification)], folded=True),
@@ -126,26 +140,6 @@ def identification_report(
     front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
     common = {"command": command, "provenance": provenance, "banner": banner, "figures": figures, "living": living}
     return report_page("identification", facts, front, sections, **common)
-
-
-def _about_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | None) -> list[object]:
-    """Return the table for the drive, and how far straight lines between its entries are from the model."""
-    kind, deviation, largest = fit.plant.kind, largest_deviation(fit, table), max(abs(effort) for _, effort in table)
-    lines = "follow the model"
-    if deviation > ROUNDING * largest:
-        lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
-    lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
-    return [lead, Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))]
-
-
-def _doubt_section(fit: Fit, following: Following | None) -> Section:
-    contradiction = None if following is None else following.contradiction
-    doubts = [*warnings_of(fit), *([message(contradiction)] if contradiction is not None else [])]
-    blocks = [Block("items", doubts, ("warnings",)) if doubts else "Nothing that the model asks for is left open."]
-    if measurements := next_measurements(fit):
-        lines = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
-        blocks += ["What to measure next:", Block("items", lines)]
-    return Section("doubts", "What this log does not tell", blocks)
 
 
 def answers(
@@ -199,21 +193,18 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     for wanted in units.efforts:
         values = (f"{name}{NO_BREAK}{short_text(wanted.of(value))}" for name, value in named.items())
         in_units.append(f"in {typeset(wanted.name)}: {', '.join(values)}")
+    # Over which distance friction turns, where it does not turn at once.
+    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    motor = [wanted for wanted in length_units(axis, kind) if "motor" in wanted.name]
+    at_motor = "".join(f" ({number(wanted.of(distance), digits=2)} {wanted.name})" for wanted in motor)
+    turned = [f"after a reversal 95 % of the friction turns within {length_text(distance, kind)}{at_motor}"] if distance else []
     return [
         f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",
         f"{', '.join(words)}: never above the steady friction, up to {fixed(levels.deviation, unit)} below it",
         *in_units,
-        *_after_reversal(fit, axis),
+        *turned,
         "or the table for the drive, below",
     ]
-
-
-def _after_reversal(fit: Fit, axis: Axis | None) -> list[str]:
-    """Return over which distance friction turns, in the units of the drive too; nothing where it turns at once."""
-    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-    motor = [unit for unit in length_units(axis, fit.plant.kind) if "motor" in unit.name]
-    beside = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
-    return [f"after a reversal 95 % of the friction turns within {length_text(distance, fit.plant.kind)}{beside}"] if distance else []
 
 
 def _trust(fit: Fit) -> list[str]:
@@ -231,7 +222,7 @@ def _trust(fit: Fit) -> list[str]:
 
 
 def _next(fit: Fit, *, usable: bool) -> list[str]:
-    grave = (sentence_of(doubt.code).advice for doubt in fit.diagnostics if doubt.severity == "error")
+    grave = (SENTENCES[doubt.code].advice for doubt in fit.diagnostics if doubt.severity == "error")
     lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
     lines += [f"fit what this model lacks: `--model {','.join(dict.fromkeys(models))}`"] if models else []

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bristle.report.messages import sentence_of
 from bristle.report.page import Ruling
+from bristle.report.sentences import SENTENCES
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
@@ -80,7 +80,7 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     of what friction takes. It takes care where anything is doubted that a number stands on.
     """
     misses = f"the model misses {_error(fit):.3g} % of what friction takes"
-    grave = [sentence_of(doubt.code).means for doubt in fit.diagnostics if doubt.severity == "error"]
+    grave = [SENTENCES[doubt.code].means for doubt in fit.diagnostics if doubt.severity == "error"]
     sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
     unknown = [estimate.name for estimate in sought if estimate.status != "identified"]
     if unknown and len(unknown) >= settings.doubtful_share * len(sought):
@@ -90,12 +90,12 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     doubts = []
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
         causes = doubt.numbers.get("causes")
-        doubts.append(sentence_of(doubt.code).means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
+        doubts.append(SENTENCES[doubt.code].means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
     unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
     doubts += [f"not identified: {', '.join(unknown)}"] if unknown else []
     doubts += [misses] if settings.usable_error < _error(fit) <= settings.useless_error else []
     if following is not None and following.contradiction is not None:
-        doubts.append(sentence_of(following.contradiction.code).means)
+        doubts.append(SENTENCES[following.contradiction.code].means)
     level = "measure_again" if grave else "with_care" if doubts else "usable"
     return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts))
 

@@ -10,8 +10,8 @@ import numpy as np
 from bristle.core.typography import interval_text, number, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.passages import KINDS
-from bristle.report.messages import sentence_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.table import Quantity, Table, fixed, span_text
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def log_report(
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     """Return whether a log can be identified, and why."""
     grave, doubts = (
-        [sentence_of(diagnostic["code"]).means for diagnostic in diagnostics if diagnostic["severity"] == severity]
+        [SENTENCES[diagnostic["code"]].means for diagnostic in diagnostics if diagnostic["severity"] == severity]
         for severity in ("error", "warning")
     )
     if log.effort is None:
@@ -80,7 +80,7 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
 
 def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str) -> Front:
     ruling, source, count = log_ruling(log, diagnostics), log.source.name.strip("<>"), len(log.segments)
-    advice = (sentence_of(diagnostic["code"]).advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
+    advice = (SENTENCES[diagnostic["code"]].advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
     lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
     times: dict[str, float] = {}
     for segment in segments:

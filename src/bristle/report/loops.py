@@ -16,7 +16,8 @@ from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
-from bristle.report.messages import message, sentence_of
+from bristle.report.messages import message
+from bristle.report.sentences import SENTENCES
 from bristle.report.symbols import GREEK
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 
@@ -208,7 +209,7 @@ def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the same in short: what is grave as it stands, what is warned of by what it means."""
     doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
     grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
-    return grave + [f"{sentence_of(doubt.code).means}: {names_text(_names(doubt))}" for doubt in doubts]
+    return grave + [f"{SENTENCES[doubt.code].means}: {names_text(_names(doubt))}" for doubt in doubts]
 
 
 def _names(diagnostic: Diagnostic) -> Sequence[object]:

@@ -13,8 +13,9 @@ from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
-from bristle.report.messages import as_data, notes_of, sentence_of
+from bristle.report.messages import as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.result import MODES
 
@@ -109,7 +110,7 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     The effort decides, where it is predicted: of a position nearly everything is told by the reference.
     """
     doubted = [diagnostic for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
-    doubts = list(dict.fromkeys(sentence_of(diagnostic.code).means for diagnostic in doubted))
+    doubts = list(dict.fromkeys(SENTENCES[diagnostic.code].means for diagnostic in doubted))
     if prediction.status is Status.NOT_FINITE:
         return Ruling("no", "It does not run", (prediction.status.sentence, *doubts))
     signals = {"effort": "force_error_percent", "position": "position_error_percent"}
@@ -147,7 +148,7 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
         if prediction.position_predicted is not None:
             at_most = f", {length_text(float(np.max(np.abs(prediction.position - prediction.position_predicted))), kind)} at most"
         quality.append(f"position off by {length_text(float(length), kind)}, root mean square{at_most}")
-    advice = [sentence_of(diagnostic.code).advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
+    advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     then = "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`"
     if own_log:
         then = "predict another log of this axis, of another motion"

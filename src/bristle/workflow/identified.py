@@ -227,9 +227,10 @@ class Outcome:
         from bristle.files.experiment_text import LOOP
         from bristle.files.model import write_model
         from bristle.files.user_model import codes_of
-        from bristle.report.messages import note_of, sentence_of
+        from bristle.report.messages import note_of
         from bristle.report.model_tables import as_csv
         from bristle.report.results import write_report
+        from bristle.report.sentences import SENTENCES
 
         best = self.identification.best
         for code in codes_of(best.friction.component):
@@ -240,7 +241,7 @@ class Outcome:
         names = sticking.numbers.get("names", ()) if sticking is not None else ()
         explained = {estimate.name for estimate in best.estimates if estimate.reason is not None}
         if isinstance(names, tuple):
-            notes |= {str(name): sentence_of("never_slides").means for name in names if name not in explained}
+            notes |= {str(name): SENTENCES["never_slides"].means for name in names if name not in explained}
         write_model(
             folder / "model.toml",
             best.plant,
