@@ -190,13 +190,13 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     is_alike = len(set(viscous.values())) == 1
     words += [f"viscous {next(iter(viscous.values()))}"] if is_alike else [f"viscous {name} {text}" for name, text in viscous.items()]
     in_units = [f"that is {fixed(of_motor.of(levels.inertia), 'kg*m^2')} at the motor" for of_motor in units.inertias if not is_open]
-    for wanted in units.efforts:
-        values = (f"{name}{NO_BREAK}{short_text(wanted.of(value))}" for name, value in named.items())
-        in_units.append(f"in {typeset(wanted.name)}: {', '.join(values)}")
+    for drive_unit in units.efforts:
+        values = (f"{name}{NO_BREAK}{short_text(drive_unit.of(value))}" for name, value in named.items())
+        in_units.append(f"in {typeset(drive_unit.name)}: {', '.join(values)}")
     # Over which distance friction turns, where it does not turn at once.
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-    motor = [wanted for wanted in length_units(axis, kind) if "motor" in wanted.name]
-    at_motor = "".join(f" ({number(wanted.of(distance), digits=2)} {wanted.name})" for wanted in motor)
+    motor = [drive_unit for drive_unit in length_units(axis, kind) if "motor" in drive_unit.name]
+    at_motor = "".join(f" ({number(drive_unit.of(distance), digits=2)} {drive_unit.name})" for drive_unit in motor)
     turned = [f"after a reversal 95 % of the friction turns within {length_text(distance, kind)}{at_motor}"] if distance else []
     return [
         f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",

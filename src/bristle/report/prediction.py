@@ -140,8 +140,8 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
     if isinstance(force, (int, float)):
         quality.append(f"effort off by {fixed(float(force), unit_of('force', kind))}, root mean square")
         if prediction.mode == "inverse" and prediction.effort is not None:
-            whole = float(np.sqrt(np.mean(np.square(prediction.effort))))
-            rest, effort = (fixed(value, unit_of("force", kind)) for value in (float(force), whole))
+            effort_rms = float(np.sqrt(np.mean(np.square(prediction.effort))))
+            rest, effort = (fixed(value, unit_of("force", kind)) for value in (float(force), effort_rms))
             left = f"fed forward along this motion, it would leave {rest} of {effort} to the controller, root mean square"
     if isinstance(length, (int, float)):
         at_most = ""

@@ -27,9 +27,9 @@ def _sliding(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 def _crossed(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return what is said of reversals: by whether a period of the filter is over before the zone is."""
-    none, one, some, single, few, many, filtered = texts
+    none, lone, several, single, few, many, filtered = texts
     if "zone" not in numbers:
-        return {0: none, 1: one}.get(numbers.get("reversals", 0), some)
+        return {0: none, 1: lone}.get(numbers.get("reversals", 0), several)
     if numbers["samples"] >= numbers["filter_samples"]:
         return filtered
     return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= FEW else many
