@@ -37,7 +37,6 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.figures.comparison.SHORT": "the same on the first page, by the name in `on_reports`",
     "bristle.figures.motion.EXPECTED": "a second figure of the same file, by the name in `on_reports`",
     "bristle.figures.following_error.AT_REVERSAL": "a second figure of the same file, by the name in `on_reports`",
-    "bristle.figures.study.INFLUENCE": "a second figure of the same file, by the name in `on_reports`",
     "bristle.*.*.MODEL": "a component, bound in its family by name",
     "bristle.paper.rig.write_models": "makes the models beside the experiments of the paper again",
     "bristle.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",

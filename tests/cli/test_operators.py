@@ -55,7 +55,7 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
         "curves.pdf",
         "curves-panel-1.csv",
         "curves-panel-2.csv",
-        "captions.tex",
+        "captions.txt",
     }
 
 

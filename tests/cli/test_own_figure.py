@@ -98,7 +98,7 @@ def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command
         head, first, second = csv.reader(file)
     assert (head[4:], first[4:], second[4:]) == (["Time [s]", "Force [N]"], ["0", "0"], ["1", "2"])
     assert Path("run/figures/mine.svg").is_file()
-    assert r"\label{fig:mine}" in Path("run/figures/captions.tex").read_text(encoding="utf-8")
+    assert "mine\n" in Path("run/figures/captions.txt").read_text(encoding="utf-8")
     assert found.data["provenance"]["figure"] == "mine.py"
     assert len(found.data["provenance"]["figure_sha256"]) == 64
     assert text.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 1
@@ -141,7 +141,7 @@ def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, lin
     assert found.err.count("the figure mine is not") == 1
     assert (written_in("run"), written_in_figures()) == before
     assert said.replace("'", "&#39;") in page()
-    assert "fig:mine" not in Path("run/figures/captions.tex").read_text(encoding="utf-8")
+    assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
 
 
 def written_in_figures():
@@ -161,7 +161,7 @@ def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, plac
     assert "mine.py, line 10: the figure mine is not written as a file: ValueError: no pdf" in found.err
     assert {"prediction.svg", "prediction.pdf", "mine.svg"} <= written_in_figures()
     assert "mine.pdf" not in written_in_figures()
-    assert "fig:mine" not in Path("run/figures/captions.tex").read_text(encoding="utf-8")
+    assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
     assert 'id="figure-own-mine"' in page()
 
 

@@ -86,21 +86,21 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv"]) == 0
     figures = bench.folder / "out" / "figures"
     names = {file.name for file in figures.iterdir()}
-    assert {"spread.svg", "influence.svg", "captions.tex"} <= names
+    assert {"spread.svg", "captions.txt"} <= names
     assert any(name.startswith("spread") and name.endswith(".csv") for name in names)
     page = (bench.folder / "out" / "report.html").read_text()
     assert page.count("<figure id=") == len(list(figures.glob("*.svg")))
     (figures / "mine.svg").write_text("of a person")
     assert main(["study", "study.toml", "--out", "out", "--format", "pdf"]) == 0
-    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.pdf", "influence.pdf", "captions.tex"}
-    captions = (figures / "captions.tex").read_text()
-    (figures / "captions.tex").write_text("of a person")
+    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.pdf", "captions.txt"}
+    captions = (figures / "captions.txt").read_text()
+    (figures / "captions.txt").write_text("of a person")
     capsys.readouterr()
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-    assert "changed since: figures/captions.tex" in capsys.readouterr().err
-    assert (figures / "captions.tex").read_text() == "of a person"
+    assert "changed since: figures/captions.txt" in capsys.readouterr().err
+    assert (figures / "captions.txt").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
-    (figures / "captions.tex").write_text(captions)
+    (figures / "captions.txt").write_text(captions)
     note = (bench.folder / "out" / NOTE).read_bytes()
     for damaged in (note.splitlines(keepends=True)[0], b"[]\n", b"\xff"):
         (bench.folder / "out" / NOTE).write_bytes(damaged)
@@ -109,7 +109,7 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
         assert (figures / "spread.pdf").is_file()
     (bench.folder / "out" / NOTE).write_bytes(note)
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0
-    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.svg", "influence.svg", "captions.tex"}
+    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.svg", "captions.txt"}
     capsys.readouterr()
     assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
     assert list((bench.folder / "again" / "figures").glob("*.svg"))

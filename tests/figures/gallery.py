@@ -10,6 +10,7 @@ from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.figures import errors, loop_family, loop_rows, preisach, rig_layout, small_multiples
+from bristle.figures.following_error import loops_at_reversal
 from bristle.identification.result import Estimate
 from bristle.logs.passages import Passage
 from bristle.loop import assess
@@ -96,18 +97,6 @@ def motion():
     return Some(time=T, position=X, velocity=velocity, start=0.0, kind="translational", pieces=pieces, begins=(0.0, 2.0))
 
 
-def circles(names):
-    angle = np.linspace(0.0, 2.0 * np.pi, 400)
-    return [Some(variant=one, angle=angle, deviation=1e-6 * (k + np.cos(4.0 * angle))) for k, one in enumerate(names)]
-
-
-def budget():
-    entries = [
-        Some(cause=one, alone=Some(peak_to_peak=1e-6), without=Some(peak_to_peak=3e-6)) for one in ("friction", "noise of the encoder")
-    ]
-    return Some(entries=entries, all_causes=Some(peak_to_peak=4e-6))
-
-
 def fleet(names):
     """The rows of a fleet whose parameters have these names, and which logs stand apart."""
     value = 8.0 + np.random.default_rng(4).normal(0.0, 0.2, 20)
@@ -129,7 +118,6 @@ def gallery(names=PLAIN, many=None):
     exact = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.25e7, f_p=150.0)
     best, planned = fit(many, one), motion()
     spread = np.random.default_rng(3).normal(6e-6, 5e-7, 400)
-    fits = Some(fits=[fit(many, name) for name in many])
     loops, recorded = [traces[one], (2e-3 * X, F)], log()
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     told = {name: f"{name}: 0.5 µm" for name in names}
@@ -137,16 +125,13 @@ def gallery(names=PLAIN, many=None):
     variant, both = loop(one), {"friction": traces[one], "read": traces[other]}
     return {
         "break_away": lambda: loop_family.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
-        "circles": lambda: figures.circles(circles(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
-        "comparison_in_short": lambda: figures.comparison_in_short(compared()),
-        "comparison": lambda: figures.comparison(compared()),
+        "comparison_in_short": lambda: figures.comparison.comparison_in_short(compared()),
+        "comparison": lambda: figures.comparison.comparison(compared()),
         "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
-        "correlation": lambda: figures.correlation(best),
+        "correlation": lambda: figures.correlation.correlation(best),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
-        "drive_table": lambda: figures.drive_table([(-0.1, -9.0), (0.1, 9.0)], [(-0.1, -9.0), (0.1, 9.0)]),
-        "effort_over_time": lambda: figures.effort_over_time(best),
-        "error_budget": lambda: figures.error_budget(budget(), "translational"),
+        "effort_over_time": lambda: figures.effort_over_time.effort_over_time(best),
         "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),
         "error_over": lambda: errors.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
         "error_over_a_level": lambda: errors.error_over(
@@ -162,48 +147,39 @@ def gallery(names=PLAIN, many=None):
         "errors_by_truth": lambda: errors.errors_by_truth(
             {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
-        "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
-        "expected": lambda: figures.expected(planned, F),
-        "fitted": lambda: figures.fitted(best),
-        "fleet_parameters": lambda: figures.fleet_parameters(*fleet(names)),
+        "expected": lambda: figures.motion.expected(planned, F),
+        "fleet_parameters": lambda: figures.fleet_parameters.fleet_parameters(*fleet(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
-        "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "friction_over_velocity": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)]),
         "loop_family": lambda: loop_family.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
-        "loops_at_reversal": lambda: figures.loops_at_reversal(looped(names), names[:2]),
-        "loops_proposed": lambda: figures.loops_proposed(
+        "loops_at_reversal": lambda: loops_at_reversal(looped(names), names[:2]),
+        "loops_proposed": lambda: figures.loops_proposed.loops_proposed(
             many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
         ),
-        "margins": lambda: figures.margins(assess(rig(1))),
+        "margins": lambda: figures.margins.margins(assess(rig(1))),
         "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", told),
         "minor_loops": lambda: figures.minor_loops(traces),
-        "model_comparison": lambda: figures.model_comparison(fits),
-        "motion": lambda: figures.motion(planned),
-        "open_loop": lambda: figures.open_loop(looped(many)),
-        "parameters": lambda: figures.parameters(best),
-        "passages": lambda: figures.passages(*recorded),
-        "prediction": lambda: figures.prediction(predicted()),
+        "motion": lambda: figures.motion.motion(planned),
+        "open_loop": lambda: figures.open_loop.open_loop(looped(many)),
+        "passages": lambda: figures.passages.passages(*recorded),
+        "prediction": lambda: figures.prediction.prediction(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
         "preisach_stages": lambda: preisach.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
-        "recorded_curves": lambda: figures.recorded_curves([(X, F)], [0.97 * F], "translational"),
-        "residuals": lambda: figures.residuals(best),
+        "recorded_curves": lambda: figures.recorded_curves.recorded_curves([(X, F)], [0.97 * F], "translational"),
+        "residuals": lambda: figures.residuals.residuals(best),
         "marked_path_beneath": lambda: small_multiples.marked_path(
             few, turns, "abc", told, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
         ),
         "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
         "ripple": lambda: loop_family.ripple(T, F, few, 200, told),
         "ripple_close_up": lambda: loop_family.ripple(T, F, few, 200, told, close_up=(other, both)),
-        "study_influence": lambda: figures.study_influence(
-            [one, other],
-            {"alone": [(0.6, (0.5, 0.7)), (0.3, (0.2, 0.4))], "with others": [(0.65, (0.5, 0.8)), (0.35, (0.2, 0.5))]},
-            f"Share of {one}",
-            signed=False,
+        "study_spread": lambda: figures.study.study_spread(
+            {name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]
         ),
-        "study_spread": lambda: figures.study_spread({name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]),
         "tracking": lambda: loop_rows.tracking(simulated(names), 0.5, (1.0, 2.0)),
         "tracking_error": lambda: loop_rows.tracking_error(simulated(names), 0.5),
-        "transition_curves": lambda: figures.transition_curves(dict.fromkeys(names, exact), 5e-5),
     }
 
 

@@ -1,64 +1,29 @@
-"""Figures of a loop that is designed: margins and poles, error budget, circle."""
+"""Figures of a loop that is designed: margins and poles."""
 
 import numpy as np
 import pytest
-from matplotlib.patches import Rectangle
 from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle import figures
 from bristle.figures import rig_layout
-from bristle.loop import assess, error_budget, run_circles
-
-
-@pytest.fixture(scope="module")
-def budget():
-    return error_budget(loop())
-
-
-@pytest.fixture(scope="module")
-def round_trip():
-    return run_circles((loop("without compensation", None), loop("as it is")), 5e-3, 5e-3)
+from bristle.loop import assess
 
 
 @pytest.mark.parametrize("delay", range(4))
 def test_gain_phase_and_poles_are_legible(delay):
-    figure = figures.margins(assess(rig(delay)))
+    figure = figures.margins.margins(assess(rig(delay)))
     assert_legible(figure)
     assert "$" not in "".join(one.get_text() for axes in figure.axes for one in axes.get_xticklabels() + axes.get_yticklabels())
 
 
 def test_the_phase_margin_is_drawn_where_the_gain_crosses_one():
     found = assess(rig(1)).bare[0]
-    _, _, phase = sorted(figures.margins(assess(rig(1))).axes, key=lambda axes: axes.get_position().y1)[::-1]
+    _, _, phase = sorted(figures.margins.margins(assess(rig(1))).axes, key=lambda axes: axes.get_position().y1)[::-1]
     hertz, degrees = next(one.get_data() for one in phase.get_lines() if len(one.get_xdata()) == 2 and one.get_xdata()[0])
     assert hertz[0] == pytest.approx(found.margins.crossover / (2.0 * np.pi))
     assert degrees[1] - degrees[0] == pytest.approx(found.margins.phase)
-
-
-def test_every_cause_has_two_bars(budget):
-    figure = figures.error_budget(budget, "translational")
-    assert_legible(figure)
-    bars = [one.get_width() for one in figure.axes[0].patches if isinstance(one, Rectangle)]
-    told = [1e6 * one.alone.peak_to_peak for one in budget.entries] + [1e6 * one.without.peak_to_peak for one in budget.entries]
-    assert bars == pytest.approx(told)
-    assert figure.axes[0].get_xlabel().endswith("[µm]")
-
-
-def test_the_circle_is_drawn_around_and_unrolled(round_trip):
-    figure = figures.circles(round_trip, "translational")
-    assert_legible(figure)
-    around, unrolled = figure.axes
-    assert around.name == "polar"
-    for axes in (around, unrolled):
-        highest = max(float(np.max(one.get_ydata())) for one in axes.get_lines())
-        assert highest == pytest.approx(1e6 * max(float(np.max(one.deviation)) for one in round_trip), rel=1e-6)
-
-
-def test_a_rotational_axis_is_told_in_angles(budget, round_trip):
-    assert figures.error_budget(budget, "rotational").axes[0].get_xlabel().endswith("[µrad]")
-    assert figures.circles(round_trip, "rotational").axes[1].get_ylabel().endswith("rad]")
 
 
 @pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])

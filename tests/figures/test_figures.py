@@ -22,33 +22,17 @@ def draw(name, bench):
     best = bench.identified.best
     curve = drive_table(best, 100)
     return {
-        "correlation": lambda: figures.correlation(best),
-        "drive_table": lambda: figures.drive_table(bench.table, curve, best.plant.kind),
-        "effort_over_time": lambda: figures.effort_over_time(best),
-        "fitted": lambda: figures.fitted(best),
+        "correlation": lambda: figures.correlation.correlation(best),
+        "effort_over_time": lambda: figures.effort_over_time.effort_over_time(best),
         "following_error": lambda: figures.following_error(bench.looped),
         "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
-        "friction_over_velocity": lambda: figures.friction_over_velocity(best, curve),
-        "model_comparison": lambda: figures.model_comparison(bench.identified),
-        "parameters": lambda: figures.parameters(best),
-        "prediction": lambda: figures.prediction(bench.predicted, best.plant.kind),
-        "residuals": lambda: figures.residuals(best),
+        "friction_over_velocity": lambda: figures.first_page(best, curve),
+        "prediction": lambda: figures.prediction.prediction(bench.predicted, best.plant.kind),
+        "residuals": lambda: figures.residuals.residuals(best),
     }[name]()
 
 
-NAMES = (
-    "correlation",
-    "drive_table",
-    "effort_over_time",
-    "fitted",
-    "following_error",
-    "following_error_focus",
-    "friction_over_velocity",
-    "model_comparison",
-    "parameters",
-    "prediction",
-    "residuals",
-)
+NAMES = ("correlation", "effort_over_time", "following_error", "following_error_focus", "friction_over_velocity", "prediction", "residuals")
 
 
 @pytest.fixture(params=NAMES)
@@ -69,13 +53,12 @@ def test_no_text_lies_on_another_or_outside(figure):
 
 
 @pytest.mark.parametrize(("count", "length"), [(2, 3), (6, 7), (10, 11), (14, 16)])
-@pytest.mark.parametrize("draw_names", [figures.correlation, figures.parameters])
-def test_many_and_long_names_stay_legible(draw_names, count, length, stage):
+def test_many_and_long_names_stay_legible(count, length, stage):
     best = stage.identified.best
     names = tuple(f"{index:02d}".ljust(length, "o") for index in range(count))
     estimates = tuple(replace(best.estimates[1], name=name) for name in names)
     matrix = np.linspace(-1.0, 1.0, count * count).reshape(count, count)
-    assert_legible(draw_names(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
+    assert_legible(figures.correlation.correlation(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
 
 
 def assert_legible(figure):
@@ -109,30 +92,3 @@ def test_drawing_leaves_the_settings_of_matplotlib_alone(stage):
 def test_the_stateful_interface_is_never_loaded():
     code = "import bristle.figures, sys; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_models_compared_say_what_was_fitted_and_have_room_for_the_worst(workbench):
-    found = workbench.identified
-    (axes,) = figures.model_comparison(found).axes
-    furthest = max(float(np.max(line.get_xdata())) for line in axes.get_lines())
-    assert furthest < 0.97 * axes.get_xlim()[1]
-    assert axes.get_xlabel().startswith("Effort error")
-    by_position = replace(found, fits=tuple(replace(one, position_error_percent=5.0) for one in found.fits))
-    (axes,) = figures.model_comparison(by_position).axes
-    assert axes.get_xlabel().startswith("Position error")
-    fitted = [line for line in axes.get_lines() if line.get_marker() == "D"]
-    assert {float(one) for line in fitted for one in line.get_xdata()} == {5.0}
-
-
-def test_errors_far_apart_do_not_push_those_of_good_models_into_one(workbench):
-    found = workbench.identified
-    first, *_ = found.fits
-    far = replace(first, held_out=replace(first.held_out, block_errors_percent=(90.0, 95.0), mean_percent=92.5))
-    (axes,) = figures.model_comparison(replace(found, fits=(first, far))).axes
-    assert axes.get_xscale() == "log"
-    assert "logarithmic" in axes.get_xlabel()
-    low, high = axes.get_xlim()
-    assert low < min(first.held_out.block_errors_percent)
-    assert high > 95.0
-    (near,) = figures.model_comparison(replace(found, fits=(first, first))).axes
-    assert near.get_xlim()[0] == 0.0

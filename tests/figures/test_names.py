@@ -16,13 +16,9 @@ from bristle.figures.lettering import one_line, printable, shortened, shortened_
 NAMELESS = {
     "comparison",
     "comparison_in_short",
-    "drive_table",
     "effort_over_time",
-    "error_budget",
-    "everett_surface",
     "expected",
     "first_page",
-    "fitted",
     "friction_over_velocity",
     "margins",
     "motion",
@@ -35,7 +31,7 @@ NAMELESS = {
     "rig_layout",
 }
 # Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
-WAYS = ("circles", "closure", "correlation", "following_error", "loop_family", "model_comparison", "tracking")
+WAYS = ("closure", "correlation", "following_error", "loop_family", "tracking")
 FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 
@@ -44,14 +40,8 @@ def letters(svg):
 
 
 def test_the_gallery_holds_every_figure():
-    others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "has_completed", "inline_svg", "load_figure_file", "numbers_of"}
+    others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "inline_svg", "load_figure_file", "numbers_of"}
     assert set(figures.__all__) - others <= set(gallery())
-
-
-@pytest.mark.parametrize(("name", "place"), [("tracking", "loop_rows"), ("error_over_level", "errors.error_over")])
-def test_a_figure_of_the_source_paper_is_refused_by_name_with_its_place(name, place):
-    with pytest.raises(AttributeError, match=rf"no {name} any more; it is in bristle\.figures\.{place}"):
-        getattr(figures, name)
 
 
 def named(names, many=None):

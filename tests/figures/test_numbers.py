@@ -223,11 +223,6 @@ def test_round_edges_are_cut_into_straight_ones(axes):
     assert np.hypot(*np.transpose(edge)) == pytest.approx(100.0, rel=1e-3)
 
 
-def test_angles_and_radii_of_round_panels():
-    panel, _ = numbers_of(gallery()["circles"]())
-    assert (panel.x, panel.y) == ("angle [rad]", "Deviation from the circle [µm]")
-
-
 def test_columns_of_one_head_are_told_apart(axes):
     axes.plot([0.0, 1.0], [0.0, 1.0])
     axes.set_xlabel("Position [mm]")

@@ -22,19 +22,19 @@ def labelled(text):
 
 def test_the_same_figure_gives_the_same_bytes(stage):
     best = stage.identified.best
-    assert inline_svg(figures.residuals(best), "a", "") == inline_svg(figures.residuals(best), "a", "")
+    assert inline_svg(figures.residuals.residuals(best), "a", "") == inline_svg(figures.residuals.residuals(best), "a", "")
 
 
 def test_two_figures_share_no_identifier_and_each_reference_is_met(stage):
     best = stage.identified.best
-    page = inline_svg(figures.residuals(best), "a", "") + inline_svg(figures.residuals(best), "b", "")
+    page = inline_svg(figures.residuals.residuals(best), "a", "") + inline_svg(figures.residuals.residuals(best), "b", "")
     ids = re.findall(r'\bid="([^"]+)"', page)
     assert len(ids) == len(set(ids)) > 4
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
 
 
 def test_nothing_is_asked_from_outside_and_nothing_is_dated(stage):
-    text = inline_svg(figures.effort_over_time(stage.identified.best), "a", "")
+    text = inline_svg(figures.effort_over_time.effort_over_time(stage.identified.best), "a", "")
     assert not re.search(r"https?:|<metadata|<!DOCTYPE|<\?xml|xlink", text)
 
 

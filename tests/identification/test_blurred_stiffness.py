@@ -31,7 +31,7 @@ def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
     assert told["times"] == pytest.approx(10.0, rel=0.05)
     assert 1 <= told["alike"] < told["fits"]
     assert f"in {told['alike']} of {told['fits']} logs drawn of the same motion" in " ".join(warnings_of(fit))
-    assert fit.parameters["sigma_1"].reason.code == "without_stiffness"
+    assert fit.parameters["sigma_1"].reason.code == "as_soft"
 
 
 @pytest.mark.parametrize(("times", "status"), [(10.0, "identified"), (1.03, "unidentifiable"), (1.01, "identified")])

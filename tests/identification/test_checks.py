@@ -8,7 +8,7 @@ from bristle.identification import identify
 from bristle.identification.excitation import TRADED
 from bristle.identification.result import LACKING, TRADED_IN
 from bristle.prediction import predict
-from bristle.report.identification import sentences
+from bristle.report.identification import answers
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
@@ -61,13 +61,13 @@ def test_parameters_of_an_effort_that_is_cut_off_are_effective():
     found = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
     assert {"M", "F_v", "F_C"} <= set(found.best.effective)
     assert "effective" in {row[-1] for row in parameter_table(found.best).rows}
-    assert any("effective: the effort is cut off" in one for one in sentences(found, "axis", None, None))
+    assert any("effective: the effort is cut off" in line for _, lines in answers(found, None, None) for line in lines)
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 
 def test_a_right_log_is_fitted_without_a_word():
     fit = identify(Run(0).log(), "coulomb_viscous", mass=MASS, draws=0, blocks=0).best
-    assert [one.code for one in fit.diagnostics if one.code in set(CHECKS) - {"repeats_one_motion"}] == []
+    assert [one.code for one in fit.diagnostics if one.code in set(CHECKS) - {"motion_repeats"}] == []
 
 
 def test_the_mass_that_is_asked_for_is_compared():
@@ -89,7 +89,7 @@ def test_what_a_fit_says_with_more_is_said_once():
     log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
     codes = [one.code for one in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
     assert "motion_repeats" in codes
-    assert "repeats_one_motion" not in codes
+    assert "motion_repeats" not in codes
 
 
 def test_nothing_is_fitted_across_lost_rows():

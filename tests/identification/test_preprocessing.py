@@ -214,7 +214,7 @@ def test_a_motion_too_slow_to_be_told_from_rest_is_fitted_whole_and_the_fit_says
     dataset = treat(log, None)
     assert dataset.time.size == dataset.in_motion.size == 3_990
     codes = {one.code for one in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
-    assert {"creeps", "never_slides"} <= codes
+    assert {"rests", "never_slides"} <= codes
 
 
 @pytest.mark.parametrize("shape", [(16,), (400,), (3, 60), (2, 3, 40)])

@@ -16,7 +16,7 @@ from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
-from bristle.report.identification import sentences
+from bristle.report.identification import answers
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
@@ -226,7 +226,7 @@ def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
     found = best_of(motion, "ripple")
     assert set(found.best.effective) == {"M", "F_v", "F_C", "offset"}
     assert {row[-1] for row in parameter_table(found.best).rows} == {"effective"}
-    assert any("effective" in one for one in sentences(found, "axis", None, None))
+    assert any("effective" in line for _, lines in answers(found, None, None) for line in lines)
     assert not best_of(motion, "nothing").best.effective
 
 
@@ -346,7 +346,7 @@ def test_friction_that_lags_behind_the_speed_is_told_and_that_which_does_not_is_
 def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
     told, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
     assert told == ("flanks",)
-    said = next(one for one in fit.diagnostics if one.code == "missing_flanks")
+    said = next(one for one in fit.diagnostics if one.code == "missing_play")
     assert said.numbers["ratio"] > 3.0
     assert "play" in message(said)
     assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_flanks=50.0)[0] == ()
@@ -356,7 +356,7 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
 def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
     def ratio():
         fit = told_of(motion, knocking(motion, 6.0), step=1e-7)[1]
-        return next(one.numbers["ratio"] for one in fit.diagnostics if one.code == "missing_flanks")
+        return next(one.numbers["ratio"] for one in fit.diagnostics if one.code == "missing_play")
 
     usual = ratio()
     monkeypatch.setattr("bristle.identification.missing_force.MOST_OF_ONE", np.inf)

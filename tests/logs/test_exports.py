@@ -47,7 +47,7 @@ def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, n
         np.testing.assert_allclose(log.effort.values, truth, rtol=1e-12, atol=1e-12)
     else:
         assert np.sqrt(np.mean((log.effort.values - truth) ** 2)) < 0.1 * np.std(truth)
-        assert [found.code for found in log.findings] == ["rates_differ"]
+        assert [found.code for found in log.findings] == ["resampled"]
     if log.reference is not None:
         np.testing.assert_allclose(log.reference.values, 1e-6 * MOTION.reference_um[expected], rtol=1e-12, atol=1e-18)
 

@@ -174,7 +174,7 @@ def test_steps_of_the_encoder_are_no_loops_where_stamps_are_uneven():
     moving = np.interp(stamps, even, wanted) + rng.normal(0.0, 0.03e-6, even.size)
     effort = 5.0 * np.tanh(velocity / 1e-6) + rng.normal(0.0, 0.1, even.size)
     log = Log.from_columns({"time": stamps, "position": np.round(moving, 6), "effort": effort})
-    assert log.findings[0].code == "stamps_jitter"
+    assert log.findings[0].code == "resampled"
     assert log.position.step == pytest.approx(1e-6)
     assert sum(passage.legs for passage in passages(log)) == 4
 

@@ -203,7 +203,7 @@ def test_a_drive_that_was_off_is_not_taken_for_a_clipped_effort(write, axis, rec
 
 
 def test_a_position_beyond_the_stroke_is_read_and_told(write, axis):
-    assert exceeded(read_log(write(), dataclasses.replace(axis, stroke=(0.0, 0.05)))) == [("beyond_stroke", None)]
+    assert exceeded(read_log(write(), dataclasses.replace(axis, stroke=(0.0, 0.05)))) == [("beyond_limit", None)]
     assert exceeded(read_log(write(), dataclasses.replace(axis, stroke=(-0.1, 0.45)))) == []
 
 
@@ -353,7 +353,7 @@ def test_large_jitter_of_the_samples_is_resampled_and_its_error_told(write, axis
     exact = 0.25 * (1 - np.cos(w * log.time.values))
     wrong = np.sqrt(np.mean((log.position.values - exact) ** 2))
     (found,) = log.findings
-    assert (found.code, found.severity) == ("stamps_jitter", "warning")
+    assert (found.code, found.severity) == ("resampled", "warning")
     assert found.numbers["percent"] == pytest.approx(95 * share, rel=0.05)
     assert wrong <= found.numbers["position_error"] < 2e-6
     assert found.numbers["effort_error"] < 1e-4
@@ -366,7 +366,7 @@ def test_the_step_of_an_encoder_is_that_of_the_samples_as_they_were_recorded(wri
     step = 2.0**-18
     q = step * np.round(0.25 * (1 - np.cos(2 * np.pi / 0.6 * t)) / step)
     log = read_log(write(t=t, q=q), axis)
-    assert log.findings[0].code == "stamps_jitter"
+    assert log.findings[0].code == "resampled"
     assert log.position.step == step
     assert smallest_step(log.position) == step
     apart = np.diff(np.unique(log.position.values))

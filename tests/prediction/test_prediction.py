@@ -190,7 +190,7 @@ def test_a_prediction_worse_than_nothing_is_told():
     assert doubted.metrics["force_error_percent"] > 100.0
     assert notes_of(doubted)[0].startswith("warning: an effort of zero would be nearer")
     told = doubted.diagnostics[0]
-    assert (told.code, told.severity) == ("effort_worse_than_none", "warning")
+    assert (told.code, told.severity) == ("worse_than_none", "warning")
     assert told.numbers["percent"] == doubted.metrics["force_error_percent"]
     assert not any("warning" in one for one in notes_of(predict(fit.plant, fit.friction, sliding_log())))
 

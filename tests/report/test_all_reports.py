@@ -7,9 +7,9 @@ from tests.report.all_reports import DOUBTED, KINDS, LOGS, rendered, report_of, 
 from tests.report.pages import Page
 
 from bristle.figures.on_reports import REPORTS
-from bristle.report.messages import sentence_of
 from bristle.report.model_tables import comparison_table
 from bristle.report.page import QUESTIONS
+from bristle.report.sentences import SENTENCES
 
 OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
 WITH_VERDICT = [kind for kind in KINDS if kind not in ("study", "fleet")]
@@ -64,7 +64,7 @@ def test_verdict_and_warnings_agree(options):
     severities = {diagnostic["severity"] for diagnostic in summary["diagnostics"]}
     assert (summary["verdict"]["level"] == "measure_again") == ("error" in severities)
     graves = [diagnostic["code"] for diagnostic in summary["diagnostics"] if diagnostic["severity"] == "error"]
-    assert all(sentence_of(code).means in summary["verdict"]["reasons"] for code in graves)
+    assert all(SENTENCES[code].means in summary["verdict"]["reasons"] for code in graves)
     assert ('<ul class="warnings">' in text) == bool(summary["warnings"])
 
 

@@ -20,7 +20,7 @@ from bristle.identification import identify
 from bristle.logs import Log
 from bristle.prediction import drive_table, predict
 from bristle.prediction.following import loop_of
-from bristle.report.identification import identification_report, sentences
+from bristle.report.identification import identification_report
 from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
@@ -48,16 +48,16 @@ def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
 
 
 @pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "runs ahead of")])
-def test_a_delay_that_was_found_stands_in_the_first_lines(shift, stands):
+def test_a_delay_that_was_found_is_told(shift, stands):
     log = sliding_log()
     late = np.roll(log.effort.values, shift)[50:-50]
     moved = Log(time=log.time.values[50:-50], position=log.position.values[50:-50], effort=late, sample_time=1e-3)
-    told = " ".join(sentences(identify(moved, "coulomb_viscous", draws=0, blocks=0), "axis", None, None))
-    assert re.search(rf"The effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out\.", told)
+    told = " ".join(assumptions_of(identify(moved, "coulomb_viscous", draws=0, blocks=0).best))
+    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out", told)
     # One that hardly shows is not called found, and one that was stated is not told.
     rough = identify(moved, "coulomb_viscous", draws=0, blocks=0, settings={"delay_rough": 0.0})
     for other in (rough, identify(moved, "coulomb_viscous", axis=STATED, draws=0, blocks=0)):
-        assert "taken out" not in " ".join(sentences(other, "axis", None, None))
+        assert "taken out" not in " ".join(assumptions_of(other.best))
 
 
 def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
@@ -197,8 +197,8 @@ def test_the_report_of_a_measured_axis():
         provenance={},
     )
     words = Page(text).words
-    assert "described by coulomb_viscous+asymmetry" in words
-    assert "All 5 parameters are identified" in words
+    assert "model coulomb_viscous+asymmetry" in words
+    assert "5 of 5 parameters identified" in words
     assert "lowers the following error" in words
     assert len(text) < 1_000_000
 

@@ -55,7 +55,7 @@ def test_one_speed_is_told_once():
     [(3632, 435.0, "lets pass", "only"), (3632, 4.0, "each of 3632", "only"), (7, 4.0, "only 7 reversals", "pass")],
 )
 def test_reversals_are_few_or_fast_only_where_they_are(reversals, samples, said, unsaid):
-    text = told("fast_reversals", reversals=reversals, zone=5e-6, samples=samples, filter_samples=10.0)
+    text = told("few_reversals", reversals=reversals, zone=5e-6, samples=samples, filter_samples=10.0)
     assert said in text
     assert unsaid not in text.replace("passes", "")
 

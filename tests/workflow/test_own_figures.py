@@ -40,7 +40,7 @@ def test_one_that_fails_is_warned_of_and_the_report_is_there(identified, tmp_pat
     with pytest.warns(InputWarning, match="mine: the figure mine is not drawn: AttributeError"):
         page = identified.report(tmp_path / "a.html", figures=[mine]).read_text(encoding="utf-8")
     assert "is not drawn: AttributeError" in page
-    assert 'id="figure-parameters"' in page
+    assert 'id="figure-residuals"' in page
 
 
 def test_what_it_never_has_is_refused(identified, tmp_path):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, AxisFile, Force, Format, Formats, Json, Output, folder_named, print_json, refuse
+from bristle.cli.options import AllowCode, AxisFile, Force, Formats, Json, Output, folder_named, print_json, refuse
 from bristle.cli.study import interruptible
 from bristle.cli.terminal import complain, progress, say, show_table
 
@@ -51,7 +51,7 @@ def paper(
 
     Each figure is an experiment on a simulated rig, shown in one report beside what the paper says of it, with what was
     found and why it differs; and all that is wrong in the paper, corrected. To be published, --format writes each
-    figure as a file, with captions.tex and errata.tex for LaTeX, or as csv the numbers that it draws.
+    figure as a file beside captions.txt, or as csv the numbers that it draws.
 
     With --robust the loops of the paper run with frictions of other kinds, from 0.7 to 1.6 times as strong, with
     compensators of several families, each identified from a log of that friction. Interrupted (Ctrl-C), it keeps the
@@ -78,7 +78,6 @@ def paper(
         return
     from bristle.files.summary import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
-    from bristle.paper.errata import ERRATA_FILE, errata_tex
     from bristle.paper.page import claim_table
     from bristle.report.results import write_report
 
@@ -91,8 +90,6 @@ def paper(
         summary = paper_summary(results, provenance=made_from)
         report(1.0, "writing the report")
         write_report(folder, paper_report(results, command=output.command, provenance=made_from), summary)
-        if set(formats or ()) - {Format.csv}:
-            folder.write(ERRATA_FILE, errata_tex())
 
     def show() -> None:
         show_table(claim_table(results))

@@ -139,7 +139,7 @@ def _diagnostics(
         warnings["pieces_for_cycles"] = {}
     with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
     if not with_interval:
-        warnings["no_interval"] = {}
+        warnings["few_cycles"] = {}
     elif shared.complete and min(shared.cycles_before, shared.cycles_after) < FEW:
         warnings["few_cycles"] = {"cycles": min(shared.cycles_before, shared.cycles_after)}
     # An interval so narrow is that of cycles without scatter.

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "SHORT", "comparison", "comparison_in_short"]
 
-BEFORE: style.Look = style.MEASURED
-AFTER: style.Look = style.PREDICTED
+BEFORE, AFTER = style.MEASURED, style.PREDICTED
 TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}
 WORDS = {
     "following_error.rms": "error, rms",
@@ -36,21 +35,25 @@ POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o
 
 @style.styled
 def comparison(compared: Comparison) -> Figure:
-    """Return what two logs differ by: the mean cycle, the mean reversals, friction over speed, and the changes.
-
-    Parameters
-    ----------
-    compared : Comparison
-        Two logs, held against each other.
-    """
+    """Return what two logs differ by: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
     changes = _changes_with_interval(compared)
     figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
-    _draw_course(grid[0][0], grid[1][0], compared)
+    motion, kind = compared.course.motion, compared.kind
+    drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
+    style.over_time(grid[0][0], compared.course.time, drawn, scale=scale_for("length", kind, motion), word=position_word(kind))
+    grid[0][0].set_title("reference" if "following_error.rms" in compared.changes else "position")
+    _draw_errors(grid[1][0], compared)
     if small:
         _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
         if compared.friction_curve:
-            _draw_friction(grid[2][-1], compared)
+            axes, speeds = grid[2][-1], np.array([speed for speed, _ in compared.friction_curve])
+            sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
+            speed, (force, word) = scale_for("length/time", kind, speeds), effort_scale(kind, *sides)
+            for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
+                axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
+            axes.margins(0.08)
+            axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
     _draw_changes(grid[-1][0], changes)
     style.legend(grid[1][0])
     return figure
@@ -58,13 +61,7 @@ def comparison(compared: Comparison) -> Figure:
 
 @style.styled
 def comparison_in_short(compared: Comparison) -> Figure:
-    """Return the mean around reversals, or over the motion where it has none, and each change with its interval.
-
-    Parameters
-    ----------
-    compared : Comparison
-        Two logs, held against each other.
-    """
+    """Return the mean around reversals, or over the motion where it has none, and each change with its interval."""
     changes = _changes_with_interval(compared)
     figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
     if compared.turns:
@@ -97,15 +94,6 @@ def _rows(
     )
 
 
-def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -> None:
-    course_, kind = compared.course, compared.kind
-    follows = "following_error.rms" in compared.changes
-    length, look = scale_for("length", kind, course_.motion), {"color": style.INK, "linewidth": 1.0}
-    style.over_time(motion, course_.time, (course_.motion, look, ""), scale=length, word=position_word(kind))
-    motion.set_title("reference" if follows else "position")
-    _draw_errors(course, compared)
-
-
 def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
     """Draw the mean following error over the motion, or the effort where there is no reference."""
     course, kind = compared.course, compared.kind
@@ -124,16 +112,6 @@ def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: flo
         style.mark_window(axes, np.array([0.0, window or 0.0]) * time_scale(turn.time).factor)
         axes.set_title(TURNS[turn.name])
     style.one_height(panels[: len(turns)])
-
-
-def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
-    speeds = np.array([speed for speed, _ in compared.friction_curve])
-    sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
-    speed, (force, word) = scale_for("length/time", compared.kind, speeds), effort_scale(compared.kind, *sides)
-    for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
-        axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
-    axes.margins(0.08)
-    axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
 
 
 def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
@@ -161,28 +139,25 @@ def _signal(compared: Comparison) -> str:
     return "following error" if "following_error.rms" in compared.changes else "effort"
 
 
-def _caption(compared: Comparison) -> str:
-    turns = "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
-    friction = "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
-    return f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. {turns}{friction}Below, {CHANGES}"
-
-
-def _short_caption(compared: Comparison) -> str:
-    place = "around reversals" if compared.turns else "over the cycles"
-    return f"Above, the mean {_signal(compared)} {place}: light before, dark after. Below, {CHANGES}"
-
-
 FIGURE = ReportFigure(
     name="comparison",
     takes="comparison",
     draw=comparison,
     alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
-    caption=_caption,
+    caption=lambda compared: (
+        f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. "
+        + "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
+        + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
+        + f"Below, {CHANGES}"
+    ),
 )
 SHORT = ReportFigure(
     name="short",
     takes="comparison",
     draw=comparison_in_short,
     alternative=lambda compared: f"{_signal(compared).capitalize()} before and after, and each change",
-    caption=_short_caption,
+    caption=lambda compared: (
+        f"Above, the mean {_signal(compared)} {'around reversals' if compared.turns else 'over the cycles'}: light before, dark after. "
+        f"Below, {CHANGES}"
+    ),
 )

@@ -25,13 +25,7 @@ SLOPE = 0.7  # height of a slanted name over its length, the height of its lette
 
 @style.styled
 def correlation(fit: Fit) -> Figure:
-    """Return the matrix of correlations between the estimates, as shades and numbers.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model with the correlation of its estimates.
-    """
+    """Return the matrix of correlations between the estimates, as shades and numbers."""
     matrix = np.asarray(fit.correlation)
     names = shortened_apart(fit.correlation_names, style.NARROW, AT_TICKS)
     count = len(names)

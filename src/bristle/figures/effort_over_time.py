@@ -16,42 +16,16 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.identification.result import Fit
 
-__all__ = ["FIGURE", "draw_band", "draw_pair", "effort_over_time", "fitted", "window"]
+__all__ = ["FIGURE", "draw_band", "draw_pair", "effort_over_time", "window"]
 
 
 @style.styled
 def effort_over_time(fit: Fit) -> Figure:
-    """Return measured and predicted effort over time, whole and close up.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model and the traces that it was fitted to.
-    """
+    """Return measured and predicted effort over time, whole and close up."""
     traces, kind = fit.traces, fit.plant.kind
     figure, ((full,), (close,)) = style.panels(4.3, rows=2)
     draw_pair(full, close, traces.time, traces.measured, traces.predicted, kind)
     style.legend(full)
-    return figure
-
-
-@style.styled
-def fitted(fit: Fit) -> Figure:
-    """Return measured and predicted effort over time, and below it the residual.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model and the traces that it was fitted to.
-    """
-    traces, kind = fit.traces, fit.plant.kind
-    figure, ((effort,), (rest,)) = style.panels(3.9, rows=2, heights=(2.0, 1.0))
-    scale, word = effort_scale(kind, traces.measured, traces.predicted)
-    pair = (traces.measured, style.MEASURED, "measured"), (traces.predicted, style.PREDICTED, "predicted")
-    style.over_time(effort, traces.time, *pair, scale=scale, word=word)
-    small, _ = effort_scale(kind, traces.residual)
-    style.over_time(rest, traces.time, (traces.residual, style.REST, ""), scale=small, word="Residual")
-    style.legend(effort)
     return figure
 
 

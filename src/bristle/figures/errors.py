@@ -89,7 +89,12 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
     finite = [limit, *(end for end in ends if isfinite(end) and end > 0.0)]
     for axes, (head, rows) in zip(row, errors.items(), strict=True):
         for place, loops in enumerate(rows.values()):
-            _draw_loops(axes, place, loops)
+            # Beside one another: mean, interval, and range under all conditions.
+            for number, ((name, spread), look) in enumerate(zip(loops.items(), LOOKS, strict=False)):
+                at, color = place + style.BESIDE * (number - 0.5 * (len(loops) - 1)), look["color"]
+                axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label="_conditions")
+                axes.hlines(at, spread.low, spread.high, color=color, linewidth=2.0 * style.WIDE, label="_interval")
+                axes.plot(spread.error, at, look["marker"], color=color, markersize=style.SMALL, label="_loop" if place else name)
         axes.set_xscale("log")
         axes.set_xticks(MARKS, [f"{mark:g}" for mark in MARKS])
         axes.xaxis.set_minor_formatter(NullFormatter())
@@ -100,12 +105,3 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
         axes.set_ylabel("Friction of the rig", visible=axes is row[0])  # the numbers of each panel have this head
     style.legend_in_corner(figure, row[0])
     return figure
-
-
-def _draw_loops(axes: style.Axes, place: int, loops: Mapping[str, Spread]) -> None:
-    """Draw the loops of one truth beside one another: mean, interval, and range under all conditions."""
-    for number, ((name, spread), look) in enumerate(zip(loops.items(), LOOKS, strict=False)):
-        at, color = place + style.BESIDE * (number - 0.5 * (len(loops) - 1)), look["color"]
-        axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label="_conditions")
-        axes.hlines(at, spread.low, spread.high, color=color, linewidth=2.0 * style.WIDE, label="_interval")
-        axes.plot(spread.error, at, look["marker"], color=color, markersize=style.SMALL, label="_loop" if place else name)

@@ -28,17 +28,7 @@ FEW = 60  # logs up to which markers are large
 
 @style.styled
 def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray]) -> Figure:
-    """Return the parameters of a fleet, log by log.
-
-    Parameters
-    ----------
-    runs : Runs
-        The rows of the fleet.
-    names : sequence of str
-        Columns of parameters, each of which a log tells.
-    apart : mapping of str to ndarray
-        By column, places of the logs that stand apart.
-    """
+    """Return the parameters of a fleet, log by log."""
     figure, panels = style.grid_of(len(names), between=0.8)
     for axes, name in zip(panels, names, strict=True):
         _draw(axes, runs, name, apart[name])
@@ -53,7 +43,11 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
     scale = scale_of(runs.described["columns"][name]["unit"], largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
-    bottom, top = _reach(value[tells])
+    # Past what most logs span, and to all of them if they are near.
+    usual = np.quantile(value[tells], (0.05, 0.95))
+    margin = MARGIN * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0
+    bottom = max(float(usual[0]) - margin, float(value[tells].min()) - 0.3 * margin)
+    top = min(float(usual[1]) + margin, float(value[tells].max()) + 0.3 * margin)
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
     size = 3.4 if runs.count <= FEW else 2.0
@@ -80,13 +74,6 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 1.0, float(number.max()) + 1.0))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name, style.NARROW, AT_TICKS)))
-
-
-def _reach(values: np.ndarray) -> tuple[float, float]:
-    """Return from where to where a panel reaches: past what most logs span, and to all of them if they are near."""
-    low, high = np.quantile(values, (0.05, 0.95))
-    margin = MARGIN * float(high - low) or 0.1 * abs(float(high)) or 1.0
-    return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(float(high) + margin, float(values.max()) + 0.3 * margin)
 
 
 FIGURE = ReportFigure(

@@ -20,7 +20,6 @@ from bristle.simulation.reversals import worst_reversal
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
-    from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
 __all__ = ["AT_REVERSAL", "FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
@@ -87,26 +86,32 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     )
     motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
-    _draw_signals(motion, effort, simulated, result.experiment.kind)
+    kind, reference = result.experiment.kind, simulated[0].reference
+    told = reference, {"color": style.INK, "linewidth": 1.0}, "_"
+    style.over_time(motion, simulated[0].time, told, scale=scale_for("length", kind, reference), word=position_word(kind))
+    motion.set_title("reference")
+    _draw_efforts(effort, simulated, kind)
     for axes in all_:
-        _draw_errors(axes, loops, result.experiment.kind)
-    scale = _draw_errors(full, near, result.experiment.kind)
-    _draw_close_up(close, full, near, result.experiment.kind)
+        _draw_errors(axes, loops, kind)
+    scale = _draw_errors(full, near, kind)
+    _draw_close_up(close, full, near, kind)
     close.set_title("close up, at a reversal of the reference")
-    _draw_distributions(spread, near, scale)
-    spread.set_ylim(full.get_ylim())
+    # The share of samples in bins common to all.
+    errors = np.concatenate([loop.error for loop in near]) * scale.factor
+    low, high = float(errors.min()), float(errors.max())
+    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    for loop in near:
+        counts, _ = np.histogram(loop.error * scale.factor, edges)
+        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
+    # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
+    spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
+    spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
+    spread.xaxis.set_minor_locator(NullLocator())
+    spread.tick_params(labelleft=False)
     style.legend((all_ or [full])[0])
     if all_:
         style.title(full, " and ".join(loop.name for loop in near) + " only")
     return figure
-
-
-def _draw_signals(motion: style.Axes, effort: style.Axes, loops: list[_Loop], kind: Kind) -> None:
-    reference = scale_for("length", kind, loops[0].reference)
-    look = {"color": style.INK, "linewidth": 1.0}
-    style.over_time(motion, loops[0].time, (loops[0].reference, look, "_"), scale=reference, word=position_word(kind))
-    motion.set_title("reference")
-    _draw_efforts(effort, loops, kind)
 
 
 def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
@@ -134,14 +139,7 @@ def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np
 def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
     """Return the following error of some variants, whole and at the worst reversal, and the effort there.
 
-    Parameters
-    ----------
-    result : SimulationResult
-        The simulated variants.
-    names : sequence of str
-        Those to be drawn: the one to compare with first.
-    close_names : sequence of str, optional
-        Those that are looked at closely, at the worst reversal of the first of them; all by default.
+    The first is the one to compare with; those with `close_names`, or all, are looked at closely at its worst reversal.
     """
     by_name = {loop.variant: loop for loop in _settled(result, None)}
     # The two that are looked at closely lie light under dark, a third one behind them.
@@ -197,43 +195,19 @@ def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
     return loops
 
 
-def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> None:
-    """Draw the share of samples in bins common to all."""
-    errors = np.concatenate([loop.error for loop in loops]) * scale.factor
-    low, high = float(errors.min()), float(errors.max())
-    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
-    for loop in loops:
-        counts, _ = np.histogram(loop.error * scale.factor, edges)
-        axes.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
-    # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
-    axes.set(xscale="log", xlim=(SHARES[0], SHARES[-1]))
-    axes.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel("Share [%]")
-    axes.tick_params(labelleft=False)
-
-
-def _draw(simulation: SimulationResult, focus: Sequence[str], following: Following | None) -> Figure:
-    return following_error(simulation, focus, None if following is None else following.error)
-
-
-def _caption(simulation: SimulationResult, focus: Sequence[str], following: Following | None) -> str:
-    return (
-        f"Reference less encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
-        "distribution, and close up at a reversal (shaded above). What jumps where the reference reverses is friction; "
-        "what follows the velocity is the lag of the position loop, or viscous friction that is not fed forward. "
-        "Below, the effort that it takes."
-    )
-
-
 FIGURE = ReportFigure(
     name="following",
     takes=("simulation", "focus"),
     may_take=("following",),
-    draw=_draw,
+    draw=lambda simulation, focus, following: following_error(simulation, focus, None if following is None else following.error),
     applies=lambda simulation, focus, following: has_completed(simulation),
     alternative="Following error and effort of each variant over time",
-    caption=_caption,
+    caption=lambda simulation, focus, following: (
+        f"Reference less encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        "distribution, and close up at a reversal (shaded above). What jumps where the reference reverses is friction; "
+        "what follows the velocity is the lag of the position loop, or viscous friction that is not fed forward. "
+        "Below, the effort that it takes."
+    ),
 )
 AT_REVERSAL = ReportFigure(
     name="reversal",

@@ -6,7 +6,6 @@ import itertools
 import re
 from typing import Any
 
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -24,15 +23,11 @@ def unlabelled_axes(figure: Figure) -> list[str]:
 
     An axis whose numbers another panel shows has no label of its own, and one with names in place of numbers no unit.
     """
-    return [fault for axes in figure.axes if axes.get_visible() and axes.axison for fault in _faults_of(axes)]
-
-
-def _faults_of(axes: Axes) -> list[str]:
     faults = []
-    for word, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+    panels = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+    for word, axis in ((word, getattr(axes, f"{word}axis")) for axes in panels for word in "xy"):
         label = axis.get_label().get_text()
-        shows_numbers = any(tick.label1.get_visible() for tick in axis.get_major_ticks())
-        if not label and shows_numbers:
+        if not label and any(tick.label1.get_visible() for tick in axis.get_major_ticks()):
             faults.append(f"an axis {word} has no label")
         if label and not re.search(r"\[[^\]]+\]$", label) and not names_at(axis):
             faults.append(f"the axis {word}, {label!r}, has no unit")

@@ -123,11 +123,9 @@ def _drawable(text: str, font: Path) -> str:
     has = _letters(font)
     if text.isascii() or has.issuperset(text):
         return text
-    return "".join(character if character in has else _as_wide(character) for character in text)
-
-
-def _as_wide(letter: str) -> str:
-    return "" if unicodedata.category(letter) in WITHOUT_WIDTH else WIDE
+    return "".join(
+        letter if letter in has else WIDE for letter in text if letter in has or unicodedata.category(letter) not in WITHOUT_WIDTH
+    )
 
 
 @cache

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.labels import effort_word, time_scale
 from bristle.figures.lettering import LETTERS, label, width
-from bristle.figures.small_multiples import LoopUnits, Traces, loop_units, plot_parts
+from bristle.figures.small_multiples import Traces, loop_units, plot_parts
 
 __all__ = ["break_away", "loop_family", "ripple"]
 
@@ -92,7 +91,16 @@ def ripple(
     under = units.x.replace(" [", ", from the first cycle on [")
     under = under if width(under, LETTERS) <= style.WIDTH * below[0].get_position().width else units.x
     if close_up is not None:
-        _compare(below.pop(1), *close_up, units, under, word)
+        # Over one another, less one straight line, with their names in room above them.
+        beside, (heading, compared) = below.pop(1), close_up
+        line = np.polynomial.Polynomial.fit(*next(iter(compared.values())), 1)
+        for look, (name, (x, force)) in zip((style.MEASURED, style.PREDICTED), compared.items(), strict=False):
+            units.plot(beside, x, force - line(x), label=label(name), **look)
+        low, high = beside.get_ylim()
+        beside.set_ylim(low, high + 0.45 * (high - low))
+        beside.legend(loc="upper left", frameon=False)
+        beside.set(xlabel=under, ylabel=units.force.label(f"{word} less a line"))
+        style.title(beside, heading)
     for axes, (name, trace) in zip(below, traces.items(), strict=True):
         plot_parts(axes, units, trace, cycle, ("first cycle", "later cycles"))
         style.title(axes, titles[name], name)
@@ -103,15 +111,3 @@ def ripple(
             axes.set_ylabel(units.y)
     style.legend_in_corner(figure, below[0])
     return figure
-
-
-def _compare(axes: Axes, title: str, traces: Traces, units: LoopUnits, under: str, word: str) -> None:
-    """Draw traces over one another, less one straight line, with their names in room above them."""
-    line = np.polynomial.Polynomial.fit(*next(iter(traces.values())), 1)
-    for look, (name, (x, force)) in zip((style.MEASURED, style.PREDICTED), traces.items(), strict=False):
-        units.plot(axes, x, force - line(x), label=label(name), **look)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.45 * (high - low))
-    axes.legend(loc="upper left", frameon=False)
-    axes.set(xlabel=under, ylabel=units.force.label(f"{word} less a line"))
-    style.title(axes, title)

@@ -35,20 +35,12 @@ def _entitle(figure: Figure, grid: list[list[style.Axes]], results: Loops) -> No
         style.title(first, name, beside=reach if first is grid[0][0] else 0.0)
 
 
-def _settled(result: VariantResult, settle: float) -> np.ndarray:
-    return result.time >= settle
-
-
-def _inside(result: VariantResult, close: tuple[float, float]) -> np.ndarray:
-    return (result.time >= close[0]) & (result.time <= close[1])
-
-
 @style.styled
 def tracking(results: Loops, settle: float, close: tuple[float, float], kind: Kind = "translational") -> Figure:
     """Return reference and encoder reading over time, a row for each loop."""
     figure, grid = _rows(results, 2, 0.4)
     for (full, near), result in zip(grid, results.values(), strict=True):
-        for axes, part in ((full, _settled(result, settle)), (near, _inside(result, close))):
+        for axes, part in ((full, result.time >= settle), (near, (result.time >= close[0]) & (result.time <= close[1]))):
             command = (result.reference[part], style.MEASURED, "command")
             encoder = (result.measured[part], style.PREDICTED, "encoder")
             scale = scale_for("length", kind, command[0])
@@ -66,7 +58,7 @@ def tracking_error(results: Loops, settle: float, kind: Kind = "translational") 
     # In the unit of the motion: a thousandth of it is easily seen as such.
     length = scale_for("length", kind, *(result.reference for result in results.values()))
     for (axes,), result in zip(grid, results.values(), strict=True):
-        judged, forward = _settled(result, settle), np.gradient(result.reference) > 0.0
+        judged, forward = result.time >= settle, np.gradient(result.reference) > 0.0
         sides = [
             (np.where(moving, result.reference - result.measured, np.nan)[judged], look, label)
             for moving, look, label in ((forward, FORWARD, "moving forward"), (~forward, style.PREDICTED, "moving backward"))
@@ -87,7 +79,7 @@ def error_distribution(
 ) -> Figure:
     """Return the distribution of the following error, a panel for each loop."""
     length = scale_for("length", kind, *(result.reference for result in results.values()))
-    errors = {name: (result.reference - result.measured)[_settled(result, settle)] for name, result in results.items()}
+    errors = {name: (result.reference - result.measured)[result.time >= settle] for name, result in results.items()}
     low, high = (edge(float(edge(error)) for error in errors.values()) for edge in (min, max))
     width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
     edges = np.arange(np.floor(low / width), np.ceil(high / width) + 1.0) * width * length.factor
@@ -125,7 +117,10 @@ def control_effort(
     driving = f"Driving {word.lower()}"
     figure, grid = _rows(results, 2, 0.56 if friction else style.TOP, 0.6 if mean_over else 0.3)
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):
-        for axes, part, span in ((full, _settled(result, settle), mean_over), (near, _inside(result, close), 0.0)):
+        for axes, part, span in (
+            (full, result.time >= settle, mean_over),
+            (near, (result.time >= close[0]) & (result.time <= close[1]), 0.0),
+        ):
             driven_by, lost = (_averaged(arm * signal, result.time, span)[part] for signal in (result.effort, result.friction))
             signals = [(driven_by, style.PREDICTED, driving.lower())]
             if friction:

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bristle.core.variable import Kind
-    from bristle.loop import Design
 
 __all__ = ["FIGURE", "loops_proposed"]
 
@@ -29,33 +28,15 @@ def loops_proposed(
     enough: float,
     kind: Kind = "translational",
 ) -> Figure:
-    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the loops, the one as it is first.
-    errors, efforts, phases : sequence of float or None
-        Following error peak to peak [m or rad], effort root mean square [N or N*m], phase margin [°]; None where it is
-        not known.
-    enough : float
-        Phase margin that is usual as the least [°].
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is."""
     figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
     columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
     length = scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
     force, word = effort_scale(kind, columns[1][np.isfinite(columns[1])])
     places = np.arange(len(names), dtype=float)
-    panels = zip(
-        row,
-        columns,
-        (length.factor, force.factor, 1.0),
-        (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]"),
-        strict=True,
-    )
-    for axes, values, factor, label in panels:
+    factors = (length.factor, force.factor, 1.0)
+    labels = (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]")
+    for axes, values, factor, label in zip(row, columns, factors, labels, strict=True):
         for place, value in zip(places, values * factor, strict=True):
             if np.isfinite(value):
                 axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
@@ -66,22 +47,20 @@ def loops_proposed(
     return figure
 
 
-def _draw(design: Design, names: Sequence[str], phases: Sequence[float | None], enough: float) -> Figure:
-    errors = [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals]
-    return loops_proposed(names, errors, [loop.effort_rms for loop in design.proposals], phases, enough, design.experiment.kind)
-
-
-def _caption(design: Design, names: Sequence[str], phases: Sequence[float | None], enough: float) -> str:
-    return (
-        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
-        "is the loop as it is, the others are proposed."
-    )
-
-
 FIGURE = ReportFigure(
     name="loops",
     takes=("design", "names", "phases", "enough"),
-    draw=_draw,
+    draw=lambda design, names, phases, enough: loops_proposed(
+        names,
+        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
+        [loop.effort_rms for loop in design.proposals],
+        phases,
+        enough,
+        design.experiment.kind,
+    ),
     alternative="Following error, effort and smallest phase margin of the loop as it is and of those proposed",
-    caption=_caption,
+    caption=lambda design, names, phases, enough: (
+        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
+        "is the loop as it is, the others are proposed."
+    ),
 )

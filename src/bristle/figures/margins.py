@@ -23,13 +23,7 @@ NAMES = {"all": "all motions", "small": "small motions", "large": "large motions
 
 @style.styled
 def margins(assessment: Assessment) -> Figure:
-    """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop.
-
-    Parameters
-    ----------
-    assessment : Assessment
-        Poles and margins of one loop.
-    """
+    """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
     points = assessment.bare
     # The unit circle is to be round: its panel is as wide as both rows are tall.
     figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
@@ -38,7 +32,12 @@ def margins(assessment: Assessment) -> Figure:
     rest.remove()
     above = poles.get_position()
     poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
-    _draw_circle(poles)
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
+    poles.plot(np.cos(angle), np.sin(angle), **style.AID)
+    poles.set_aspect("equal", adjustable="datalim")
+    poles.set_xlabel("Poles, real part")
+    poles.set_ylabel("imaginary part", labelpad=1.0)
+    poles.margins(0.06)
     for look, point in zip(style.SERIES[1:], points, strict=False):
         _draw_open_loop(gain, phase, point, look)
         at = point.loop.poles
@@ -73,15 +72,6 @@ def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, lo
         at = crossover / (2.0 * math.pi)
         phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt")
         gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL)
-
-
-def _draw_circle(axes: style.Axes) -> None:
-    angle = np.linspace(0.0, 2.0 * math.pi, 200)
-    axes.plot(np.cos(angle), np.sin(angle), **style.AID)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("Poles, real part")
-    axes.set_ylabel("imaginary part", labelpad=1.0)
-    axes.margins(0.06)
 
 
 FIGURE = ReportFigure(

@@ -23,13 +23,7 @@ TICKS = (1.0, 2.0, 5.0)
 
 @style.styled
 def motion(planned: ExcitationMotion) -> Figure:
-    """Return position over time, one panel for each purpose.
-
-    Parameters
-    ----------
-    planned : ExcitationMotion
-        The motion.
-    """
+    """Return position over time, one panel for each purpose."""
     parts = _parts(planned)
     figure, rows = style.panels(0.35 + style.ROW * len(parts), rows=len(parts), gap=0.72)
     for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
@@ -42,15 +36,7 @@ def motion(planned: ExcitationMotion) -> Figure:
 
 @style.styled
 def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
-    """Return the loops of friction over position before sliding, and friction over the speed of steady slides.
-
-    Parameters
-    ----------
-    planned : ExcitationMotion
-        The motion.
-    friction : ndarray, shape (sample,)
-        Friction force along it [N or N*m].
-    """
+    """Return the loops of friction over position before sliding, and friction over the speed of steady slides."""
     parts = _parts(planned)
     force, word = effort_scale(planned.kind, friction)
     label = force.label(f"Friction {word.lower()}")

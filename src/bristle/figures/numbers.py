@@ -2,7 +2,7 @@
 
 Lines, points, bars, steps, areas, cells and contours are found panel by panel, in the units of its axes and with their
 labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, else by
-what looks like it: often only one panel has a legend.
+what has its colour: often only one panel has a legend.
 """
 
 from __future__ import annotations
@@ -103,8 +103,6 @@ def _cell(value: Any) -> str:
 
 def _heads(axes: Axes, neighbours: Sequence[Axes], title: str) -> tuple[str, str]:
     """Return the heads of the columns of x and y: the labels of the axes, with their units."""
-    if axes.name == "polar":
-        return "angle [rad]", title if "[" in title else "radius"
     x = axes.get_xlabel() or _label_beside(axes, neighbours, "x")
     y = axes.get_ylabel() or _label_beside(axes, neighbours, "y")
     return (f"x: {x}", f"y: {y}") if x and x == y else (x or "x", y or "y")
@@ -149,20 +147,21 @@ def drawn_in(axes: Axes) -> Iterator[Drawn]:
     """Yield what is drawn in a panel in its units; not what stands at a place of the panel itself."""
     bars = [container for container in axes.containers if isinstance(container, BarContainer)]
     in_bars = {id(bar) for container in bars for bar in container}
-    artists = [artist for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.images) if id(artist) not in in_bars]
-    for artist in (*artists, *bars):
-        if isinstance(artist, BarContainer) or artist.get_visible():
-            drawn = _read(artist, axes)
-            if drawn is not None and any(map(len, drawn.strokes)):
-                yield drawn
+    for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.images):
+        if id(artist) not in in_bars and artist.get_visible() and (drawn := _read(artist, axes)) and any(map(len, drawn.strokes)):
+            yield drawn
+    for container in bars:
+        # Where they end, in the middle of their width.
+        x, y = (1.0, 0.5) if container.orientation == "horizontal" else (0.5, 1.0)
+        ends = [(bar.get_x() + x * bar.get_width(), bar.get_y() + y * bar.get_height()) for bar in container]
+        if ends:
+            yield Drawn(container, "bars", [np.array(ends)])
 
 
 def _read(artist: Any, axes: Axes) -> Drawn | None:
     """Return what an artist draws."""
     if artist in axes.lines:
         return _line(artist, axes)
-    if isinstance(artist, BarContainer):
-        return Drawn(artist, "bars", [_ends_of_bars(artist)])
     if isinstance(artist, AxesImage):
         return _image(artist)
     if isinstance(artist, QuadMesh):
@@ -172,9 +171,20 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
         return Drawn(artist, "cells", [points], [values.ravel()])
     if isinstance(artist, ContourSet):
         return _contours(artist, axes)
+    if isinstance(artist, PathCollection):
+        placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
+        values = artist.get_array()
+        return None if placed is None else Drawn(artist, "points", [placed], [] if values is None else [values])
+    if isinstance(artist, FancyArrowPatch):
+        return None
     if artist in axes.collections:
-        return _collection(artist, axes)
-    return None if isinstance(artist, FancyArrowPatch) else _patch(artist, axes)
+        paths, transform = artist.get_paths(), artist.get_transform()
+        mark = "line" if isinstance(artist, LineCollection) else "area"
+    else:
+        paths, transform = [artist.get_patch_transform().transform_path(artist.get_path())], Artist.get_transform(artist)
+        mark = "steps" if isinstance(artist, StepPatch) else "area"
+    strokes = [_in_units(stroke, transform, axes) for path in paths for stroke in _strokes(path)]
+    return Drawn(artist, mark, [stroke for stroke in strokes if stroke is not None])
 
 
 def _line(line: Any, axes: Axes) -> Drawn | None:
@@ -185,13 +195,6 @@ def _line(line: Any, axes: Axes) -> Drawn | None:
     if placed is None:
         return None
     return Drawn(line, mark, _without_gaps(placed) if joined else [placed[np.isfinite(placed).all(axis=1)]])
-
-
-def _ends_of_bars(bars: BarContainer) -> np.ndarray:
-    """Return where bars end, in the middle of their width."""
-    level = bars.orientation == "horizontal"
-    x, y = (1.0, 0.5) if level else (0.5, 1.0)
-    return np.array([(bar.get_x() + x * bar.get_width(), bar.get_y() + y * bar.get_height()) for bar in bars])
 
 
 def _image(image: AxesImage) -> Drawn | None:
@@ -215,26 +218,6 @@ def _contours(contours: Any, axes: Axes) -> Drawn | None:
         strokes += visible
         values += [float(level)] * len(visible)
     return Drawn(contours, "filled contour" if contours.filled else "contour", strokes, values)
-
-
-def _collection(collection: Any, axes: Axes) -> Drawn | None:
-    """Return points, lines or areas of a collection."""
-    if isinstance(collection, PathCollection):
-        placed = _in_units(_floats(collection.get_offsets()), collection.get_offset_transform(), axes)
-        values = collection.get_array()
-        return None if placed is None else Drawn(collection, "points", [placed], [] if values is None else [values])
-    transform, strokes = collection.get_transform(), []
-    for path in collection.get_paths():
-        strokes += [_in_units(stroke, transform, axes) for stroke in _strokes(path)]
-    mark = "line" if isinstance(collection, LineCollection) else "area"
-    return Drawn(collection, mark, [stroke for stroke in strokes if stroke is not None])
-
-
-def _patch(patch: Any, axes: Axes) -> Drawn | None:
-    path = patch.get_patch_transform().transform_path(patch.get_path())
-    strokes = [_in_units(stroke, Artist.get_transform(patch), axes) for stroke in _strokes(path)]
-    mark = "steps" if isinstance(patch, StepPatch) else "area"
-    return Drawn(patch, mark, [stroke for stroke in strokes if stroke is not None])
 
 
 def _strokes(path: Path) -> list[np.ndarray]:
@@ -278,7 +261,7 @@ def _floats(values: Any) -> np.ndarray:
 
 def series_names(drawn: Sequence[Drawn], figure_wide: Sequence[Drawn], y: str) -> list[str]:
     """Return what each thing of a panel is called: by its label, else by what looks like it, else by what it is."""
-    names = [_label(graphic) or _called_alike(graphic, drawn, figure_wide) for graphic in drawn]
+    names = [_label(graphic) for graphic in drawn]
     _name_by_colour(names, drawn, figure_wide)
     words = [name or _word(graphic, drawn, y) for graphic, name in zip(drawn, names, strict=True)]
     unnamed = [word for word, name in zip(words, names, strict=True) if not name]
@@ -296,45 +279,25 @@ def _label(graphic: Drawn) -> str:
     return "" if label.startswith("_") else label
 
 
-def _hint(graphic: Drawn) -> str:
-    """Return the label that legends leave out."""
-    label = str(graphic.artist.get_label())
-    return "" if _UNNAMED.fullmatch(label) else label[1:]
-
-
-def _called_alike(graphic: Drawn, panel: Sequence[Drawn], figure_wide: Sequence[Drawn]) -> str:
-    """Return the label of what looks the same, in the panel to the mark, elsewhere but for marks and aids."""
-    for candidate in panel:
-        if _label(candidate) and candidate.mark == graphic.mark and _look(candidate) == _look(graphic):
-            return _label(candidate)
-    for candidate in figure_wide:
-        if _label(candidate) and _colour(graphic.artist) not in AIDS and _look(candidate)[:-1] == _look(graphic)[:-1]:
-            return _label(candidate)
-    return ""
-
-
 def _name_by_colour(names: list[str], drawn: Sequence[Drawn], figure_wide: Sequence[Drawn]) -> None:
     """Name what has the colour of something named in the panel; or, where several have, in the figure."""
-    by_colour = {_colour(graphic.artist): name for graphic, name in zip(drawn, names, strict=True) if name}
+    colours = [_colour(graphic.artist) for graphic in drawn]
+    by_colour = {colour: name for colour, name in zip(colours, names, strict=True) if name}
     figure = {_colour(graphic.artist): _label(graphic) for graphic in figure_wide if _label(graphic)}
-    rest = {_colour(graphic.artist) for graphic, name in zip(drawn, names, strict=True) if not name} - by_colour.keys() - AIDS
+    rest = {colour for colour, name in zip(colours, names, strict=True) if not name} - by_colour.keys() - AIDS
     # A colour alone, of a panel with one thing in it, is a colour and no name.
     by_colour |= {colour: figure[colour] for colour in rest} if len(rest) > 1 and rest <= figure.keys() else {}
     for index, graphic in enumerate(drawn):
         if not names[index]:
-            name = "" if _colour(graphic.artist) in AIDS else by_colour.get(_colour(graphic.artist), "")
-            names[index] = ", ".join(filter(None, (name, _hint(graphic))))
+            name, label = "" if colours[index] in AIDS else by_colour.get(colours[index], ""), str(graphic.artist.get_label())
+            # Behind it stands the label that legends leave out.
+            names[index] = ", ".join(filter(None, (name, "" if _UNNAMED.fullmatch(label) else label[1:])))
 
 
 def _word(graphic: Drawn, panel: Sequence[Drawn], y: str) -> str:
     """Return what it is: what the axis says of the only line or points of a panel, else how it is drawn."""
     alike = [candidate for candidate in panel if candidate.mark == graphic.mark and _colour(candidate.artist) != GREY]
     return y.partition(" [")[0] if graphic.mark in ("line", "points") and alike == [graphic] else graphic.mark
-
-
-def _look(graphic: Drawn) -> tuple[Any, ...]:
-    parts = (getattr(graphic.artist, f"get_{name}", None) for name in ("linestyle", "linewidth", "marker"))
-    return _colour(graphic.artist), *(str(part()) if part else "" for part in parts)
 
 
 def _colour(artist: Any) -> str:

@@ -16,10 +16,6 @@ from bristle.figures.report_figure import Facts, ReportFigure
 __all__ = ["REPORTS", "Place", "names_on_reports"]
 
 
-def _always(facts: Facts) -> bool:
-    return True
-
-
 def _by_position(facts: Facts) -> bool:
     """Return whether a model was fitted to the position: then its prediction is what tells how well."""
     return facts["fit"].position_rmse is not None
@@ -35,7 +31,7 @@ class Place(NamedTuple):
 
     section: str
     module: str
-    condition: Callable[[Facts], bool] = _always
+    condition: Callable[[Facts], bool] = lambda facts: True
     attribute: str = "FIGURE"
 
     @property
@@ -52,16 +48,12 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
         Place("front", "first_page", _has_curve),
         Place("front", "prediction", lambda facts: not _has_curve(facts)),
-        Place("drive", "drive_table"),
         Place("following", "following_error"),
         Place("position", "prediction", lambda facts: _has_curve(facts) and _by_position(facts)),
-        Place("fit", "parameters"),
         Place("fit", "effort_over_time"),
-        Place("fit", "friction_over_velocity"),
         Place("fit", "residuals"),
         Place("fit", "correlation"),
         Place("fit", "prediction", lambda facts: _has_curve(facts) and not _by_position(facts)),
-        Place("models", "model_comparison"),
         Place("log", "passages"),
     ),
     "prediction": (Place("front", "prediction"),),
@@ -71,10 +63,10 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("variants", "following_error"),
     ),
     "log": (Place("front", "passages"),),
-    "design": (Place("front", "loops_proposed"), Place("budget", "error_budget"), Place("margins", "margins"), Place("circle", "circles")),
+    "design": (Place("front", "loops_proposed"), Place("margins", "margins")),
     "comparison": (Place("front", "comparison", attribute="SHORT"), Place("courses", "comparison")),
     "excitation": (Place("front", "motion"), Place("outlook", "motion", attribute="EXPECTED")),
-    "study": (Place("spread", "study"), Place("influence", "study", attribute="INFLUENCE")),
+    "study": (Place("spread", "study"),),
     "fleet": (Place("parameters", "fleet_parameters"),),
     "operator": (Place("front", "recorded_curves"),),
 }

@@ -23,13 +23,7 @@ QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "forc
 
 @style.styled
 def open_loop(result: SimulationResult) -> Figure:
-    """Return position, velocity, friction and effort of each variant over time, one panel each.
-
-    Parameters
-    ----------
-    result : SimulationResult
-        The simulated variants, at least one of them completed: one that diverged is left out.
-    """
+    """Return position, velocity, friction and effort of each variant over time, one panel each."""
     variants = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
     kind = result.experiment.kind
     force = effort_word(kind)

@@ -2,80 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from bristle.core.contracts import Model
-from bristle.core.dispatch import everett
 from bristle.core.errors import InputError
 from bristle.core.typography import Scale
 from bristle.core.variable import Kind
 from bristle.engine import response
 from bristle.engine.path import after
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, scale_for
 from bristle.figures.small_multiples import loop_units
 
-__all__ = ["everett_surface", "preisach_plane", "preisach_stages", "staircase", "transition_curves", "trapezoids"]
+__all__ = ["preisach_plane", "preisach_stages", "staircase", "trapezoids"]
 
-NODES = 61  # of the thresholds
-SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", style.BARS, style.PREDICTED["color"]])
-SHARES = (-0.5, 0.0, 0.5)
 SAMPLES = 120  # of a way from turn to turn
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
 HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
 NOW = style.MEASURED["color"]
-
-
-@style.styled
-def everett_surface(operator: Model, extent: float) -> Figure:
-    """Return the Everett function as heights over the thresholds, and along the way from the diagonal.
-
-    Parameters
-    ----------
-    operator : Model
-        An operator with an Everett function: `preisach` or `everett_table`.
-    extent : float
-        Largest threshold that is shown [m or rad].
-
-    Raises
-    ------
-    InputError
-        If the operator has no Everett function.
-    """
-    if operator.component.measure is None:
-        raise InputError("has no Everett function", path="operator", value=operator.name)
-    q = operator.component.measure(operator.parameters)
-    inputs = np.linspace(-extent, extent, NODES)
-    E = np.array([[everett(a, b, q) if a >= b else np.nan for b in inputs.tolist()] for a in inputs.tolist()])
-    length, (scale, _) = scale_for("length", operator.kind, inputs), effort_scale(operator.kind, E)
-    figure, ((plane, section),) = style.panels(3.6, columns=2, between=0.75)
-    edge = inputs * length.factor
-    filled = plane.contourf(edge, edge, E * scale.factor, levels=9, cmap=SHADES)
-    lines = plane.contour(edge, edge, E * scale.factor, levels=filled.levels, colors=style.INK, linewidths=0.6)
-    plane.clabel(lines, np.asarray(lines.levels)[1:-1:2], fontsize=7, fmt="%g")
-    plane.plot(edge, edge, **style.AID)
-    _label_plane(plane, length)
-    plane.set_title(scale.label("E(α, β)"))
-    for share, look in zip(SHARES, style.SERIES[1:], strict=False):
-        # Towards one corner of the triangle a section is shorter.
-        d = np.linspace(0.0, 2.0 * extent * (1.0 - abs(share)), NODES)
-        heights = [everett(share * extent + 0.5 * width, share * extent - 0.5 * width, q) for width in d.tolist()]
-        name = f"{share * extent * length.factor:g}".replace("-", "−")
-        section.plot(d * length.factor, np.array(heights) * scale.factor, label=name, markevery=10, markersize=style.SMALL, **look)
-    section.set(xlabel=length.label("α − β"), ylabel=scale.label("E"), title=length.label("(α + β)/2"))
-    style.legend(section, len(SHARES), handle=1.2)
-    return figure
-
-
-def _label_plane(axes: Axes, length: Scale) -> None:
-    axes.set_aspect("equal", adjustable="box")
-    axes.set(xlabel=length.label("Threshold β, down"), ylabel=length.label("Threshold α, up"))
 
 
 @style.styled
@@ -171,7 +119,8 @@ def _draw_memory(
     axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge))
-    _label_plane(axes, length)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlabel=length.label("Threshold β, down"), ylabel=length.label("Threshold α, up"))
 
 
 def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
@@ -197,40 +146,3 @@ def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
         (left, _), (_, top), (right, _), _ = scaled
         x = left + 0.42 * (right - left)  # the middle of a trapezoid over a slanted base
         axes.text(x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK, bbox=box)
-
-
-@style.styled
-def transition_curves(operators: Mapping[str, Model], extent: float, count: int = 10) -> Figure:
-    """Return the first-order reversal curves of operators, one panel for each.
-
-    Parameters
-    ----------
-    operators : mapping of str to Model
-        Hysteresis operators of one kind of axis, by the name above their panel.
-    extent : float
-        Input at both ends of the ascending branch [m or rad].
-    count : int
-        Number of branches that leave it.
-    """
-    families = {name: _family(operator, extent, count) for name, operator in operators.items()}
-    curves = [curve for family in families.values() for curve in family]
-    units = loop_units(curves, next(iter(operators.values())).kind)
-    figure, (row,) = style.panels(3.2, columns=len(families), between=0.2)
-    for axes, (name, (ascending, *falling)) in zip(row, families.items(), strict=True):
-        for curve in falling:
-            units.plot(axes, *curve, color="#5b7f9e", linewidth=0.8)
-        units.plot(axes, *ascending, color=style.INK, linewidth=style.WIDE)
-        units.plot(axes, -extent, ascending[1][0], "o", color=NOW, markersize=style.SMALL)
-        style.title(axes, name)
-        axes.set(ylim=units.height(curves), xlabel=units.x)
-    style.share_y(row, units.y)
-    return figure
-
-
-def _family(operator: Model, extent: float, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the ascending branch from the lower end, and the descending ones from it to that end."""
-    branches = [np.linspace(-extent, extent, SAMPLES)]
-    # Denser where the branch is steepest.
-    share = np.linspace(0.0, 1.0, SAMPLES) ** 2
-    branches += [alpha - (alpha + extent) * share for alpha in np.linspace(-extent, extent, count + 1)[1:].tolist()]
-    return [(branch, response(operator, branch, history=[-extent])) for branch in branches]

@@ -14,24 +14,14 @@ from bristle.figures.labels import effort_scale, position_word, scale_for
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from bristle.logs.curves import Curves
+    pass
 
 __all__ = ["FIGURE", "recorded_curves"]
 
 
 @style.styled
 def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
-    """Return output over input, recorded and predicted, and the difference of both.
-
-    Parameters
-    ----------
-    curves : sequence of (u, f)
-        Recorded input and output, SI.
-    predicted : sequence of ndarray
-        Predicted output along each.
-    kind : {"translational", "rotational", "magnetic", "piezo"}
-        What the units are.
-    """
+    """Return output over input, recorded and predicted, and the difference of both."""
     step = -(-len(curves) // 24)
     chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
     length = scale_for("length", kind, *(u for u, _, _ in chosen))
@@ -53,14 +43,10 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     return figure
 
 
-def _draw(recorded: Curves, outputs: Sequence[np.ndarray]) -> Figure:
-    return recorded_curves(recorded.curves, outputs, recorded.kind)
-
-
 FIGURE = ReportFigure(
     name="curves",
     takes=("recorded", "outputs"),
-    draw=_draw,
+    draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
     alternative="Recorded and predicted output over the input",
     caption="Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
 )

@@ -24,48 +24,34 @@ LAGS = 60
 
 @style.styled
 def residuals(fit: Fit) -> Figure:
-    """Return residuals over time, their distribution beside a normal one, and their autocorrelation.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model and the traces that it was fitted to.
-    """
+    """Return residuals over time, their distribution beside a normal one, and their autocorrelation."""
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = effort_scale(fit.plant.kind, residual)
     figure, ((over_time, spread), (white,)) = style.panels(4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26)
     style.over_time(over_time, time, (residual, style.REST, ""), scale=scale, word="Residual")
-    _draw_distribution(spread, residual * scale.factor)
-    spread.set_ylim(over_time.get_ylim())
-    _draw_autocorrelation(white, time, residual)
-    return figure
-
-
-def _draw_distribution(axes: style.Axes, residual: np.ndarray) -> None:
-    mean, std = float(residual.mean()), float(residual.std())
+    scaled = residual * scale.factor
+    mean, std = float(scaled.mean()), float(scaled.std())
     reach = 4.0 * std or 1.0
     edges = np.linspace(mean - reach, mean + reach, 41)
-    counts, _ = np.histogram(residual, edges)
-    axes.stairs(100.0 * counts / residual.size, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
-    grid = np.linspace(edges[0], edges[-1], 121)
+    counts, _ = np.histogram(scaled, edges)
+    spread.stairs(100.0 * counts / scaled.size, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
     if std > 0.0:
+        grid = np.linspace(edges[0], edges[-1], 121)
         normal = 100.0 * (edges[1] - edges[0]) * np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi))
-        axes.plot(normal, grid, color=style.PREDICTED["color"], label="normal")
-    axes.set_xlabel("Share [%]")
-    axes.tick_params(labelleft=False)
-    style.legend(axes, columns=2, handle=1.0)
-
-
-def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarray) -> None:
+        spread.plot(normal, grid, color=style.PREDICTED["color"], label="normal")
+    spread.set_xlabel("Share [%]")
+    spread.tick_params(labelleft=False)
+    style.legend(spread, columns=2, handle=1.0)
+    spread.set_ylim(over_time.get_ylim())
     correlation, count = autocorrelation(time, residual)
     lags = float(np.median(np.diff(time))) * np.arange(correlation.size)
-    span = time_scale(lags)
-    band = NORMAL_95 / np.sqrt(count)
-    axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
-    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
-    axes.axhline(0.0, **style.AID)
-    axes.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
-    style.legend(axes)
+    span, band = time_scale(lags), NORMAL_95 / np.sqrt(count)
+    white.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
+    white.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
+    white.axhline(0.0, **style.AID)
+    white.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
+    style.legend(white)
+    return figure
 
 
 def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = LAGS) -> tuple[np.ndarray, int]:

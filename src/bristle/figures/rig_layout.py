@@ -113,7 +113,8 @@ def _draw_loop(axes: Axes, variant: Variant) -> None:
     reference = Block(2.5, 21.0, 16.5, 17.0, "reference", _value_lines(variant.reference))
     law = Block(28.0, 19.0, 19.0, 21.0, variant.controller.name.replace("_", " "), _value_lines(variant.controller))
     compensator = Block(15.5, 43.5, 32.5, 12.5, "compensator" if fed.friction else "no compensator", _fed(variant))
-    drive = Block(63.0, 23.5, 13.0, 12.0, "drive", _drive(variant))
+    late = ([f"delay {run.delay} T"] if run.delay else []) + ([f"lag {with_unit(run.current_lag, 's')}"] if run.current_lag else [])
+    drive = Block(63.0, 23.5, 13.0, 12.0, "drive", late or ["ideal"])
     table = Block(81.0, 23.5, 16.0, 12.0, variant.plant.name, _value_lines(variant.plant))
     friction = Block(68.0, 43.5, 29.0, 12.5, "friction", _friction(variant.friction))
     sensor = Block(77.0, 6.5, 20.0, 9.5, variant.sensor.name, _value_lines(variant.sensor, skip=("seed",)))
@@ -163,13 +164,6 @@ def _fed(variant: Variant) -> list[str]:
     parts += [f"offset {with_unit(fed.offset, unit_of('force', kind))}"] if fed.offset else []
     parts += [f"asymmetry {fed.asymmetry:g}"] if fed.asymmetry else []
     return [fed.friction.name, ", ".join(_value_lines(fed.friction)[:2]), ", ".join(parts)]
-
-
-def _drive(variant: Variant) -> list[str]:
-    run = variant.run
-    lines = [f"delay {run.delay} T"] if run.delay else []
-    lines += [f"lag {with_unit(run.current_lag, 's')}"] if run.current_lag else []
-    return lines or ["ideal"]
 
 
 def _friction(model: Model) -> list[str]:

@@ -115,7 +115,8 @@ def panels(
 
     Room is made above them for a legend of these names, if it takes more than a line or is to lie over the titles.
     """
-    lines = _lines([label(name) for name in names])
+    labels = [label(name) for name in names]
+    lines = -(-len(labels) // _columns(labels, 4, HANDLE)) if labels else 0
     above = LINE * lines if over_titles or lines > 1 else 0.0
     height, top = height + above, top + above
     figure = Drawing(figsize=(WIDTH, height))
@@ -221,7 +222,15 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
         return
     left = WIDTH * axes.get_position().x0
     columns = _columns(labels, columns, handle)
-    labels = shortened_apart(labels, _widest(labels, columns, AVAILABLE - _beside_names(columns, handle)))
+    room = widest = AVAILABLE - _beside_names(columns, handle)
+    tops = _tops(labels, columns)
+    for index, top in enumerate(tops):
+        # Short names leave their room to long ones.
+        share = (room - sum(tops[:index])) / (columns - index)
+        if top > share:
+            widest = share
+            break
+    labels = shortened_apart(labels, widest)
     wide = sum(_tops(labels, columns)) + _beside_names(columns, handle)
     # A panel far to the right, behind long names at its axis, begins later than its legend may have to.
     begin = left if left + wide <= WIDTH - EDGE else WIDTH - EDGE - PIXELS * wide
@@ -250,11 +259,6 @@ def legend_in_corner(figure: Figure, axes: Axes) -> float:
     return max(end + BETWEEN * EM - WIDTH * axes.get_position().x0, 0.0)
 
 
-def _lines(labels: Sequence[str], columns: int = 4, handle: float = HANDLE) -> int:
-    """Return how many lines a legend of these names has."""
-    return -(-len(labels) // _columns(labels, columns, handle)) if labels else 0
-
-
 def _columns(labels: Sequence[str], columns: int, handle: float) -> int:
     """Return how many names stand in a line: as many as fit in full, if that takes three lines at most."""
     for count in range(1, 4):
@@ -272,13 +276,3 @@ def _beside_names(columns: int, handle: float) -> float:
 def _tops(labels: Sequence[str], columns: int) -> list[float]:
     """Return how wide the widest name of each column is [inch], in order of width."""
     return sorted(max(width(str(name), LETTERS) for name in part) for part in np.array_split(labels, columns))
-
-
-def _widest(labels: Sequence[str], columns: int, available: float) -> float:
-    """Return how wide a name may be so that all columns fit [inch]: short ones leave their room to long ones."""
-    tops = _tops(labels, columns)
-    for index, top in enumerate(tops):
-        share = (available - sum(tops[:index])) / (columns - index)
-        if top > share:
-            return share
-    return available

@@ -26,7 +26,6 @@ from bristle.identification.structure import noisy_inertia
 __all__ = ["Judgement", "about_estimates", "about_fixed", "about_level", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
-SHOWN = ("no_fall", "no_steady_slide")  # reasons to hold a fall, said where it is not identified
 GUESSED = "held_constant"  # a constant that is held without that anybody told it
 PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 """What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
@@ -201,7 +200,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     weights = [entry for entry in fixed.values() if entry.reason == GUESSED]
     return (
         *(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind) for entry in weights),
-        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if entry.reason not in SHOWN),
+        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if entry.reason != "no_fall"),
     )
 
 

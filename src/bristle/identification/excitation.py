@@ -85,7 +85,7 @@ class Excitation:
             case "presliding":
                 return self._without_presliding()
             case "displacement":
-                return "no_bend", {"stroke": scales.stroke}
+                return "few_strokes", {"stroke": scales.stroke}
             case "sliding":
                 return "few_strokes", {"reversals": self._reversals, "stroke": scales.stroke}
         return "small_effect", {}
@@ -102,18 +102,16 @@ class Excitation:
             if passage.kind == "constant_velocity"
             for speed in passage.speeds
         ]
-        if not steady:
-            return "no_steady_slide", numbers
-        return "no_fall", numbers | {"slowest": min(steady), "fastest": max(steady)}
+        return "no_fall", numbers | ({"slowest": min(steady), "fastest": max(steady)} if steady else {})
 
     def _without_presliding(self) -> tuple[str, dict[str, Number]]:
         count, zone = self._reversals, self._zone
         if not count:
-            return "no_reversal", {}
+            return "few_reversals", {}
         if zone is None:
             return "few_reversals", {"reversals": count}
         return self._below_the_noise(zone) or (
-            "fast_reversals",
+            "few_reversals",
             {"reversals": count, "zone": zone, "samples": self._samples_within(zone), "filter_samples": self._filter_period},
         )
 
@@ -123,7 +121,7 @@ class Excitation:
         if zone < least.zone_counts * dataset.resolution:
             return "coarse_position", {"zone": zone, "counts": least.zone_counts, "resolution": dataset.resolution}
         if zone < least.zone_noise * dataset.noise:
-            return "noisy_position", {"zone": zone, "deviations": least.zone_noise, "noise": dataset.noise}
+            return "coarse_position", {"zone": zone, "deviations": least.zone_noise, "noise": dataset.noise}
         return None
 
     @property
@@ -215,7 +213,7 @@ def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnosti
     repeated = {log for log, second in permutations(thinned, 2) if _repeats(thinned[log], thinned[second], settings)}
     if not repeated:
         return ()
-    return (Diagnostic("logs_repeat", numbers={"repeated": len(repeated), "logs": len(motions)}),)
+    return (Diagnostic("motion_repeats", numbers={"repeated": len(repeated), "logs": len(motions)}),)
 
 
 def _repeats(x: np.ndarray, y: np.ndarray, settings: Settings) -> bool:
@@ -238,7 +236,7 @@ TRADED = {
 """By code, what it takes to tell the parameters that trade places in such a log."""
 BY_THE_LOG = ("held_one_direction", "held_one_speed")
 """Why a parameter is held that such a log does not tell."""
-TOLD_MORE_FULLY = {"repeats_one_motion": ("motion_repeats", "one_amplitude")}
+TOLD_MORE_FULLY = {"motion_repeats": ("motion_repeats", "one_amplitude")}
 """Codes of a fit that say the same with more."""
 
 

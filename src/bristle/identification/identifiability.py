@@ -50,9 +50,8 @@ class Unidentifiable:
     @property
     def diagnostic(self) -> Diagnostic:
         """Why."""
-        if self.instead:
-            return Diagnostic("seen_together", self.name, numbers={"percent": self.percent, "instead": self.instead})
-        return Diagnostic("unseen", self.name, numbers={"percent": self.percent})
+        others: dict[str, Number] = {"instead": self.instead} if self.instead else {}
+        return Diagnostic("unseen", self.name, numbers={"percent": self.percent, **others})
 
 
 def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[str], settings: Settings) -> tuple[Unidentifiable, ...]:

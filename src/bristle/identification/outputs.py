@@ -208,7 +208,7 @@ class Effort(Output):
 
     signal = "loop"
     code = "output_error_closed"
-    intervals_code = "intervals_loop"
+    intervals_code = "intervals"
     is_effort = True
     away_evaluations = 5  # the controller keeps a closed loop near its minimum
 

@@ -49,9 +49,7 @@ CODES = {
     "ripple": "missing_ripple",
     "gravity": "missing_gravity",
     "transmitted": "missing_transmitted",
-    "flanks": "missing_flanks",
-    "load": "missing_load",
-    "temperature": "missing_temperature",
+    "flanks": "missing_play",
 }
 """The code of each cause; the others are further channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
@@ -328,14 +326,12 @@ def _preferred(problem: InverseDynamics, name: str, solution: Solution, residual
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     """Return what was done to a log before a model was fitted to it."""
-    remarks: dict[str, dict[str, float]] = {
-        "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
-    }
+    treated = {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
+    remarks: list[tuple[str, dict[str, float]]] = [("filtered", treated)]
     if dataset.calmed_from:
-        remarks["rows_calmed"] = {"percent": 100.0 * dataset.calmed_from, "decimation": dataset.decimation}
+        remarks.append(("filtered", {"percent": 100.0 * dataset.calmed_from, "decimation": dataset.decimation}))
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
-        remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
+        remarks.append(("rests", {"percent": 100.0 * dataset.rest_share}))
     if dataset.creeping:
-        remarks["creeps"] = {"resolution": dataset.resolution}
-    remarks["standard_errors"] = {}
-    return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in remarks.items())
+        remarks.append(("rests", {"resolution": dataset.resolution}))
+    return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in (*remarks, ("standard_errors", {})))

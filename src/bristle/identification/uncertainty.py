@@ -111,7 +111,7 @@ def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], prob
     if not stiff or not set(stiff).isdisjoint(names):
         return {}
     numbers: dict[str, Number] = {"stiffness": stiff[0]}
-    return {name: Diagnostic("without_stiffness", name, "warning", numbers, kind) for name in damping}
+    return {name: Diagnostic("as_soft", name, "warning", numbers, kind) for name in damping}
 
 
 def _scale(diagnostics: Sequence[Diagnostic]) -> float:

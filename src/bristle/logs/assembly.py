@@ -83,7 +83,7 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
     }
     if "effort" in gathered.channels:
         numbers["effort_error"] = clock.error_of(gathered.channels["effort"].values)
-    yield Diagnostic("stamps_jitter", "", "warning", numbers, axis.kind)
+    yield Diagnostic("resampled", "", "warning", numbers, axis.kind)
 
 
 def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> LogData:

@@ -234,7 +234,7 @@ def _repeats(look: Look) -> Numbers | None:
     position = max(look.segments, key=len)
     step = max(position.size // POINTS, 1)
     period = period_of(position[::step], step * look.log.sample_time, look.settings.repeated, look.settings.repeated_periods)
-    return None if period is None else {"period": period}
+    return None if period is None else {"every": period}
 
 
 class Rule(NamedTuple):
@@ -249,7 +249,7 @@ class Rule(NamedTuple):
 RULES = (
     Rule("rows_lost", _rows_lost),
     Rule("sign_reversed", _sign_reversed, "error"),
-    Rule("clock_suspect", _clock_suspect),
+    Rule("unit_suspect", _clock_suspect),
     Rule("resolution_contradicts", _resolution_contradicts),
     Rule("unit_suspect", _unit_suspect),
     Rule("velocity_contradicts", _velocity_contradicts),
@@ -265,14 +265,11 @@ RULES = (
     Rule("below_resolution", _below_resolution, of_recording=False),
     Rule("one_direction", _one_direction, of_recording=False),
     Rule("one_speed", _one_speed, of_recording=False),
-    Rule("repeats_one_motion", _repeats, "note", of_recording=False),
+    Rule("motion_repeats", _repeats, "note", of_recording=False),
 )
 """What a log is asked, in the order in which it is said; `bristle.report.sentences.checks` has the sentence and the mend of each."""
 
-RECORDED = (
-    *dict.fromkeys(rule.code for rule in RULES if rule.of_recording),
-    *("stamps_jitter", "rates_differ", "unit_contradicts", "beyond_limit", "beyond_stroke"),
-)
+RECORDED = (*dict.fromkeys(rule.code for rule in RULES if rule.of_recording), *("resampled", "unit_contradicts", "beyond_limit"))
 """Codes of what is wrong with a recording, whatever it is used for; the last ones are found while it is read."""
 
 

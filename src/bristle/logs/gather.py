@@ -303,5 +303,5 @@ def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathe
         "percent": 100.0 * float(np.mean(~coincides)),
         "error_percent": 100.0 * error / max(float(np.std(values)), 1e-300),
     }
-    gathered.findings.append(Diagnostic("rates_differ", "", "warning", numbers))
+    gathered.findings.append(Diagnostic("resampled", "", "warning", numbers))
     return replace(channel, values=between)

@@ -136,7 +136,7 @@ def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
     if position is not None and axis.stroke is not None:
         travelled, allowed = float(np.ptp(position.values)), axis.stroke[1] - axis.stroke[0]
         if travelled > (1 + LIMIT_TOLERANCE) * allowed:
-            yield Diagnostic("beyond_stroke", "", "warning", {"value": travelled, "limit": float(allowed)}, axis.kind)
+            yield Diagnostic("beyond_limit", "", "warning", {"value": travelled, "limit": float(allowed)}, axis.kind)
 
 
 class Cut(NamedTuple):

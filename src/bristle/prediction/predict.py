@@ -33,7 +33,6 @@ from bristle.simulation.result import Prediction, relative_error_percent
 MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
 FAR = 1.5  # times the largest speed that the model was fitted to
-WORSE = {"position": "position_worse_than_none", "force": "effort_worse_than_none"}
 SPAN = 20  # samples over which a speed is taken
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
@@ -134,7 +133,7 @@ def predict(
         remarks, limit = (), frequency if frequency is not None else axis.cutoff if axis is not None else None
         if limit is not None and limit * log.sample_time >= 0.5:  # sampled too slowly for the filter of the identification
             frequency, stride = MOST / log.sample_time, 1
-            remarks = (Diagnostic("slow_sampling", severity="note", numbers={"wanted": limit, "cutoff": frequency}),)
+            remarks = (Diagnostic("filtered", severity="note", numbers={"wanted": limit, "cutoff": frequency}),)
         channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
         dataset = rows_as_fitted(log, axis, {"cutoff": frequency, **channels}, stride)
         refuse_unrecorded(friction.component, dataset)
@@ -191,7 +190,7 @@ def _inverse(
         diagnostics=(
             *remarks,
             *start,
-            Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
+            Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
         log=log.source.name.strip("<>"),
     )
@@ -309,10 +308,10 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     settings = CheckThresholds.among(axis.settings if axis else {})
     wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
     doubts: list[Diagnostic] = []
-    for signal, code in WORSE.items():
-        percent = prediction.metrics.get(f"{signal}_error_percent")
+    for key, signal in (("position", "position"), ("force", "effort")):
+        percent = prediction.metrics.get(f"{key}_error_percent")
         if not doubts and isinstance(percent, float) and percent > 100.0:
-            doubts.append(Diagnostic(code, numbers={"percent": percent}))
+            doubts.append(Diagnostic("worse_than_none", numbers={"signal": signal, "percent": percent}))
     positions = [log.position.values[part] for part in log.segments or (slice(None),)]
     travels = [np.max(np.abs(position[SPAN:] - position[:-SPAN])) for position in positions if position.size > SPAN]
     top = float(max(travels, default=0.0)) / (SPAN * log.sample_time)

@@ -9,8 +9,9 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.log import log_facts
-from bristle.report.messages import as_data, message, sentence_of
+from bristle.report.messages import as_data, message
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
@@ -40,46 +41,28 @@ class Wording(NamedTuple):
 
     level: str
     words: str
-    sentence: str
     reason: str
     advice: str
-    cell: str
     is_open: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """The same in a sentence."""
+        return f"{'Whether it helped these logs cannot tell' if self.is_open else self.words}: {self.reason}."
 
 
 KEEP = "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"
-OPEN = "Whether it helped these logs cannot tell"
+BACK = "take the change back, then `bristle identify BEFORE --axis axis.toml`"
+HARDLY = f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %"
+ZERO = "the interval of the following error's change holds zero"
 VERDICTS = {
-    "lower": Wording("usable", "It helped", "It helped", "the following error is lower", KEEP, "lower"),
-    "hardly": Wording(
-        "with_care",
-        "It hardly helped",
-        "It hardly helped",
-        f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %",
-        KEEP,
-        "lower",
-    ),
-    "higher": Wording(
-        "no",
-        "It did not help",
-        "It did not help",
-        "the following error is higher",
-        "take the change back, then `bristle identify BEFORE --axis axis.toml`",
-        "higher",
-    ),
-    "no_change": Wording(
-        "with_care",
-        "No change told",
-        OPEN,
-        "the interval of the following error's change holds zero",
-        "record more cycles of each side, several times",
-        "no change told",
-        is_open=True,
-    ),
-    "unknown": Wording(
-        "with_care", "Not told", OPEN, "one cycle gives no interval", "record ten cycles or more of each side", "no interval", is_open=True
-    ),
+    "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
+    "hardly": Wording("with_care", "It hardly helped", HARDLY, KEEP),
+    "higher": Wording("no", "It did not help", "the following error is higher", BACK),
+    "no_change": Wording("with_care", "No change told", ZERO, "record more cycles of each side, several times", is_open=True),
+    "unknown": Wording("with_care", "Not told", "one cycle gives no interval", "record ten cycles or more of each side", is_open=True),
 }
+CELLS = {"no_change": "no change told", "unknown": "no interval"}
 
 
 def _wording(change: Change) -> Wording:
@@ -102,11 +85,12 @@ def comparison_report(
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
     logs = [Block("facts", log_facts(logs[0], logs[1:]), (f"The log {side}",)) for side, logs in sides.items()]
     basis = [Block("items", warnings, ("warnings",)), Block("items", remarks_of(compared)[len(warnings) :])]
+    rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
+    friction = Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
     sections = [
         Section("changes", "Each change", [change_table(compared)]),
         Section("basis", "What this rests on", basis),
-        Section("summary", "In words", [Block("items", comparison_sentences(compared))], folded=True),
-        Section("courses", "Where they differ", [Figures("courses"), _friction_table(compared)], folded=True),
+        Section("courses", "Where they differ", [Figures("courses"), friction], folded=True),
         Section("log", "The logs", [*logs, Block("items", notes)], folded=True),
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
@@ -119,18 +103,17 @@ def comparison_sentences(compared: Comparison) -> list[str]:
     """Return whether it helped, then each quantity with its numbers."""
     rms = compared.changes.get(RMS)
     wording = _wording(rms) if rms else None
-    head = f"{wording.sentence}: {wording.reason}." if wording else "Whether the axis follows better nobody can tell without a reference."
-    return [head, *map(_sentence, compared.changes.values())]
-
-
-def _sentence(change: Change) -> str:
-    word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
-    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
-    if change.verdict == "unknown":
-        return f"{word}: {before} before, {after} after; nothing tells how sure that is."
-    if change.verdict == "no_change":
-        return f"{word}: no change that these logs can tell, {before} before and {after} after{interval}."
-    return f"{word}: {change.verdict}, {after} instead of {before}{interval}."
+    lines = [wording.sentence if wording else "Whether the axis follows better nobody can tell without a reference."]
+    for change in compared.changes.values():
+        word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
+        interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
+        if change.verdict == "unknown":
+            lines.append(f"{word}: {before} before, {after} after; nothing tells how sure that is.")
+        elif change.verdict == "no_change":
+            lines.append(f"{word}: no change that these logs can tell, {before} before and {after} after{interval}.")
+        else:
+            lines.append(f"{word}: {change.verdict}, {after} instead of {before}{interval}.")
+    return lines
 
 
 def _signed(value: float, change: Change) -> str:
@@ -158,17 +141,12 @@ def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
 
 def _row(head: str, change: Change) -> tuple[str, ...]:
     before, after = (with_unit(side, change.unit) for side in (change.before, change.after))
-    return head, before, after, percent_of(change), interval_of(change), VERDICTS[change.verdict].cell
+    return head, before, after, percent_of(change), interval_of(change), CELLS.get(change.verdict, change.verdict)
 
 
 def change_table(compared: Comparison) -> Table:
     """Return each quantity before and after, with its change."""
     return Table("Before and after", HEADS, change_rows(compared))
-
-
-def _friction_table(compared: Comparison) -> Table | None:
-    rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
-    return Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
 
 
 def remarks_of(compared: Comparison) -> list[str]:
@@ -189,7 +167,7 @@ def _pieces(compared: Comparison) -> str:
 
 def comparison_ruling(compared: Comparison) -> Ruling:
     """Return whether it helped on the machine, and why."""
-    doubts = [sentence_of(diagnostic.code).means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
+    doubts = [SENTENCES[diagnostic.code].means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     change = compared.changes.get(RMS)
     if change is None:
         return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
@@ -235,7 +213,7 @@ def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> lis
     lines = []
     for change in changes:
         if change.name != RMS or len(changes) == 1:
-            verdict = VERDICTS["no_change"].cell if change.verdict == "no_change" else percent_of(change)
+            verdict = CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
             lines.append(f"{WORDS[change.name]}: {_text(change, change.after)}, before {_text(change, change.before)} ({verdict})")
     return lines or [otherwise]
 

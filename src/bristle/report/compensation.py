@@ -67,7 +67,14 @@ class Gain(NamedTuple):
         """Return what compensation does to the following error, in words."""
         if not self.steps:
             return ["A simulated loop left the finite numbers, so nothing can be said of the compensation."]
-        return [self._about_friction(), *self._about_all(), *self._about_lag(), self.caveat]
+        peaks, words = [step.peak_to_peak for step in self.steps], [self._words(step.peak_to_peak) for step in self.steps]
+        lines = [self._about_friction()]
+        if len(self.steps) > 2:
+            lines.append(
+                f"The first loop, {self.steps[0].name}, has {words[0]}: with all that is fed forward "
+                f"it becomes {words[-1]}{_times(peaks[0], peaks[-1])}."
+            )
+        return [*lines, *([self._about_lag()] if self.steps[-1].lag_share >= MOSTLY_LAG else []), self.caveat]
 
     def _about_friction(self) -> str:
         before, after = (step.peak_to_peak for step in self.steps[-2:])
@@ -84,18 +91,8 @@ class Gain(NamedTuple):
             return f"In simulation, feeding the friction forward hardly changes the following error: {old}, then {new}."
         return f"In simulation, feeding the friction forward lowers {change}{_times(before, after)}."
 
-    def _about_all(self) -> list[str]:
-        first, last = self.steps[0].peak_to_peak, self.steps[-1].peak_to_peak
-        text = (
-            f"The first loop, {self.steps[0].name}, has {self._words(first)}: with all that is fed forward "
-            f"it becomes {self._words(last)}{_times(first, last)}."
-        )
-        return [text] if len(self.steps) > 2 else []
-
-    def _about_lag(self) -> list[str]:
+    def _about_lag(self) -> str:
         before, compensated = self.steps[-2:]
-        if compensated.lag_share < MOSTLY_LAG:
-            return []
         scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
         old, new = (short_text(error.beyond_lag * scale.factor) for error in (before, compensated))
         # Which of the two it is cannot be told from the error: either rises with the velocity.
@@ -105,10 +102,10 @@ class Gain(NamedTuple):
             if self.velocity_fed
             else "the lag of the position loop, which velocity fed forward removes, or viscous friction that is not fed forward"
         )
-        return [
+        return (
             f"{100.0 * compensated.lag_share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of "
             f"{with_unit(compensated.lag, 's')}: {cause}. Beyond this lag the error goes from {old} to {new} {scale.unit} peak to peak."
-        ]
+        )
 
     def _words(self, length: float) -> str:
         return with_unit(length, unit_of("length", self.kind))
@@ -123,18 +120,20 @@ class Standing(NamedTuple):
 
     @property
     def instead(self) -> str:
-        """The error of the best variant instead of that of the loop as it stands, and how much less that is."""
-        new, old = (f"{length_text(_peak(loop), loop.kind)} ({loop.name})" for loop in (self.best, self.base))
-        return f"following error {new} instead of {old} peak to peak, {'hardly less' if self.alike else self._less}"
+        """The error of the best variant instead of that of the loop as it stands, and how much less that is.
 
-    @property
-    def _less(self) -> str:
-        """By how much the error is less: a factor where percent would all be 99 and some."""
-        ratio = _peak(self.base) / _peak(self.best)
-        if ratio > MANY * MANY:
-            return "less than a hundredth"
-        percent = f"{_difference(self.base, self.best)} less".replace(" ", "\u00a0")
-        return f"by a factor of {number(ratio, digits=2)}" if ratio > MANY else percent
+        By a factor where percent would all be 99 and some.
+        """
+        new, old = (f"{length_text(_peak(loop), loop.kind)} ({loop.name})" for loop in (self.best, self.base))
+        less, ratio = "hardly less", _peak(self.base) / _peak(self.best) if _peak(self.best) else math.inf
+        if not self.alike:
+            less = (
+                f"{number(100.0 * (1.0 - 1.0 / ratio), digits=2)}\u00a0% less"
+                if ratio <= MANY
+                else f"by a factor of {number(ratio, digits=2)}"
+            )
+            less = "less than a hundredth" if ratio > MANY * MANY else less
+        return f"following error {new} instead of {old} peak to peak, {less}"
 
 
 def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> list[str]:
@@ -214,18 +213,25 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
     if pair is None:
         return None
     (before, after), first = pair, experiment.variants[0]
-    # What another law gains is no gain of what is fed forward.
-    chosen = pair if first in pair or _law(first) != _law(before) else (first, *pair)
+    # What another law gains, but for what it feeds forward, is no gain of what is fed forward.
+    laws = [{name: repr(value) for name, value in variant.controller.values.items() if name != "k_ff"} for variant in (first, before)]
+    is_one = first.controller.name == before.controller.name and laws[0] == laws[1]
+    chosen = pair if first in pair or not is_one else (first, *pair)
     results = [simulation.variants[variant.name] for variant in chosen]
     diverged = any(result.status is Status.NOT_FINITE for result in results)
     steps = () if diverged else tuple(_errors(*step) for step in zip(chosen, results, strict=True))
-    return Gain(steps, experiment.kind, _caveat(after), _is_pair(before, after), after.controller.values.get("k_ff", 0.0) > 0.0)
-
-
-def _law(variant: Variant) -> tuple[str, dict[str, str]]:
-    """Return the control law without what it feeds forward."""
-    law = variant.controller
-    return law.name, {name: repr(value) for name, value in law.values.items() if name != "k_ff"}
+    caveat = "This is a simulation: confirm the gain on the machine."
+    if after.disturbance is not None:
+        caveat = (
+            "The simulated axis is disturbed by what the model does not explain of the log, so the compensation is not "
+            "judged by its own model alone. It is a simulation all the same: confirm the gain on the machine."
+        )
+    elif after.friction == after.feedforward.friction:
+        caveat = (
+            "The simulated axis has exactly the friction that is fed forward: take this gain as the most to be hoped "
+            "for, and confirm it on the machine."
+        )
+    return Gain(steps, experiment.kind, caveat, _is_pair(before, after), after.controller.values.get("k_ff", 0.0) > 0.0)
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:
@@ -239,63 +245,30 @@ def _errors(variant: Variant, result: VariantResult) -> Errors:
     return Errors(variant.name, result.following_error.peak_to_peak, float(np.ptp(beyond)), lag, share)
 
 
-def _caveat(compensated: Variant) -> str:
-    if compensated.disturbance is not None:
-        return (
-            "The simulated axis is disturbed by what the model does not explain of the log, so the compensation is not "
-            "judged by its own model alone. It is a simulation all the same: confirm the gain on the machine."
-        )
-    if compensated.friction == compensated.feedforward.friction:
-        return (
-            "The simulated axis has exactly the friction that is fed forward: take this gain as the most to be hoped "
-            "for, and confirm it on the machine."
-        )
-    return "This is a simulation: confirm the gain on the machine."
-
-
 def standing(result: SimulationResult) -> Standing | None:
-    """Return the loop as it stands and the best one along the same reference; None where that loop did not complete."""
-    base = _base(result) if result.variants else None
-    if base is None or not _is_done(base):
+    """Return the loop as it stands and the best one along the same reference; None where that loop did not complete.
+
+    It is the variant of that name, else the first.
+    """
+    named = BASE in result.variants or BASE in result.refused
+    base = result.variants.get(BASE if named else next(iter(result.experiment.variants)).name) if result.variants else None
+    done = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE and math.isfinite(_peak(loop))]
+    if base is None or not any(loop is base for loop in done):
         return None
     references = {variant.name: variant.reference for variant in result.experiment.variants}
-    best = min((variant for variant in _completed(result) if references[variant.name] == references[base.name]), key=_peak)
+    best = min((loop for loop in done if references[loop.name] == references[base.name]), key=_peak)
     return Standing(base, best, best is base or is_alike(best, base))
 
 
 def closing_sentences(result: SimulationResult) -> list[str]:
     """Return what to take from the variants of an experiment: what compensation gains, and which variant is best."""
-    gain, best = gain_of(result), best_sentences(result)
-    if gain is None:
-        return best
-    *before, last = gain.sentences()
-    return [*before, *best, last] if gain.steps else [last, *best]
-
-
-def best_sentences(result: SimulationResult) -> list[str]:
-    """Return which variant has the smallest following error, against the loop as it stands; nothing for one alone.
-
-    Several runs that scatter as much as two variants differ do not tell them apart: nothing is called better then.
-    """
-    completed = _completed(result)
-    if len(completed) < 2:
-        return []
-    best, base = min(completed, key=_peak), _base(result)
-    alike = [variant for variant in completed if variant is not best and is_alike(best, variant)]
-    least = f"Of {len(completed)} variants, {best.name} errs least: {_error_text(best)} peak to peak"
-    if base is None or not _is_done(base):
-        return [f"{least}. {base.name if base else BASE}, against which it would be measured, did not complete."]
-    if best is base:
-        nearest = min((variant for variant in completed if variant is not base), key=_peak)
-        more = "about as much as" if nearest in alike else f"{_difference(base, nearest)} more than"
-        return [
-            f"No variant errs less than {base.name}: {_error_text(base)} peak to peak. The nearest, "
-            f"{nearest.name}, errs by {_error_text(nearest)}, {more} that{_runs(base)}."
-        ]
-    less = "hardly less" if base in alike else f"{_difference(base, best)} less"
-    ties = [variant.name for variant in sorted(alike, key=_peak) if variant is not base]
-    about_ties = [f"About as little {'errs' if len(ties) == 1 else 'err'} {names_text(ties)}."] if ties else []
-    return [f"{least}, {less} than {base.name} with {_error_text(base)}{_runs(best)}.", *about_ties]
+    gain, rank = gain_of(result), standing(result)
+    gained, best = [] if gain is None else gain.sentences(), []
+    if rank is not None and rank.best is not rank.base:
+        best = [f"{rank.best.name} errs least: {rank.instead}."]
+    elif rank is not None and len(result.variants) > 1:
+        best = [f"No variant errs less than {rank.base.name}: {length_text(_peak(rank.base), rank.base.kind)} peak to peak."]
+    return [*gained[:-1], *best, *gained[-1:]]
 
 
 def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
@@ -303,50 +276,11 @@ def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
     return ", ".join(map(str, names[:most])) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
-def _base(result: SimulationResult) -> VariantResult | None:
-    """Return the loop as it stands: the variant of that name, else the first; None where it was not simulated."""
-    named = BASE in result.variants or BASE in result.refused
-    return result.variants.get(BASE) if named else result.variants[result.experiment.variants[0].name]
-
-
-def _completed(result: SimulationResult) -> list[VariantResult]:
-    return [variant for variant in result.variants.values() if _is_done(variant)]
-
-
-def _is_done(variant: VariantResult) -> bool:
-    return variant.status is not Status.NOT_FINITE and math.isfinite(_peak(variant))
-
-
 def _peak(variant: VariantResult) -> float:
     return variant.following_error.peak_to_peak
 
 
-def _spread(variant: VariantResult) -> float:
-    return float(variant.spread["following_error"]["peak_to_peak"]) if variant.spread else 0.0
-
-
 def is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether two variants are not told apart: by as much as nobody minds, or as their runs scatter."""
-    return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), _spread(best) + _spread(variant))
-
-
-def _error_text(variant: VariantResult) -> str:
-    """Return the error with its unit, and the standard deviation over the runs."""
-    unit = unit_of("length", variant.kind)
-    scale = scale_of(unit, _peak(variant))
-    peak, spread = _peak(variant) * scale.factor, _spread(variant) * scale.factor
-    return f"{number(peak, spread)} ± {number(spread, spread)} {scale.unit}" if spread else with_unit(_peak(variant), unit)
-
-
-def _difference(base: VariantResult, variant: VariantResult) -> str:
-    """Return by how much the error of another variant differs from that of the base, in percent of that."""
-    ratio = _peak(variant) / _peak(base) if _peak(base) else math.inf
-    percent = 100.0 * abs(1.0 - ratio)
-    spread = 100.0 * ratio * math.hypot(*(_spread(loop) / _peak(loop) if _peak(loop) else 0.0 for loop in (base, variant)))
-    # What is left tells as much as what is gone: 99.6 % is not 100 %.
-    left = 100.0 - percent if 99.0 < percent < 100.0 else None
-    return f"{number(percent, spread)} ± {number(spread, spread)} %" if spread else f"{number(percent, left, 2)} %"
-
-
-def _runs(variant: VariantResult) -> str:
-    return f" (mean ± standard deviation over {variant.runs} runs)" if _spread(variant) else ""
+    spreads = [float(loop.spread["following_error"]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
+    return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), sum(spreads))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
@@ -22,7 +21,7 @@ from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
-    from bristle.loop import Budget, Design, Proposal
+    from bristle.loop import Design, Proposal
 
 __all__ = ["design_report", "design_ruling", "design_sentences", "design_summary"]
 
@@ -46,7 +45,15 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
     errs = ["Simulated with one cause at a time, and with all but one.", budget] if budget is not None else []
-    circles = [_circle_words(design), circle_table(design.circles, design)] if design.circles else []
+    circles: list[object] = []
+    if design.circles:
+        circle, kind = design.circles[0], design.experiment.kind
+        radius, feed = with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind))
+        circles = [
+            f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
+            "swing of the deviation within 30° of the place where an axis reverses.",
+            circle_table(design.circles, design),
+        ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
         Section("budget", "What it errs by", errs),
@@ -60,8 +67,6 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         "design": design,
         "kind": design.experiment.kind,
         "assessment": design.assessment,
-        "budget": design.budget if design.budget is not None and design.budget.entries else None,
-        "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
         "enough": PHASE_ENOUGH,
         "phases": [least_phase(loop.assessment) for loop in design.proposals],
@@ -71,62 +76,47 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
 
 def design_sentences(design: Design) -> list[str]:
     """Return what matters most of a design, in words."""
-    delay = design.delays.total
+    delay, kind, late = design.delays.total, design.experiment.kind, design.late
     lines = [f"{design.variant.name}: {message(verdict_of(design.assessment))}."]
     lines += [whole_sentence(doubt) for doubt in doubts_of(design.assessment)]
     lines.append(
         f"The loop has {with_unit(delay, 's')} of delay. As a rule of thumb that allows the sum of its two "
         f"bandwidths, such as λ + K_1, {number(0.5 / delay, digits=2)} 1/s."
     )
-    lines += _about_the_lag(design) + _about_a_count(design)
-    lines += [_about_causes(design.budget, design)] if design.budget is not None and design.budget.entries else []
+    if late is not None:
+        (least, most), phase = (1e3 * lag for lag in UNSTATED), least_phase(late)
+        own = f"is unstable with {most:g} ms"
+        if late.verdict is Verdict.STABLE and phase is not None:
+            own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
+        lines.append(
+            f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
+            f"margins from {least:g} to {most:g} ms; {design.variant.name} {own}. Write the lag of the drive into the axis "
+            'file, such as lag = "0.4 ms" under [effort], or current_lag under [run].'
+        )
+    if _counts_much(design):
+        count = design.proposals[0].count_effort
+        effort, friction = (with_unit(force, unit_of("force", kind)) for force in (count, design.friction))
+        lines.append(
+            f"One count of the encoder calls up {effort}, {number(count / design.friction, digits=2)} times the friction ({friction}): "
+            "much of the effort is noise. A finer encoder, a lower cut-off of the velocity or less gain lowers it."
+        )
+    if design.budget is not None and design.budget.entries:
+        entries, error = design.budget.entries, design.budget.all_causes.peak_to_peak
+        first, largest = entries[0], max(entries, key=lambda entry: entry.alone.peak_to_peak)
+        without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
+        about_causes = (
+            "To take a single cause away makes that no smaller: causes cancel each other, or several make the same error. Alone, "
+            f"{largest.cause} makes the most of all, {alone}."
+        )
+        if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
+            about_causes = f"No cause weighs more than this one, {first.cause}: without it, that is {without}."
+        lines.append(f"It errs by {length_text(error, kind)} peak to peak. {about_causes}")
     return lines + _advice(design)
-
-
-def _about_causes(budget: Budget, design: Design) -> str:
-    """Return what a loop errs by and the cause without which it errs least, where one stands out."""
-    kind, first, error = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
-    total = f"It errs by {length_text(error, kind)} peak to peak."
-    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
-        without = length_text(first.without.peak_to_peak, kind)
-        return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
-    largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
-    return (
-        f"{total} To take a single cause away makes that no smaller: causes cancel each other, or several make the "
-        f"same error. Alone, {largest.cause} makes the most of all, {length_text(largest.alone.peak_to_peak, kind)}."
-    )
-
-
-def _about_the_lag(design: Design) -> list[str]:
-    """Return what a lag that nobody stated means for the margins, and the question for it."""
-    late = design.late
-    if late is None:
-        return []
-    (least, most), phase = (1e3 * lag for lag in UNSTATED), least_phase(late)
-    own = f"is unstable with {most:g} ms"
-    if late.verdict is Verdict.STABLE and phase is not None:
-        own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
-    return [
-        f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
-        f"margins from {least:g} to {most:g} ms; {design.variant.name} {own}. Write the lag of the drive into the axis "
-        'file, such as lag = "0.4 ms" under [effort], or current_lag under [run].'
-    ]
 
 
 def _counts_much(design: Design) -> bool:
     """Return whether a single count of the encoder calls up an effort like that of friction."""
     return design.friction > 0.0 and design.proposals[0].count_effort > MUCH * design.friction
-
-
-def _about_a_count(design: Design) -> list[str]:
-    if not _counts_much(design):
-        return []
-    count = design.proposals[0].count_effort
-    effort, friction = (with_unit(force, unit_of("force", design.experiment.kind)) for force in (count, design.friction))
-    return [
-        f"One count of the encoder calls up {effort}, {number(count / design.friction, digits=2)} times the friction ({friction}): much "
-        "of the effort is noise. A finer encoder, a lower cut-off of the velocity or less gain lowers it."
-    ]
 
 
 def _peak(proposal: Proposal) -> float:
@@ -159,15 +149,6 @@ def _advice(design: Design) -> list[str]:
         f"{loop} by {error} in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
         "the model leaves are a good start for any axis."
     ]
-
-
-def _circle_words(design: Design) -> str:
-    circle, kind = design.circles[0], design.experiment.kind
-    radius, feed = (with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind)))
-    return (
-        f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
-        "swing of the deviation within 30° of the place where an axis reverses."
-    )
 
 
 def design_ruling(design: Design) -> Ruling:
@@ -224,20 +205,16 @@ def _front(design: Design) -> Front:
 def _cost(chosen: Proposal, present: Proposal, design: Design) -> list[str]:
     """Return error, effort and margin of the loop that is chosen, instead of those of the present one where that is another."""
     kind, is_change = design.experiment.kind, chosen is not present
-    force = unit_of("force", kind)
-    lines = []
+    lines, force = [], unit_of("force", kind)
     if chosen.following_error is not None and present.following_error is not None and is_change:
         lines.append(f"following error {length_text(_peak(chosen), kind)} instead of {length_text(_peak(present), kind)}")
-    for word, new, old in (
-        ("effort, root mean square", chosen.effort_rms, present.effort_rms),
-        ("effort that one count of the encoder calls up", chosen.count_effort, present.count_effort),
-    ):
+    words = {"effort_rms": "effort, root mean square", "count_effort": "effort that one count of the encoder calls up"}
+    for name, word in words.items():
+        new, old = getattr(chosen, name), getattr(present, name)
         if new is not None:
             lines.append(f"{word}: {fixed(new, force)}" + (f" instead of {fixed(old, force)}" if is_change and old else ""))
-    margins = [least_phase(loop.assessment) for loop in (chosen, present)]
-    if is_change and margins[0] is not None and margins[1] is not None:
-        lines.append(f"phase margin {short_text(margins[0])}° instead of {short_text(margins[1])}°")
-    return lines
+    new, old = (least_phase(loop.assessment) for loop in (chosen, present))
+    return [*lines, *([f"phase margin {short_text(new)}° instead of {short_text(old)}°"] if is_change and new and old else [])]
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:

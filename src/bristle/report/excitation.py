@@ -42,7 +42,6 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
     sections = [
         Section("motion", "The motion", motion),
         Section("outlook", "What it would tell", [None if rehearsal is None else outlook_table(excitation)]),
-        Section("summary", "In words", _sentences(excitation), folded=True),
         Section("assumptions", "What was left out or assumed", [Block("items", excitation.notes)]),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
@@ -65,24 +64,21 @@ def piece_table(excitation: Excitation) -> Table:
 def outlook_table(excitation: Excitation) -> Table:
     """Return what would be identified from the log of a motion, beside what was put in."""
     assert excitation.rehearsal is not None
-    truth = excitation.rehearsal.truth
+    rows = []
+    for estimate in _sought(excitation):
+        put_in = excitation.rehearsal.truth.get(estimate.name)
+        scale, half, error = scale_of(estimate.unit, estimate.value or put_in or 0.0), estimate.interval_percent, _error(estimate, put_in)
+        cells = (
+            "" if put_in is None else number(put_in * scale.factor),
+            number(estimate.value * scale.factor),
+            scale.unit or "–",
+            "" if error is None else number(error, digits=2),
+            "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
+            "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+        )
+        rows.append((estimate.name, estimate.description, *cells))
     heads = ("Parameter", "Meaning", "Put in", "Found", "Unit", "Error [%]", "95 % interval [%]", "Remark")
-    rows = [_outlook(estimate, truth.get(estimate.name)) for estimate in _sought(excitation)]
     return Table(f"What the log would tell, by {excitation.rehearsal.identification.best.name}", heads, rows).without_empty_columns()
-
-
-def _outlook(estimate: Estimate, put_in: float | None) -> tuple[str, ...]:
-    scale, half, error = scale_of(estimate.unit, estimate.value or put_in or 0.0), estimate.interval_percent, _error(estimate, put_in)
-    return (
-        estimate.name,
-        estimate.description,
-        "" if put_in is None else number(put_in * scale.factor),
-        number(estimate.value * scale.factor),
-        scale.unit or "–",
-        "" if error is None else number(error, digits=2),
-        "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
-        "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
-    )
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
@@ -102,16 +98,6 @@ def _sought(excitation: Excitation) -> list[Estimate]:
     return [estimate for estimate in estimates if estimate.status != "held"]
 
 
-def _missed(excitation: Excitation) -> list[str]:
-    """Return the parameters that the rehearsal gives beyond their intervals."""
-    truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
-    return [estimate.name for estimate in _sought(excitation) if _misses(estimate, truth.get(estimate.name))]
-
-
-def _open(excitation: Excitation) -> list[str]:
-    return [estimate.name for estimate in _sought(excitation) if estimate.status in ("unidentifiable", "at_edge")]
-
-
 def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
     """Return the parameters that would be identified within their own size, or those that would not."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
@@ -127,17 +113,6 @@ def _limits(excitation: Excitation) -> list[tuple[str, float, float | None, str]
         ("velocity", float(abs(motion.velocity).max()), limits.velocity, unit_of("length/time", kind)),
         ("acceleration", float(abs(motion.acceleration).max()), limits.acceleration, unit_of("length/time^2", kind)),
     ]
-
-
-def _lags(excitation: Excitation) -> bool:
-    """Return whether the controller follows the loops before sliding too coarsely in the rehearsal."""
-    rehearsal, presliding = excitation.rehearsal, excitation.limits.presliding
-    return rehearsal is not None and presliding is not None and rehearsal.lag > presliding
-
-
-def _overloads(excitation: Excitation) -> bool:
-    rehearsal, limit = excitation.rehearsal, excitation.axis.effort_limit
-    return rehearsal is not None and limit is not None and rehearsal.peak_effort > limit
 
 
 def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], identify: str, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -199,46 +174,25 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
 
 def excitation_ruling(excitation: Excitation) -> Ruling:
     """Return whether to run a motion, and why."""
-    rehearsal = excitation.rehearsal
+    rehearsal, limit, presliding = excitation.rehearsal, excitation.axis.effort_limit, excitation.limits.presliding
     if rehearsal is None:
         return Ruling("with_care", "Run it, with care", ("it was not rehearsed",))
-    vague = [estimate.name for estimate in _sure(excitation, sure=False)]
+    sought = _sought(excitation)
     groups = (
-        ("its log would not identify {}", _open(excitation)),
-        ("it would hardly tell {}: intervals as wide as the values", vague),
-        ("it would give {} beyond the interval", _missed(excitation)),
+        ("its log would not identify {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
+        ("it would hardly tell {}: intervals as wide as the values", _sure(excitation, sure=False)),
+        (
+            "it would give {} beyond the interval",
+            [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))],
+        ),
     )
-    reasons = [text.format(", ".join(names)) for text, names in groups if names]
-    if _lags(excitation):
+    reasons = [text.format(", ".join(estimate.name for estimate in estimates)) for text, estimates in groups if estimates]
+    if presliding is not None and rehearsal.lag > presliding:
         lag = length_text(rehearsal.lag, excitation.motion.kind)
-        reasons.append(f"the controller follows the loops before sliding no closer than {lag}")
-    if _overloads(excitation):
+        reasons.append(f"the controller follows the loops before sliding no closer than {lag}: raise its gains for this motion")
+    if limit is not None and rehearsal.peak_effort > limit:
         return Ruling("no", "Do not run it", ("the effort reaches the limit of the drive", *reasons))
     return Ruling("with_care", "Run it, with care", tuple(reasons)) if reasons else Ruling("usable", "Run it")
-
-
-def _sentences(excitation: Excitation) -> list[str]:
-    motion, rehearsal, length = excitation.motion, excitation.rehearsal, unit_of("length", excitation.motion.kind)
-    lines = [f"The motion takes {motion.duration:.3g} s and stays within {with_unit(_limits(excitation)[0][1], length)}."]
-    if rehearsal is None:
-        return lines
-    missed = _missed(excitation)
-    identified = [estimate.name for estimate in _sought(excitation) if estimate.status == "identified" and estimate.name not in missed]
-    groups = (("identify", identified), ("not identify", _open(excitation)), ("give beyond its interval", missed))
-    lines += [f"Its log would {words} {', '.join(names)}." for words, names in groups if names]
-    setting = "in the loop of its controller" if rehearsal.loop else "along the motion itself, as no stable loop is known"
-    lines.append(
-        f"This was rehearsed {setting}, with friction that scatters by 5 % from one reversal to the next, 0.5 % noise "
-        "of the effort and the encoder of the axis; one rehearsal: the error is what an interval should cover."
-    )
-    if _lags(excitation):
-        lines.append(
-            f"The controller follows the loops before sliding no closer than {with_unit(rehearsal.lag, length)}: they "
-            "are smaller or larger than designed. Raise its gains for this motion, or add integral action."
-        )
-    if _overloads(excitation):
-        lines.append("The effort reaches the limit of the drive: lower the limit of the acceleration, or the travel.")
-    return lines
 
 
 def _front(excitation: Excitation, identify: str) -> Front:

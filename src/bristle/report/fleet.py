@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -143,69 +143,42 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
-def _apart_table(summary: Mapping[str, Any]) -> Table | None:
-    """Return the logs that stand apart, by parameter."""
+def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
+    """Return the report of a fleet as one HTML page."""
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:DRAWN_MOST]
     rows = [
-        (
-            name,
-            entry["folder"],
-            entry["log"],
-            with_unit(entry["value"], about["unit"] or "1"),
-            with_unit(about["median"], about["unit"] or "1"),
-        )
+        (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
         for name, about in summary["parameters"].items()
         for entry in about["apart"][:WORST_SHOWN]
     ]
     heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
-    return Table("Logs that stand apart from the others", heads, rows) if rows else None
-
-
-def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
-    """Return the report of a fleet as one HTML page."""
+    logs_apart = Table("Logs that stand apart from the others", heads, rows) if rows else None
     sections = [
         Section("", "", fleet_sentences(summary)),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
-        Section("apart", "Logs to look at", [failed_logs_table(summary), _apart_table(summary)]),
-        Section("logs", "Every log", [_logs_table(runs, summary)], folded=True),
+        Section("apart", "Logs to look at", [failed_logs_table(summary), logs_apart]),
+        Section("logs", "Every log", [_logs_table(runs, summary, names)], folded=True),
     ]
-    names = _drawn_parameters(summary)
     facts = {"fleet": runs, "names": names or None, "apart": {name: apart(runs.columns, name) for name in names}}
     about = f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}"
     front = Front(f"{summary['name']}: a fleet", about)
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
 
 
-def _drawn_parameters(summary: Mapping[str, Any]) -> list[str]:
-    """Return the parameters that at least one log tells, as many as are drawn."""
-    return [name for name, entry in summary["parameters"].items() if entry["count"]][:DRAWN_MOST]
-
-
-def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
-    names = _drawn_parameters(summary)
+def _logs_table(runs: Runs, summary: Mapping[str, Any], names: Sequence[str]) -> Table:
+    """Return each log with these parameters, half of their intervals, and the codes of its warnings."""
     columns = runs.columns
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
     heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
+        run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
         error = columns["held_out_error"][place]
-        cells = [_with_interval(columns, name, place, scales[name]) for name in names]
-        rows.append(
-            (
-                str(columns["run"][place]),
-                str(columns["folder"][place]),
-                str(columns["log"][place]),
-                f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "",
-                *cells,
-                str(columns["diagnostics"][place]),
-            )
-        )
+        cells = []
+        for name, scale in scales.items():
+            half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
+            text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
+            cells.append(text if identified(columns, name)[place] else "")
+        rows.append((run, folder, log, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
     more = f" (the first {LOGS_SHOWN}; all are in runs/)" if runs.count > LOGS_SHOWN else ""
     return Table(f"The logs{more}", heads, rows).without_empty_columns()
-
-
-def _with_interval(columns: Mapping[str, np.ndarray], name: str, place: int, scale: Quantity) -> str:
-    if not identified(columns, name)[place]:
-        return ""
-    half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
-    value = scale.cell(float(columns[name][place]))
-    return f"{value} ± {scale.cell(float(half))}" if np.isfinite(half) else value

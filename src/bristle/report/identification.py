@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,18 +10,19 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core.typography import number, typeset, with_unit
-from bristle.core.variable import Kind, unit_of
+from bristle.core.variable import unit_of
 from bristle.identification.parameters import Role, name_of
 from bristle.logs.passages import passages
-from bristle.prediction.drive_table import LevelValues, largest_deviation, level_values, never_slid, reversal_distance, steady_curve
-from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
-from bristle.report.compensation import NAMES_MAX, NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, names_text
+from bristle.prediction.drive_table import largest_deviation, level_values, never_slid, reversal_distance, steady_curve
+from bristle.prediction.drive_units import drive_units, length_units
+from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
-from bristle.report.messages import assumptions_of, message, notes_of, sentence_of, warnings_of, whole_sentence, why_effective
+from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
 from bristle.report.model_tables import as_csv, certificate_table, changed_settings, comparison_table, drive_rows, parameter_table
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
 from bristle.report.symbols import worded
 from bristle.report.table import fixed, length_text, percent_text, short_text
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from bristle.report.page import Living
     from bristle.simulation.result import Prediction, SimulationResult
 
-__all__ = ["answers", "identification_report", "sentences"]
+__all__ = ["answers", "identification_report"]
 
 ROUNDING = 1e-6  # of the largest effort
-WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
+NO_BREAK = "\u00a0"
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
 the position is differentiated twice for it, and its noise with it."""
 FIT_FOR_USE = """A feedforward along the desired motion needs a model that is well posed, and no more: it replays a motion that is
@@ -66,205 +66,80 @@ def identification_report(
     figures: Sequence[ReportFigure] = (),
 ) -> str:
     """Return the report of an identification as one HTML page."""
-    fit, kind = identification.best, identification.best.plant.kind
+    fit, kind, log = identification.best, identification.best.plant.kind, identification.log
     gain = None if simulation is None else gain_of(simulation)
-    if simulation is not None and following is not None and following.contradiction is not None:
-        simulation = _as_recorded(simulation)
+    contradicted = following is not None and following.contradiction is not None
+    if simulation is not None and contradicted:
+        # What the loop would gain is not told where the log contradicts it.
+        recorded = tuple(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
+        results = {variant.name: simulation.variants[variant.name] for variant in recorded}
+        simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
+    further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
+    log_name = log.source.name.strip("<>") + further
     facts: Facts = {
         "identification": identification,
         "fit": fit,
         "kind": kind,
-        "log": identification.log,
-        "log_name": _log_name(identification),
-        "table": table or (),
+        "log": log,
+        "log_name": log_name,
         "curve": steady_curve(fit),
-        "passages": passages(identification.log),
+        "passages": passages(log),
         "simulation": simulation,
         "following": following,
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
     }
-    verdict = [Markup("<p>{}</p>").format(line) for line in sentences(identification, axis_name, gain, prediction, following)]
-    by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
-    certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
-    sections = [
-        *_drive_sections(fit, table, axis),
-        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
-        _doubt_section(fit, following),
-        *_loop_sections(simulation, following),
-        Section("summary", "In words", verdict, folded=True),
-        Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
-        Section("models", "Models compared", [comparison_table(identification)], folded=True),
-        Section("certificates", "Is the model fit to be used?", certified, folded=True),
-        Section("assumptions", "What was assumed", _assumptions(identification, prediction), folded=True),
-        Section("log", "The log", _log_blocks(identification, facts), folded=True),
-    ]
-    front = _front(identification, simulation, following, axis_name, axis)
-    common = {"command": command, "provenance": provenance, "banner": banner, "figures": figures, "living": living}
-    return report_page("identification", facts, front, sections, **common)
-
-
-def _drive_sections(fit: Fit, table: Sequence[tuple[float, float]] | None, axis: Axis | None) -> list[Section]:
-    """Return the table for the drive, and how far straight lines between its entries are from the model."""
-    if not table:
-        return []
-    kind, deviation, largest = fit.plant.kind, largest_deviation(fit, table), max(abs(effort) for _, effort in table)
-    lines = "follow the model"
-    if deviation > ROUNDING * largest:
-        lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
-    lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
-    beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
-    return [Section("drive", "Table for the drive", [lead, beside])]
-
-
-def _doubt_section(fit: Fit, following: Following | None) -> Section:
-    contradiction = None if following is None else following.contradiction
-    doubts = [*warnings_of(fit), *([message(contradiction)] if contradiction is not None else [])]
-    blocks = [Block("items", doubts, ("warnings",)) if doubts else "Nothing that the model asks for is left open."]
-    if measurements := next_measurements(fit):
-        lines = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
-        blocks += ["What to measure next:", Block("items", lines)]
-    return Section("doubts", "What this log does not tell", blocks)
-
-
-def _loop_sections(simulation: SimulationResult | None, following: Following | None) -> list[Section]:
-    if simulation is None:
-        return []
-    contradicted = following is not None and following.contradiction is not None
-    variants = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
-    return [Section("following", f"Following error {variants}", [variant_table(simulation, following.measured if following else None)])]
-
-
-def _assumptions(identification: Identification, prediction: Prediction | None) -> list[object]:
+    loop: list[object] = []
+    if simulation is not None:
+        loop = [variant_table(simulation, following.measured if following else None), *about_loop(gain, following, kind)]
+    heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
     thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
-    return [Block("items", [*assumptions_of(identification.best), *notes]), changed_settings(identification.settings), thresholds]
-
-
-def _log_blocks(identification: Identification, facts: Facts) -> list[object]:
-    kind, resampling = identification.best.plant.kind, identification.best.resampling
-    treated = treatment_facts(identification.treatment, kind) + scatter_facts(resampling, kind)
-    pairs = log_facts(identification.log, identification.further_logs) + treated
-    return [
+    assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
+    drive: list[object] = []
+    if table:
+        deviation, lines = largest_deviation(fit, table), "follow the model"
+        if deviation > ROUNDING * max(abs(effort) for _, effort in table):
+            lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
+        lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
+        beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
+        drive = [lead, beside]
+    warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
+    doubts = [Block("items", warned, ("warnings",)) if warned else "Nothing that the model asks for is left open."]
+    if measurements := next_measurements(fit):
+        motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
+        doubts += ["What to measure next:", Block("items", motions)]
+    by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
+    certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
+    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit.resampling, kind)
+    read = [
         passage_table([segment.as_data() for segment in facts["passages"]], kind),
         break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         Figures("log"),
-        Block("facts", pairs, ("What was read, and how it was treated",)),
+        Block("facts", log_facts(log, identification.further_logs) + treated, ("What was read, and how it was treated",)),
         Block("items", identification.notes),
     ]
-
-
-def _log_name(identification: Identification) -> str:
-    """Return the name of the log, and how many were used beside it."""
-    further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
-    return identification.log.source.name.strip("<>") + further
-
-
-def _as_recorded(simulation: SimulationResult) -> SimulationResult:
-    """Return the loop as it was recorded alone: what it would gain is not told where the log contradicts it."""
-    recorded = tuple(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
-    results = {variant.name: simulation.variants[variant.name] for variant in recorded}
-    return replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
-
-
-def sentences(
-    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None, following: Following | None = None
-) -> list[str]:
-    """Return in words that can be forwarded: which model, how well it predicts, how sure it is, what compensation gains."""
-    fit = identification.best
-    return [
-        _model_sentence(identification, axis_name),
-        _error_sentence(fit),
-        _certainty_sentence(fit),
-        *(whole_sentence(delay) for delay in fit.diagnostics if delay.code == "delay_found"),
-        *([] if prediction is None else _prediction_sentences(prediction)),
-        *about_loop(gain, following, fit.plant.kind),
-        *([f"What compensation gains was {NOT_SIMULATED}."] if gain is None else []),
+    sections = [
+        Section("drive", "Table for the drive", drive),
+        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
+        Section("doubts", "What this log does not tell", doubts),
+        Section("following", f"Following error {heading}", loop),
+        Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
+        Section("models", "Models compared", [comparison_table(identification)], folded=True),
+        Section("certificates", "Is the model fit to be used?", certified, folded=True),
+        Section("assumptions", "What was assumed", assumptions, folded=True),
+        Section("log", "The log", read, folded=True),
     ]
-
-
-def _model_sentence(identification: Identification, axis_name: str) -> str:
-    fit, competitors = identification.best, identification.fits[1:]
-    basis = f"held-out {fit.held_out.of}" if fit.held_out is not None else "the log they were fitted to"
-    compared = f", the best of {len(competitors) + 1} models by their error on {basis}" if competitors else ""
-    text = f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
-    closest = min(competitors, key=_held_out, default=fit)
-    if closest is fit or _held_out(closest) >= float(f"{_held_out(fit):.3g}"):
-        return text
-    return (
-        f"{text} {closest.name} comes to {_percent(_held_out(closest))} there instead of {_percent(_held_out(fit))}, which is no reason "
-        "to prefer it: the blocks do not tell the two apart, or this log leaves half of its parameters open."
-    )
-
-
-def _held_out(fit: Fit) -> float:
-    return fit.held_out.mean_percent if fit.held_out is not None else math.inf
-
-
-def _error_sentence(fit: Fit) -> str:
-    kind, error = fit.plant.kind, _percent(fit.error_percent)
-    if fit.position_rmse is not None:
-        rmse = with_unit(fit.position_rmse, unit_of("length", kind))
-        text = f"From the effort of the log it makes the motion to {error} ({rmse} root mean square)"
-    elif fit.loop_rmse is not None:
-        rmse = with_unit(fit.loop_rmse, unit_of("force", kind))
-        text = f"From the reference it makes the effort of the closed loop to {error} ({rmse} root mean square)"
-    else:
-        text = (
-            f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "
-            f"({_percent(fit.friction_alone_error_percent)} of what friction takes of it)"
-        )
-    if fit.held_out is None:
-        return f"{text}; nothing was held out, so how it does on another log is open."
-    text += f", and to {_percent(fit.held_out.mean_percent)} on {fit.held_out.of} that it was not fitted to."
-    wider = (
-        " The second is clearly larger: either the model has more freedom than this log supports, or the friction changed while it was "
-        "recorded."
-    )
-    return text + wider * (fit.held_out.mean_percent > WIDER_OUTSIDE * fit.error_percent)
-
-
-def _certainty_sentence(fit: Fit) -> str:
-    free = [estimate for estimate in fit.estimates if estimate.status != "held"]
-    unknown = [estimate.name for estimate in free if estimate.status != "identified"]
-    if unknown:
-        text = f"{len(unknown)} of {len(free)} parameters could not be identified from this log: {', '.join(unknown)}."
-        return text + (f" The others are effective: {why_effective(fit)}." if fit.effective else "")
-    if not free:
-        return "No parameter was asked of this log: all were held."
-    percents = [(half, estimate.name) for estimate in free if (half := estimate.interval_percent) is not None and half < 100.0]
-    zero = [estimate.name for estimate in free if estimate.interval_percent is None or estimate.interval_percent >= 100.0]
-    text = f"All {len(free)} parameters are {f'identified, but effective: {why_effective(fit)}' if fit.effective else 'identified'}"
-    if percents:
-        widest, name = max(percents)
-        text += f"; the least certain, {name}, to ± {_percent(widest)} (95 % interval)"
-    return f"{text}; {' and '.join(zero)} cannot be told from zero." if zero else f"{text}."
-
-
-def _prediction_sentences(prediction: Prediction) -> list[str]:
-    force, position = prediction.metrics.get("force_error_percent"), prediction.metrics.get("position_rmse")
-    parts = [f"the effort with an error of {_percent(float(force))}"] if force is not None else []
-    unit = str(prediction.metrics["position_unit"])
-    parts += [f"the position to {with_unit(float(position), unit)} root mean square"] if position is not None else []
-    return [f"Run on the log in {prediction.mode} mode, it predicts {' and '.join(parts)}."] if parts else []
-
-
-def _percent(value: float) -> str:
-    return percent_text(value).replace("\u00a0", " ")
-
-
-def _front(
-    identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str, axis: Axis | None
-) -> Front:
-    fit = identification.best
     ruling = judged(fit, identification.settings, following)
     # What another reason names already is left out.
     names = [reason.partition(": ")[2] for reason in ruling.reasons]
     reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
-    about_log = about(f"log {_log_name(identification)}, {fixed(identification.log.duration, 's')}", f"model {fit.name}")
+    about_log = about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}")
     five = answers(identification, simulation, following, axis, usable=ruling.level != "measure_again")
     without = "Nothing in this log speaks against it."
-    return Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
+    front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
+    common = {"command": command, "provenance": provenance, "banner": banner, "figures": figures, "living": living}
+    return report_page("identification", facts, front, sections, **common)
 
 
 def answers(
@@ -307,44 +182,29 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     inertia, units = name_of(Role.INERTIA, fit.plant.component.variables), drive_units(axis, kind)
     is_open = inertia in fit.parameters and fit.parameters[inertia].status == "unidentifiable"
     mass = ": not identified" if is_open else f" {fixed(levels.inertia, unit_of('mass', kind))}"
-    sides = {"F+": levels.forward, "F\u2212": levels.backward}
-    words = [f"{name}\u00a0{fixed(value, unit)}" for name, value in sides.items() if value is not None]
-    words += [f"constant {fixed(levels.constant, unit)}"] if levels.constant else []
-    words += _viscous_words(levels, kind)
+    named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
+    named = {name: value for name, value in named.items() if value is not None}
+    words = [f"{name}{' ' if name == 'constant' else NO_BREAK}{fixed(value, unit)}" for name, value in named.items()]
+    sides = {"forward": levels.viscous_forward, "backward": levels.viscous_backward}
+    viscous = {name: fixed(value, unit_of("force*time/length", kind)) for name, value in sides.items() if value}
+    is_alike = len(set(viscous.values())) == 1
+    words += [f"viscous {next(iter(viscous.values()))}"] if is_alike else [f"viscous {name} {text}" for name, text in viscous.items()]
+    in_units = [f"that is {fixed(of_motor.of(levels.inertia), 'kg*m^2')} at the motor" for of_motor in units.inertias if not is_open]
+    for drive_unit in units.efforts:
+        values = (f"{name}{NO_BREAK}{short_text(drive_unit.of(value))}" for name, value in named.items())
+        in_units.append(f"in {typeset(drive_unit.name)}: {', '.join(values)}")
+    # Over which distance friction turns, where it does not turn at once.
+    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    motor = [drive_unit for drive_unit in length_units(axis, kind) if "motor" in drive_unit.name]
+    at_motor = "".join(f" ({number(drive_unit.of(distance), digits=2)} {drive_unit.name})" for drive_unit in motor)
+    turned = [f"after a reversal 95 % of the friction turns within {length_text(distance, kind)}{at_motor}"] if distance else []
     return [
         f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",
         f"{', '.join(words)}: never above the steady friction, up to {fixed(levels.deviation, unit)} below it",
-        *_in_drive_units(levels, units._replace(inertias=()) if is_open else units),
-        *_after_reversal(fit, axis),
+        *in_units,
+        *turned,
         "or the table for the drive, below",
     ]
-
-
-def _viscous_words(levels: LevelValues, kind: Kind) -> list[str]:
-    """Return the viscous friction beside the levels: one value where both directions have the same."""
-    sides = {"forward": levels.viscous_forward, "backward": levels.viscous_backward}
-    values = {name: fixed(value, unit_of("force*time/length", kind)) for name, value in sides.items() if value}
-    if len(set(values.values())) == 1:
-        return [f"viscous {next(iter(values.values()))}"]
-    return [f"viscous {name} {text}" for name, text in values.items()]
-
-
-def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
-    """Return inertia and levels in each unit that the drive may want them in."""
-    lines = [f"that is {fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
-    named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
-    for unit in units.efforts:
-        values = (f"{name}\u00a0{short_text(unit.of(value))}" for name, value in named.items() if value is not None)
-        lines.append(f"in {typeset(unit.name)}: {', '.join(values)}")
-    return lines
-
-
-def _after_reversal(fit: Fit, axis: Axis | None) -> list[str]:
-    """Return over which distance friction turns, in the units of the drive too; nothing where it turns at once."""
-    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-    motor = [unit for unit in length_units(axis, fit.plant.kind) if "motor" in unit.name]
-    beside = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
-    return [f"after a reversal 95 % of the friction turns within {length_text(distance, fit.plant.kind)}{beside}"] if distance else []
 
 
 def _trust(fit: Fit) -> list[str]:
@@ -362,7 +222,7 @@ def _trust(fit: Fit) -> list[str]:
 
 
 def _next(fit: Fit, *, usable: bool) -> list[str]:
-    grave = (sentence_of(doubt.code).advice for doubt in fit.diagnostics if doubt.severity == "error")
+    grave = (SENTENCES[doubt.code].advice for doubt in fit.diagnostics if doubt.severity == "error")
     lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
     lines += [f"fit what this model lacks: `--model {','.join(dict.fromkeys(models))}`"] if models else []

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bristle.report.messages import sentence_of
 from bristle.report.page import Ruling
+from bristle.report.sentences import SENTENCES
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
@@ -24,14 +24,12 @@ DOUBTS = (
     "delay_unknown",
     "delay_rough",
     "rows_lost",
-    "clock_suspect",
     "unit_suspect",
     "weight_guessed",
     "velocity_contradicts",
     "clipped",
     "saturates",
     "beyond_limit",
-    "beyond_stroke",
     "resolution_contradicts",
     "mass_contradicts",
     "gear_suspect",
@@ -81,36 +79,25 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     It takes another record where the log contradicts itself, half of the parameters are open, or the model misses most
     of what friction takes. It takes care where anything is doubted that a number stands on.
     """
-    grave, doubts = _grave(fit, settings), _doubts(fit, settings, following)
-    level = "measure_again" if grave else "with_care" if doubts else "usable"
-    return Ruling(level, LEVELS[level], (*grave, *doubts))
-
-
-def _grave(fit: Fit, settings: Settings) -> list[str]:
-    reasons = [sentence_of(doubt.code).means for doubt in fit.diagnostics if doubt.severity == "error"]
+    misses = f"the model misses {_error(fit):.3g} % of what friction takes"
+    grave = [SENTENCES[doubt.code].means for doubt in fit.diagnostics if doubt.severity == "error"]
     sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
     unknown = [estimate.name for estimate in sought if estimate.status != "identified"]
     if unknown and len(unknown) >= settings.doubtful_share * len(sought):
-        reasons.append(f"{len(unknown)} of {len(sought)} parameters are open: {', '.join(unknown)}")
-    if _error(fit) > settings.useless_error:
-        reasons.append(f"the model misses {_error(fit):.3g} % of what friction takes")
-    return list(dict.fromkeys(reasons))
-
-
-def _doubts(fit: Fit, settings: Settings, following: Following | None) -> list[str]:
+        grave.append(f"{len(unknown)} of {len(sought)} parameters are open: {', '.join(unknown)}")
+    grave += [misses] if _error(fit) > settings.useless_error else []
     doubted = {doubt.code: doubt for doubt in fit.diagnostics if doubt.severity == "warning"}
-    reasons = []
+    doubts = []
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
         causes = doubt.numbers.get("causes")
-        reasons.append(sentence_of(doubt.code).means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
+        doubts.append(SENTENCES[doubt.code].means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
     unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
-    if unknown:
-        reasons.append(f"not identified: {', '.join(unknown)}")
-    if settings.usable_error < _error(fit) <= settings.useless_error:
-        reasons.append(f"the model misses {_error(fit):.3g} % of what friction takes")
+    doubts += [f"not identified: {', '.join(unknown)}"] if unknown else []
+    doubts += [misses] if settings.usable_error < _error(fit) <= settings.useless_error else []
     if following is not None and following.contradiction is not None:
-        reasons.append(sentence_of(following.contradiction.code).means)
-    return reasons
+        doubts.append(SENTENCES[following.contradiction.code].means)
+    level = "measure_again" if grave else "with_care" if doubts else "usable"
+    return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts))
 
 
 def _error(fit: Fit) -> float:

@@ -10,8 +10,8 @@ import numpy as np
 from bristle.core.typography import interval_text, number, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.passages import KINDS
-from bristle.report.messages import sentence_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.table import Quantity, Table, fixed, span_text
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def log_report(
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     """Return whether a log can be identified, and why."""
     grave, doubts = (
-        [sentence_of(diagnostic["code"]).means for diagnostic in diagnostics if diagnostic["severity"] == severity]
+        [SENTENCES[diagnostic["code"]].means for diagnostic in diagnostics if diagnostic["severity"] == severity]
         for severity in ("error", "warning")
     )
     if log.effort is None:
@@ -80,7 +80,7 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
 
 def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str) -> Front:
     ruling, source, count = log_ruling(log, diagnostics), log.source.name.strip("<>"), len(log.segments)
-    advice = (sentence_of(diagnostic["code"]).advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
+    advice = (SENTENCES[diagnostic["code"]].advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
     lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
     times: dict[str, float] = {}
     for segment in segments:
@@ -157,22 +157,21 @@ def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
         if of_kind:
             legs, together = (sum(segment["legs"] for segment in of_kind), sum(segment["end"] - segment["begin"] for segment in of_kind))
             counts = (str(len(of_kind)), str(legs or ""), f"{together:.3g}", f"{of_kind[0]['begin']:.4g}")
-            rows.append((words, *counts, *_ranges(name, of_kind, kind)))
+            spans = ("", "", "")
+            if name != "rest":
+                amplitudes = span_text([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
+                speeds, remark = span_text([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind)), ""
+                turns = [end for segment in of_kind for end in segment["frequencies"]]
+                if name == "loops":
+                    depth, levels = (max(segment[key] for segment in of_kind) for key in ("depth", "levels"))
+                    nested = f"nested {depth} deep" if depth > 2 else "none inside another"
+                    remark = f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
+                elif name in ("chirp", "oscillation") and turns:
+                    remark = span_text(turns, "Hz")
+                spans = amplitudes, speeds, remark
+            rows.append((words, *counts, *spans))
     heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
     return Table("What the motion of the log is", heads, rows).without_empty_columns()
-
-
-def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:
-    if name == "rest":
-        return "", "", ""
-    amplitudes = span_text([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
-    speeds = span_text([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind))
-    if name == "loops":
-        depth, levels = max(segment["depth"] for segment in of_kind), max(segment["levels"] for segment in of_kind)
-        nested = f"nested {depth} deep" if depth > 2 else "none inside another"
-        return amplitudes, speeds, f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
-    turns = [end for segment in of_kind for end in segment["frequencies"]] if name in ("chirp", "oscillation") else []
-    return amplitudes, speeds, span_text(turns, "Hz") if turns else ""
 
 
 def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:

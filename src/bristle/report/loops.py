@@ -11,12 +11,13 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.status import Status
-from bristle.core.typography import number, typeset, with_unit
+from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
-from bristle.report.messages import message, sentence_of
+from bristle.report.messages import message
+from bristle.report.sentences import SENTENCES
 from bristle.report.symbols import GREEK
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 
@@ -92,7 +93,8 @@ def _completed(result: SimulationResult) -> list[VariantResult]:
 def _error_column(result: SimulationResult) -> Quantity:
     """Return the column for following errors, by the smallest of them."""
     smallest = min((variant.following_error.peak_to_peak for variant in _completed(result)), default=0.0)
-    return Quantity.at_least(MICROMETRE, unit_of("length", result.experiment.kind), smallest)
+    scale = scale_of(unit_of("length", result.experiment.kind), max(smallest, MICROMETRE))
+    return Quantity(scale, 0.1 * smallest * scale.factor)
 
 
 def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:
@@ -102,19 +104,16 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
         if model is None:
             rows.append((part, "none", ""))
         else:
-            variables = model.component.variables
-            values = [f"{name} = {_value(value, variables[name].unit(model.kind))}" for name, value in model.values.items()]
+            values = []
+            for name, value in model.values.items():
+                unit, text = model.component.variables[name].unit(model.kind), str(value)
+                if isinstance(value, (float, int)):
+                    text = with_unit(float(value), unit, 4)
+                elif (array := np.asarray(value)).dtype.kind in "fi":
+                    text = f"{array.size} values, {number(array.min())} to {number(array.max())} {typeset(unit)}".rstrip()
+                values.append(f"{name} = {text}")
             rows.append((part, model.name, ", ".join(values)))
     return Table(title, ("Part", "Model", "Parameters"), rows)
-
-
-def _value(value: object, unit: str) -> str:
-    if isinstance(value, (float, int)):
-        return with_unit(float(value), unit, 4)
-    array = np.asarray(value)
-    if array.dtype.kind in "fi":
-        return f"{array.size} values, {number(array.min())} to {number(array.max())} {typeset(unit)}".rstrip()
-    return str(value)
 
 
 def run_table(variants: Sequence[Variant]) -> Table:
@@ -210,7 +209,7 @@ def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the same in short: what is grave as it stands, what is warned of by what it means."""
     doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
     grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
-    return grave + [f"{sentence_of(doubt.code).means}: {names_text(_names(doubt))}" for doubt in doubts]
+    return grave + [f"{SENTENCES[doubt.code].means}: {names_text(_names(doubt))}" for doubt in doubts]
 
 
 def _names(diagnostic: Diagnostic) -> Sequence[object]:

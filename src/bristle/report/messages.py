@@ -11,7 +11,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.dimensions import NAMES, unit_of
 from bristle.core.typography import LARGEST_WRITTEN_OUT, number, stiffness_text, with_unit
 from bristle.core.variable import Kind
-from bristle.report.sentences import SENTENCES, Sentence
+from bristle.report.sentences import SENTENCES
 from bristle.report.sentences.loops import counted
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ __all__ = [
     "message",
     "note_of",
     "notes_of",
-    "sentence_of",
     "warnings_of",
     "whole_sentence",
     "why_effective",
@@ -37,11 +36,6 @@ _HEADS = {
     ("parameter", "note"): "{parameter} is held at {value:unit}: ",
     ("edge", "warning"): "{parameter} has no standard error: ",
 }
-
-
-def sentence_of(code: str) -> Sentence:
-    """Return what there is to say of a code."""
-    return SENTENCES[code]
 
 
 def message(diagnostic: Diagnostic) -> str:
@@ -86,7 +80,7 @@ def why_effective(fit: Fit) -> str:
 
     codes = {diagnostic.code for diagnostic in fit.diagnostics}
     recorded = next((code for code in LACKING[1:] if code in codes), "")
-    reasons = [sentence_of(recorded).means] if recorded else []
+    reasons = [SENTENCES[recorded].means] if recorded else []
     return " and ".join(reasons + (["the model lacks a force"] if LACKING[0] in codes or not recorded else []))
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import Scale, interval_text, number, printable, scale_of, typeset, with_unit
+from bristle.core.typography import interval_text, number, printable, scale_of, typeset, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import thresholds
 from bristle.prediction.drive_units import drive_units, units_of
@@ -22,8 +22,6 @@ __all__ = ["as_csv", "certificate_table", "changed_settings", "comparison_table"
 
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
-EFFECTIVE = "effective"
-"""What stands beside a parameter of a model that lacks a force."""
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
 VERDICTS = {True: "passed", False: "FAILED", None: "does not apply"}
 
@@ -70,21 +68,26 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
 
 
 def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> tuple[str, ...]:
-    std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
-    scale = _scale(estimate, std)
-    scaled = None if std is None else std * scale.factor
-    half = _half(estimate.interval_percent)
+    std, size, ends = estimate.std, abs(estimate.value), estimate.interval
+    std = std if plain and std is not None and math.isfinite(std) else None
+    if ends is not None and ends[0] < 0.0 < ends[1] and size < 0.1 * max(-ends[0], ends[1]):
+        size = max(-ends[0], ends[1])  # of an interval that holds zero far within
+    scale = scale_of(estimate.unit, size or std or 0.0)
+    scaled, half = None if std is None else std * scale.factor, _half(estimate.interval_percent)
     # As many digits as are known; by the interval, where no standard error is told.
-    precision = scaled
-    if precision is None and estimate.interval is not None:
-        precision = 0.5 * scale.factor * (estimate.interval[1] - estimate.interval[0]) or None
-        precision = precision and max(precision, LEAST_PERCENT / 100.0 * abs(scale.factor * estimate.value))
+    precision, interval = scaled, "–"
+    if ends is not None:
+        low, high = (scale.factor * end for end in ends)
+        width = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * max(abs(low), abs(high)))
+        interval = interval_text(number(low, width), number(high, width))
+        if precision is None and high != low:
+            precision = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * abs(scale.factor * estimate.value))
     return (
         estimate.name,
         estimate.description,
         number(estimate.value * scale.factor, precision),
         "–" if scaled is None else f"± {number(scaled, scaled)}",
-        _interval(estimate, scale.factor),
+        interval,
         scale.unit or "–",
         _percent(estimate.relative_std_percent) if plain else "–",
         half if half == "–" or half.startswith((">", "<")) else f"± {half}",
@@ -97,16 +100,8 @@ def _remark(fit: Fit, estimate: Estimate) -> str:
     """Return what is to be known of a parameter before its numbers are used."""
     if estimate.status != "identified":
         return STATUS_WORDS.get(estimate.status, estimate.status)
-    remarks = {EFFECTIVE: fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
+    remarks = {"effective": fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
     return "; ".join(text for text, names in remarks.items() if estimate.name in names)
-
-
-def _scale(estimate: Estimate, std: float | None) -> Scale:
-    """Return the multiple of the unit that a parameter is told in: of its interval where that holds zero far within."""
-    value, ends = abs(estimate.value), estimate.interval
-    if ends is not None and ends[0] < 0.0 < ends[1] and value < 0.1 * max(-ends[0], ends[1]):
-        value = max(-ends[0], ends[1])
-    return scale_of(estimate.unit, value or std or 0.0)
 
 
 def _in_unit(value: float, name: str) -> str:
@@ -116,14 +111,6 @@ def _in_unit(value: float, name: str) -> str:
         return f"{with_unit(value, unit, digits=4)} (motor)"
     short = name.removesuffix(" of rated").replace("rpm of the motor", "rpm").replace("deg of the motor", "deg (motor)")
     return f"{number(value)} {typeset(printable(short))}"
-
-
-def _interval(estimate: Estimate, factor: float) -> str:
-    if estimate.interval is None:
-        return "–"
-    low, high = (factor * end for end in estimate.interval)
-    width = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * max(abs(low), abs(high)))
-    return interval_text(number(low, width), number(high, width))
 
 
 def _half(percent: float | None) -> str:

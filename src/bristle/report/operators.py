@@ -106,9 +106,17 @@ def _page(
         ("Full scale", with_unit(recorded.full_scale, unit_of("force", recorded.kind))),
         *(("Note", note) for note in recorded.notes),
     ]
+    parameters = []
+    for parameter, variable in operator.component.variables.items():
+        value = operator.values[parameter]
+        # Of a list, how many numbers it has.
+        is_list = hasattr(value, "__len__") and not isinstance(value, str)
+        text = f"{len(value)} numbers, in the model file" if is_list else value
+        text = text if isinstance(text, str) else with_unit(float(value), variable.unit(operator.kind))
+        parameters.append([parameter, text, variable.description])
     sections = [
         Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
-        Section("model", "The operator", [_parameter_table(operator)]),
+        Section("model", "The operator", [Table(operator.name, ("Parameter", "Value", "Meaning"), parameters)]),
         Section("log", "The data", [Block("facts", read, ("What was read",))], folded=True),
     ]
     front = _front(prediction, f"{name}: {title}", recorded, fits)
@@ -153,16 +161,6 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     )
     ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
     return Front(heading, about(curves), ruling, answers, "model")
-
-
-def _parameter_table(operator: Model) -> Table:
-    """Return the parameters of an operator; of a list, how many numbers it has."""
-    rows = []
-    for name, variable in operator.component.variables.items():
-        value, is_list = operator.values[name], hasattr(operator.values[name], "__len__")
-        text = f"{len(value)} numbers, in the model file" if is_list else with_unit(float(value), variable.unit(operator.kind))
-        rows.append([name, value if isinstance(value, str) else text, variable.description])
-    return Table(operator.name, ("Parameter", "Value", "Meaning"), rows)
 
 
 def comparison_of_operators(identification: OperatorIdentification) -> Table:

@@ -252,12 +252,6 @@ def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
     return [Markup("<h3>{}</h3><p>{}.</p>").format(figure.title, remark)]
 
 
-def _breakable(text: str) -> Markup:
-    """Return text in which long names, such as those of tests, may go on in the next line behind an underscore."""
-    words = (escape(word).replace("_", Markup("_<wbr>")) if len(word) > SHORT else word for word in text.split(" "))
-    return Markup(" ").join(words)
-
-
 @lru_cache(maxsize=1)
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -267,7 +261,13 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"typeset": typeset_sentence, "worded": worded, "breakable": _breakable}
+
+    def breakable(text: str) -> Markup:
+        # Long names, such as those of tests, may go on in the next line behind an underscore.
+        words = (escape(word).replace("_", Markup("_<wbr>")) if len(word) > SHORT else word for word in text.split(" "))
+        return Markup(" ").join(words)
+
+    environment.filters |= {"typeset": typeset_sentence, "worded": worded, "breakable": breakable}
     # Names that would stretch a table: they are broken anywhere instead.
     environment.tests |= {
         "long": lambda text: len(text) > LONGEST,

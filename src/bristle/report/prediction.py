@@ -13,8 +13,9 @@ from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
-from bristle.report.messages import as_data, notes_of, sentence_of
+from bristle.report.messages import as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.result import MODES
 
@@ -109,7 +110,7 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     The effort decides, where it is predicted: of a position nearly everything is told by the reference.
     """
     doubted = [diagnostic for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
-    doubts = list(dict.fromkeys(sentence_of(diagnostic.code).means for diagnostic in doubted))
+    doubts = list(dict.fromkeys(SENTENCES[diagnostic.code].means for diagnostic in doubted))
     if prediction.status is Status.NOT_FINITE:
         return Ruling("no", "It does not run", (prediction.status.sentence, *doubts))
     signals = {"effort": "force_error_percent", "position": "position_error_percent"}
@@ -132,49 +133,34 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
 
 
 def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:
-    ruling = prediction_ruling(prediction, own_log=own_log)
-    source = log.source.name.strip("<>")
+    ruling, kind = prediction_ruling(prediction, own_log=own_log), log.kind
     bands = [f"in its band of 95 %: {percent_text(share)} of the {name}" for name, share in _bands(prediction).items()]
-    answers = answered(
-        _quality(prediction, log) or ["nothing was predicted that could be held against the log"],
-        ["nothing from this model" if ruling.level == "no" else "nothing new: what the report of the identification says stands"],
-        [MODES.get(prediction.mode, prediction.mode), _left(prediction, log)],
-        bands or ["the model does not say how sure it is: it has no band"],
-        _next(ruling, prediction, own_log=own_log),
-        third="What was predicted",
-    )
-    facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
-    return Front(f"{name}: does the model hold?", facts, ruling, answers, "metrics")
-
-
-def _quality(prediction: Prediction, log: Log) -> list[str]:
-    lines = []
     force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
+    quality, left = [], ""
     if isinstance(force, (int, float)):
-        lines.append(f"effort off by {fixed(float(force), unit_of('force', log.kind))}, root mean square")
+        quality.append(f"effort off by {fixed(float(force), unit_of('force', kind))}, root mean square")
+        if prediction.mode == "inverse" and prediction.effort is not None:
+            effort_rms = float(np.sqrt(np.mean(np.square(prediction.effort))))
+            rest, effort = (fixed(value, unit_of("force", kind)) for value in (float(force), effort_rms))
+            left = f"fed forward along this motion, it would leave {rest} of {effort} to the controller, root mean square"
     if isinstance(length, (int, float)):
-        line = f"position off by {length_text(float(length), log.kind)}, root mean square"
+        at_most = ""
         if prediction.position_predicted is not None:
-            worst = float(np.max(np.abs(prediction.position - prediction.position_predicted)))
-            line += f", {length_text(worst, log.kind)} at most"
-        lines.append(line)
-    return lines
-
-
-def _left(prediction: Prediction, log: Log) -> str:
-    """Return what a model fed forward would leave to the controller; nothing where only the motion is predicted."""
-    effort, rmse = prediction.effort, prediction.metrics.get("force_rmse")
-    if prediction.mode != "inverse" or effort is None or not isinstance(rmse, (int, float)):
-        return ""
-    left, effort_rms = (fixed(value, unit_of("force", log.kind)) for value in (float(rmse), float(np.sqrt(np.mean(np.square(effort))))))
-    return f"fed forward along this motion, it would leave {left} of {effort_rms} to the controller, root mean square"
-
-
-def _next(ruling: Ruling, prediction: Prediction, *, own_log: bool) -> list[str]:
-    advice = [sentence_of(diagnostic.code).advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
+            at_most = f", {length_text(float(np.max(np.abs(prediction.position - prediction.position_predicted))), kind)} at most"
+        quality.append(f"position off by {length_text(float(length), kind)}, root mean square{at_most}")
+    advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     then = "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`"
     if own_log:
         then = "predict another log of this axis, of another motion"
     elif ruling.level == "usable":
         then = "feed it forward, record the machine without and with it, then `bristle compare`"
-    return [*(line for line in dict.fromkeys(advice) if line != "nothing"), then]
+    answers = answered(
+        quality or ["nothing was predicted that could be held against the log"],
+        ["nothing from this model" if ruling.level == "no" else "nothing new: what the report of the identification says stands"],
+        [MODES.get(prediction.mode, prediction.mode), left],
+        bands or ["the model does not say how sure it is: it has no band"],
+        [*(line for line in dict.fromkeys(advice) if line != "nothing"), then],
+        third="What was predicted",
+    )
+    facts = about(f"log {log.source.name.strip('<>')}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
+    return Front(f"{name}: does the model hold?", facts, ruling, answers, "metrics")

@@ -1,4 +1,4 @@
-"""What goes into a folder of results: the model file, the numbers, the report, the table for the drive."""
+"""What goes into a folder of results: the numbers, the report, the logs of a simulation."""
 
 from __future__ import annotations
 
@@ -7,21 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from bristle.core.axis import Axis
-from bristle.files.model import write_model
-from bristle.files.motion import gcode_of, moves_table, write_log, write_motion
+from bristle.files.motion import write_log
 from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
-from bristle.files.user_model import codes_of
-from bristle.report.messages import note_of, sentence_of
-from bristle.report.model_tables import as_csv
 
 if TYPE_CHECKING:
-    from bristle.core.content import Content
-    from bristle.excitation import Excitation
-    from bristle.identification.result import Fit, Identification
     from bristle.simulation import SimulationResult
 
-__all__ = ["REPORT", "ResultsFolder", "log_names", "write_identification", "write_logs", "write_motion_folder", "write_report"]
+__all__ = ["REPORT", "ResultsFolder", "log_names", "write_logs", "write_report"]
 
 REPORT = "report.html"
 LONGEST = 200  # bytes: file systems take 255
@@ -39,57 +32,6 @@ def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any])
     """Write a report and the numbers that it rests on into a folder of results."""
     folder.write(REPORT, report)
     folder.write(SUMMARY, as_json(summary))
-
-
-def write_identification(
-    folder: Results,
-    identification: Identification,
-    *,
-    table: Sequence[tuple[float, float]],
-    report: str,
-    summary: Mapping[str, Any],
-    provenance: Mapping[str, str],
-) -> None:
-    """Write an identification into a folder of results: ``model.toml``, ``drive_table.csv``, report and numbers."""
-    best = identification.best
-    for code in codes_of(best.friction.component):
-        folder.write(code.source.name, code.data)
-    write_model(
-        folder / "model.toml",
-        best.plant,
-        best.friction,
-        estimates=best.estimates,
-        provenance=provenance,
-        treatment=identification.treatment,
-        bands=best.resampling.bands if best.resampling else None,
-        notes={estimate.name: note_of(estimate) for estimate in best.estimates} | _of_presliding(best),
-    )
-    if table:
-        folder.write("drive_table.csv", as_csv(table, best.friction.kind) + "\n")
-    write_report(folder, report, summary)
-
-
-def _of_presliding(fit: Fit) -> dict[str, str]:
-    """Return by name of a parameter that it was told by a log that never slides; nothing where the log does."""
-    sticking = next((diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "never_slides"), None)
-    names = sticking.numbers.get("names", ()) if sticking is not None else ()
-    explained = {estimate.name for estimate in fit.estimates if estimate.reason is not None}
-    means = sentence_of("never_slides").means
-    return {str(name): means for name in names if name not in explained} if isinstance(names, tuple) else {}
-
-
-def write_motion_folder(folder: Results, excitation: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]) -> None:
-    """Write a motion into a folder of results: ``motion.csv``, the axis file that its log is read with, and both."""
-    from bristle.excitation.motion import moves_of
-
-    motion = excitation.motion
-    signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
-    write_motion(folder / summary["files"]["motion"], excitation.axis, signals)
-    moves, left_out = moves_of(motion)
-    folder.write(summary["files"]["moves"], moves_table(moves, excitation.axis))
-    folder.write(summary["files"]["program"], gcode_of(moves, excitation.axis, left_out))
-    folder.write(summary["files"]["axis"], axis_file.data)
-    write_report(folder, report, summary)
 
 
 def log_names(variants: Sequence[str]) -> dict[str, str]:

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
-from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import Standing, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import component_table, direction_table, law_lines, loop_doubts, loop_warnings, run_table, variant_table
@@ -19,7 +18,6 @@ from bristle.simulation.reversals import swing_at_worst_reversal
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.diagnostic import Diagnostic
-    from bristle.core.experiment import Variant
     from bristle.figures.report_figure import ReportFigure
     from bristle.simulation.result import SimulationResult, VariantResult
 
@@ -40,21 +38,34 @@ def simulation_report(
 ) -> str:
     """Return the report of a simulated experiment as one HTML page."""
     variants, is_open = result.experiment.variants, _is_open(result)
-    facts = {
+    facts: dict[str, Any] = {
         "simulation": result,
         "open_loop": result if is_open else None,
         "focus": None if is_open else focus_of(result),
-        "at_reversal": None if is_open else _at_reversal(result),
+        "at_reversal": None,
     }
+    rank = None if is_open else standing(result)
+    if rank is not None:
+        # Close up stand the two that differ in the friction fed forward alone: the lag of a loop would flatten both.
+        pair, best = pair_in(result), rank.best.name
+        near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
+        facts["at_reversal"] = list(dict.fromkeys((rank.base.name, *near))), list(dict.fromkeys(near))
     if is_open:
         basis = ["An open loop: no controller acts, the effort is given and held from sample to sample."]
         basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
     else:
         basis = ["Following error is the reference less the encoder reading; true error is the reference less the position itself."]
-    parts = [component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants]
+    parts = []
+    for variant in variants:
+        models: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction)]
+        models += [] if variant.effort is not None else [("Controller", variant.controller)]
+        models += [("Sensor", variant.sensor)]
+        if variant.effort is None:
+            models += [("Reference", variant.reference), ("Friction fed forward", variant.feedforward.friction)]
+        parts.append(component_table(f"The parts of {variant.name}", models))
     sections = [
         Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
-        Section("summary", "In words", [*(f"{warning}." for warning in warnings), *_sentences(result)], folded=True),
+        Section("summary", "In words", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], folded=True),
         Section("directions", "Forward and backward", [None if is_open else direction_table(result)], folded=True),
         Section("assumptions", "What was simulated", [*basis, run_table(variants), *parts], folded=True),
     ]
@@ -93,43 +104,9 @@ def _is_open(result: SimulationResult) -> bool:
     return all(variant.effort is not None for variant in result.experiment.variants)
 
 
-def _at_reversal(result: SimulationResult) -> tuple[list[str], list[str]] | None:
-    """Return the loop as it stands and the best one, and those of them to be shown close up."""
-    rank = standing(result)
-    if rank is None:
-        return None
-    # Close up stand the two that differ in the friction fed forward alone: the lag of a loop would flatten both.
-    pair, best = pair_in(result), rank.best.name
-    near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
-    return list(dict.fromkeys((rank.base.name, *near))), list(dict.fromkeys(near))
-
-
 def focus_of(result: SimulationResult) -> tuple[str, ...]:
     """Return the variants that are compared first: those that differ in the friction fed forward alone."""
     return tuple(variant.name for variant in pair_in(result) or ())
-
-
-def _sentences(result: SimulationResult) -> list[str]:
-    failed = [variant.name for variant in result.variants.values() if variant.status is Status.NOT_FINITE]
-    unit = unit_of("length", result.experiment.kind)
-    lines = [
-        f"{variant.name}: moves by {with_unit(variant.motion.peak_to_peak, unit)} peak to peak."
-        if variant.is_open
-        else f"{variant.name}: following error {with_unit(variant.following_error.peak_to_peak, unit)} peak to peak, "
-        f"{with_unit(variant.following_error.rms, unit)} root mean square."
-        for variant in result.variants.values()
-        if variant.name not in failed
-    ]
-    return [*(f"{name}: {Status.NOT_FINITE.sentence}." for name in failed), *lines, *closing_sentences(result)]
-
-
-def _parts(variant: Variant) -> list[tuple[str, Model | None]]:
-    of_axis: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction)]
-    if variant.effort is not None:
-        return [*of_axis, ("Sensor", variant.sensor)]
-    fed = variant.feedforward.friction
-    of_loop = [("Controller", variant.controller), ("Sensor", variant.sensor), ("Reference", variant.reference)]
-    return [*of_axis, *of_loop, ("Friction fed forward", fed)]
 
 
 def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) -> Ruling:
@@ -153,38 +130,34 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
         subject = "Compensation" if gain_of(result) is not None else "Another loop"
         return Ruling("no", f"{subject} does not help", (f"no variant errs less than {rank.base.name}", *doubts))
     fed, plain = (variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
-    is_compensation = fed is not None and plain is None and (rank.alike or _is_friction(result, rank))
+    # The friction fed forward helps by itself, and not the other law alone that stands beside it.
+    pair = pair_of(result.experiment, variant_of(result, rank.best.name))
+    other = None if pair is None else result.variants.get(pair[0].name)
+    by_itself = other is None or other.status is Status.NOT_FINITE or not is_alike(rank.best, other)
+    is_compensation = fed is not None and plain is None and (rank.alike or by_itself)
     helps = "hardly helps" if rank.alike else "helps"
     subject = "Compensation" if is_compensation else "Another loop"
     return Ruling("with_care" if rank.alike else level, f"{subject} {helps}", (rank.instead, *doubts))
-
-
-def _is_friction(result: SimulationResult, rank: Standing) -> bool:
-    """Return whether the friction fed forward helps by itself, and not the other law alone that stands beside it."""
-    pair = pair_of(result.experiment, variant_of(result, rank.best.name))
-    plain = None if pair is None else result.variants.get(pair[0].name)
-    return plain is None or plain.status is Status.NOT_FINITE or not is_alike(rank.best, plain)
 
 
 def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
     count, runs = len(result.experiment.variants) + len(result.refused), max((loop.runs for loop in result.variants.values()), default=0)
     facts = about(f"simulated, {count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
     rank = None if _is_open(result) else standing(result)
-    answers = _open_answers(result) if rank is None else _loop_answers(result, rank)
+    if rank is not None:
+        answers = _loop_answers(result, rank)
+    else:
+        kind = result.experiment.kind
+        completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+        went = [f"moves by {length_text(loop.motion.peak_to_peak, kind)} ({loop.name})" for loop in completed if loop.is_open]
+        answers = answered(
+            went or ["nothing completed against which an error could be measured"],
+            ["nothing: no loop was compared with another"],
+            [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["nothing completed"],
+            ["it is a simulation: what the models leave out, it leaves out"],
+            ["mend what the verdict names" if not completed else "compare the motion with a log of the same effort"],
+        )
     return Front(f"{result.experiment.name}: simulated", facts, simulation_ruling(result, warnings), answers, "variants")
-
-
-def _open_answers(result: SimulationResult) -> list[tuple[str, list[str]]]:
-    kind = result.experiment.kind
-    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
-    went = [f"moves by {length_text(variant.motion.peak_to_peak, kind)} ({variant.name})" for variant in completed if variant.is_open]
-    return answered(
-        went or ["nothing completed against which an error could be measured"],
-        ["nothing: no loop was compared with another"],
-        [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["nothing completed"],
-        ["it is a simulation: what the models leave out, it leaves out"],
-        ["mend what the verdict names" if not completed else "compare the motion with a log of the same effort"],
-    )
 
 
 def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, list[str]]]:

@@ -104,14 +104,13 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
+    """Return the cause that was drawn with which a metric goes most."""
     at = {key for entry in summary["metrics"][metric].get("points", ()) for key in entry["at"]}
-    entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
-    entries = [entry for entry in entries if entry["cause"] not in at]
+    entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric and entry["cause"] not in at]
     if not entries:
         return []
     first = max(entries, key=lambda entry: abs(entry["value"]))
-    low, high = first["interval"]
-    if low <= 0.0 <= high:
+    if first["interval"][0] <= 0.0 <= first["interval"][1]:
         return ["It goes with nothing that was drawn, as far as these runs tell."]
     way = "rises" if first["value"] > 0.0 else "falls"
     return [f"Of what was drawn it {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
@@ -127,25 +126,22 @@ def _signed(value: float) -> str:
 
 def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return how each metric is distributed, a table for each, with a row for each point of the grid."""
-    return [_spread_table(name, entry) for name, entry in summary["metrics"].items()]
-
-
-def _spread_table(name: str, entry: Mapping[str, Any]) -> Table:
-    column = _column_of(entry)
-    rows = [("all" if "points" in entry else "", *_cells(entry, column))]
-    rows += [(point["name"], *_cells(point, column)) for point in entry.get("points", ())]
-    heads = ("At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval")
-    unit = f" in {column.scale.unit}" if column.scale.unit else ""
-    return Table(f"{_capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns()
-
-
-def _column_of(entry: Mapping[str, Any]) -> Quantity:
-    """Return in which unit a metric is told in all rows, and to which step: two digits of its least deviation."""
-    if not entry["count"]:
-        return Quantity.of(entry["unit"], [])
-    scale = scale_of(entry["unit"], max(abs(entry[key]) for key in ("mean", "low", "high")))
-    widths = [row["std"] for row in (entry, *entry.get("points", ())) if row["std"] > 0.0]
-    return Quantity(scale, min(widths, default=0.1 * abs(entry["mean"])) * scale.factor)
+    heads, tables = ("At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"), []
+    for name, entry in summary["metrics"].items():
+        points = entry.get("points", ())
+        column = Quantity.of(entry["unit"], [])
+        if entry["count"]:
+            # In one unit in all rows, to two digits of its least deviation.
+            scale = scale_of(entry["unit"], max(abs(entry[key]) for key in ("mean", "low", "high")))
+            widths = [row["std"] for row in (entry, *points) if row["std"] > 0.0]
+            column = Quantity(scale, min(widths, default=0.1 * abs(entry["mean"])) * scale.factor)
+        rows = [
+            ("all" if "points" in entry else "", *_cells(entry, column)),
+            *((point["name"], *_cells(point, column)) for point in points),
+        ]
+        unit = f" in {column.scale.unit}" if column.scale.unit else ""
+        tables.append(Table(f"{_capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns())
+    return tables
 
 
 def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
@@ -170,62 +166,44 @@ def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
     )
 
 
-def _worst_table(summary: Mapping[str, Any]) -> Table | None:
-    """Return the worst runs with what repeats them."""
-    if not summary["worst"]:
-        return None
-    metric = next(iter(summary["metrics"]))
-    unit = summary["metrics"][metric]["unit"]
-    rows = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in summary["worst"][:WORST_SHOWN]]
-    return Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), rows)
-
-
 def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
     """Return the report of a study as one HTML page."""
+    described, metric = runs.described, next(iter(summary["metrics"]))
     failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
     failed = Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
-    tables = [_index_table(summary), _influence_table(summary)]
-    columns = [(name, about["role"], about["unit"] or "–") for name, about in runs.described["columns"].items()]
+    worst: Table | None = None
+    if summary["worst"]:
+        unit, shown = summary["metrics"][metric]["unit"], summary["worst"][:WORST_SHOWN]
+        again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in shown]
+        worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), again)
+    columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
     sections = [
         Section("", "", study_sentences(summary)),
         Section("spread", "What comes out", [Figures("spread"), *spread_tables(summary)]),
-        Section("influence", "Which cause matters", [Figures("influence"), *tables] if any(tables) else []),
-        Section("worst", "The worst runs", [_worst_table(summary), failed]),
+        Section("influence", "Which cause matters", _influence_tables(summary)),
+        Section("worst", "The worst runs", [worst, failed]),
         Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
     ]
-    entries = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}
-    spread = {name: (_capital(entry["description"]), entry["unit"], _groups(runs, name)) for name, entry in entries.items()}
-    facts = {"study": runs, "spread": spread or None, "influence": _influence(summary, next(iter(entries))) if entries else None}
-    front = Front(f"{summary['name']}: a study", _facts(summary, runs.described))
-    options = {"command": command, "provenance": summary["provenance"], "figures": figures}
-    return report_page("study", facts, front, sections, **options)
-
-
-def _facts(summary: Mapping[str, Any], described: Mapping[str, Any]) -> str:
+    entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
+    together = not described["grid"] or len(points) > GROUPS_DRAWN
+    spread = {
+        name: (
+            _capital(entry["description"]),
+            entry["unit"],
+            {"all runs": runs.columns[name]} if together else {_named(point, runs): runs.columns[name][at] for point, at in points},
+        )
+        for name, entry in entries.items()
+    }
     drawn = f"{described['draws']} draws ({described['sampling'].replace('_', ' ')}), seed {described['seed']}"
-    points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
-    beside = f" · {points} points of a grid" if described["grid"] else ""
-    return f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}"
+    beside = f" · {len(points)} points of a grid" if described["grid"] else ""
+    front = Front(f"{summary['name']}: a study", f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}")
+    options = {"command": command, "provenance": summary["provenance"], "figures": figures}
+    return report_page("study", {"study": runs, "spread": spread or None}, front, sections, **options)
 
 
-def _influence_table(summary: Mapping[str, Any]) -> Table | None:
-    entries = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
-    rows = [
-        (entry["metric"], entry["cause"], _signed(entry["value"]), _range(entry["interval"]))
-        for name in summary["metrics"]
-        for entry in entries
-        if entry["metric"] == name
-    ]
-    heads = ("Metric", "Cause", "Rank correlation", "95 % interval")
-    return Table("How strongly each cause goes with each metric", heads, rows) if rows else None
-
-
-def _range(ends: Sequence[float]) -> str:
-    return f"{_signed(ends[0])} to {_signed(ends[1])}"
-
-
-def _index_table(summary: Mapping[str, Any]) -> Table | None:
-    rows = [
+def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """Return Sobol indices and rank correlations, where there are any."""
+    shares = [
         (
             entry["metric"],
             entry["cause"],
@@ -236,25 +214,20 @@ def _index_table(summary: Mapping[str, Any]) -> Table | None:
         )
         for entry in summary["sobol_indices"]
     ]
-    heads = ("Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval")
-    return Table("Sobol indices: shares of the variance", heads, rows) if rows else None
+    strongest_first = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
+    ranks = [
+        (entry["metric"], entry["cause"], _signed(entry["value"]), _range(entry["interval"]))
+        for name in summary["metrics"]
+        for entry in strongest_first
+        if entry["metric"] == name
+    ]
+    of_shares = ("Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval")
+    tables = [
+        Table("Sobol indices: shares of the variance", of_shares, shares),
+        Table("How strongly each cause goes with each metric", ("Metric", "Cause", "Rank correlation", "95 % interval"), ranks),
+    ]
+    return [table for table in tables if table.rows]
 
 
-def _groups(runs: Runs, name: str) -> dict[str, np.ndarray]:
-    points = _points_of_grid(runs)
-    if not runs.described["grid"] or len(points) > GROUPS_DRAWN:
-        return {"all runs": runs.columns[name]}
-    return {_named(point, runs): runs.columns[name][chosen] for point, chosen in points}
-
-
-def _influence(summary: Mapping[str, Any], metric: str) -> tuple[list[str], dict[str, list[Any]], str] | None:
-    """Return the causes, the numbers of each and what these are, of a metric; Sobol indices where there are some."""
-    indices = sorted((entry for entry in summary["sobol_indices"] if entry["metric"] == metric), key=lambda entry: -entry["total"])
-    ranks = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
-    if indices:
-        names = {"alone": "first", "with others": "total"}
-        bars = {word: [(entry[key], entry[f"{key}_interval"]) for entry in indices] for word, key in names.items()}
-        return [entry["cause"] for entry in indices], bars, f"Share of the variance of {metric}"
-    ranks.sort(key=lambda entry: -abs(entry["value"]))
-    bars = {"rank correlation": [(entry["value"], entry["interval"]) for entry in ranks]}
-    return ([entry["cause"] for entry in ranks], bars, f"Rank correlation with {metric}") if ranks else None
+def _range(ends: Sequence[float]) -> str:
+    return f"{_signed(ends[0])} to {_signed(ends[1])}"

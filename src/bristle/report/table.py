@@ -48,12 +48,6 @@ class Quantity(NamedTuple):
         scale = scale_of(unit, top)
         return cls(scale, top * scale.factor * 10.0 ** (2 - digits))
 
-    @classmethod
-    def at_least(cls, least: float, unit: str, value: float) -> Quantity:
-        """Return the column for values of which one is told to three digits, in a unit no smaller than `least`."""
-        scale = scale_of(unit, max(value, least))
-        return cls(scale, value * scale.factor * 0.1)
-
     def head(self, word: str) -> str:
         """Return the head of the column."""
         return self.scale.label(word)

@@ -19,7 +19,7 @@ from bristle.workflow.commands import inspect_log
 
 if TYPE_CHECKING:
     from bristle.report.table import Table
-    from bristle.workflow import Identified, Outcome
+    from bristle.workflow.identified import Identified, Outcome
 
 __all__ = ["TASKS"]
 

@@ -10,10 +10,9 @@ if TYPE_CHECKING:
     from bristle.workflow.compared import Compared, compare
     from bristle.workflow.identified import Identified, identify
     from bristle.workflow.model_in_hand import Loaded, load
-    from bristle.workflow.outcome import Outcome
     from bristle.workflow.pipeline import Prepared, prepare
 
-__all__ = ["Compared", "Identified", "Loaded", "Outcome", "Prepared", "compare", "identify", "load", "prepare"]
+__all__ = ["Compared", "Identified", "Loaded", "Prepared", "compare", "identify", "load", "prepare"]
 
 __getattr__ = loaded_from(
     __name__,
@@ -24,7 +23,6 @@ __getattr__ = loaded_from(
         "identify": "identified",
         "Loaded": "model_in_hand",
         "load": "model_in_hand",
-        "Outcome": "outcome",
         "Prepared": "pipeline",
         "prepare": "pipeline",
     },

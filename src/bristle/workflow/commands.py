@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,10 +15,10 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import among, amount
 from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS
-from bristle.core.lazy import cached_property
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Variable
 from bristle.files.proposal import Proposal, propose_axis
-from bristle.files.summary import provenance
+from bristle.files.results import SUMMARY
+from bristle.files.summary import as_json, provenance
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import origins_of_code
 from bristle.logs.readers import read_table
@@ -50,8 +51,6 @@ class Inspected(NamedTuple):
 
     def write(self, folder: Results, command: str) -> None:
         """Write the numbers, and the report of a log that can be used, into a folder of results."""
-        from bristle.files.results import SUMMARY
-        from bristle.files.summary import as_json
         from bristle.report.log import log_report
         from bristle.report.results import write_report
 
@@ -70,21 +69,27 @@ class Inspected(NamedTuple):
 
 
 def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
-    """Return what is in a log."""
-    content = content_of_log(log, limit=size_limit)
-    proposal = _proposal(content, size_limit) if axis is None else None
-    used = proposal.axis if proposal else axis
-    table = proposal.table if proposal else read_table(content, used and used.table, size_limit=size_limit)
-    looked_at = _looked_at(table, used, proposal.unknown if proposal else ())
-    summary = _with_messages(looked_at.data)
-    summary["proposal"] = {"text": None, "missing": []}
+    """Return what is in a log; without an axis, the axis file that its columns speak of."""
+    from bristle.report.messages import as_data
+
+    content, proposal = content_of_log(log, limit=size_limit), None
+    if axis is None:
+        with suppress(InputError):  # no column can be the position
+            proposal = propose_axis(content, size_limit=size_limit)
+    axis = proposal.axis if proposal else axis
+    table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
+    looked_at = _looked_at(table, axis, proposal.unknown if proposal else ())
+    diagnostics = [Diagnostic(**entry, kind=looked_at.data["kind"]) for entry in looked_at.data["diagnostics"]]
+    if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
+        # Of a size that nobody knows nothing can be said.
+        diagnostics = [
+            diagnostic for diagnostic in diagnostics if not (diagnostic.code == "unit_suspect" and "speed" in diagnostic.numbers)
+        ]
+    summary = looked_at.data | {"diagnostics": as_data(diagnostics), "proposal": {"text": None, "missing": []}}
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
         summary["notes"] = [*proposal.notes, *summary["notes"]]
-        if {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
-            # Of a size that nobody knows nothing can be said.
-            summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
-    return Inspected(summary, content, table, used, proposal, looked_at.log, looked_at.passages)
+    return Inspected(summary, content, table, axis, proposal, looked_at.log, looked_at.passages)
 
 
 def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Summary:
@@ -97,28 +102,11 @@ def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Sum
     return summary_of(table, replace(axis, columns=usable))
 
 
-def _proposal(content: Content, limit: int) -> Proposal | None:
-    """Return the axis file that a log speaks of; None where no column can be the position."""
-    try:
-        return propose_axis(content, size_limit=limit)
-    except InputError:
-        return None
-
-
-def _with_messages(summary: dict[str, Any]) -> dict[str, Any]:
-    """Return what is in a log with a sentence for each diagnostic."""
-    from bristle.report.messages import as_data
-
-    diagnostics = [Diagnostic(**entry, kind=summary["kind"]) for entry in summary["diagnostics"]]
-    return summary | {"diagnostics": as_data(diagnostics)}
-
-
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
 """What the files of a motion are called, by what they are."""
 
 
-@dataclass(frozen=True, eq=False)
-class DesignedMotion:
+class DesignedMotion(NamedTuple):
     """A motion to run on an axis, and what was read for it."""
 
     excitation: Excitation
@@ -126,7 +114,7 @@ class DesignedMotion:
     model_file: Content | None
     command: str
 
-    @cached_property
+    @property
     def provenance(self) -> dict[str, str]:
         """Versions, files, checksums."""
         code = origins_of_code([self.excitation.prior.friction.component])
@@ -150,12 +138,20 @@ class DesignedMotion:
 
     def write(self, folder: Results, identify: str) -> None:
         """Write the motion, its moves and its report into a folder of results, with the command that comes next."""
+        from bristle.excitation.motion import moves_of
+        from bristle.files.motion import gcode_of, moves_table, write_motion
         from bristle.report.excitation import excitation_report
-        from bristle.report.results import write_motion_folder
+        from bristle.report.results import write_report
 
+        motion, axis = self.excitation.motion, self.excitation.axis
         page = excitation_report(self.excitation, command=self.command, identify=identify, provenance=self.provenance)
-        summary = self.summary(FILES, identify)
-        write_motion_folder(folder, self.excitation, axis_file=self.axis_file, report=page, summary=summary)
+        signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
+        write_motion(folder / FILES["motion"], axis, signals)
+        moves, left_out = moves_of(motion)
+        folder.write(FILES["moves"], moves_table(moves, axis))
+        folder.write(FILES["program"], gcode_of(moves, axis, left_out))
+        folder.write(FILES["axis"], self.axis_file.data)
+        write_report(folder, page, self.summary(FILES, identify))
 
 
 def designed_motion(axis_file: Content, *, command: str, model_file: Content | None = None, **options: Any) -> DesignedMotion:
@@ -177,21 +173,13 @@ class ExportedModel(NamedTuple):
     @property
     def summary(self) -> dict[str, Any]:
         """What was written, as ``summary.json`` holds it."""
-        effect = self.product.effect
-        return {
-            "target": self.target,
-            "model": self.name,
-            "files": list(self.product.files),
-            "notes": [*self.product.notes, *self.beside],
-            "effect": None if effect is None else effect.as_data(),
-            "provenance": self.provenance,
-        }
+        effect = None if self.product.effect is None else self.product.effect.as_data()
+        notes = [*self.product.notes, *self.beside]
+        about = {"target": self.target, "model": self.name, "files": list(self.product.files)}
+        return about | {"notes": notes, "effect": effect, "provenance": self.provenance}
 
     def write(self, folder: Results) -> None:
         """Write the files and the summary into a folder of results."""
-        from bristle.files.results import SUMMARY
-        from bristle.files.summary import as_json
-
         for file_name, content in self.product.files.items():
             folder.write(file_name, content)
         folder.write(SUMMARY, as_json(self.summary))
@@ -221,21 +209,22 @@ def export_model_file(
     from bristle.exports.targets import Request
     from bristle.exports.writing import files_for, name_for, target_named
     from bristle.files.arrays import read_arrays
-    from bristle.files.summary import provenance
-    from bristle.files.user_model import origins_of_code
+    from bristle.files.axis import read_axis
     from bristle.logs import read_log
 
-    target, file = target_named(to), content_of(model, limit=TOML_LIMIT)
+    target, file, beside = target_named(to), content_of(model, limit=TOML_LIMIT), model.parent / "axis.toml"
     plant, exported, facts = _read(file, allow_code=allow_code)
     code = origins_of_code([exported.component]) if exported.component.family == "friction" else ()
     drawn: Mapping[str, Any] = {}
     if target.takes_draws:
         drawn = read_arrays(model.parent, "draws") or (facts.get("bands") or {}).get("draws", {})
-    described = _described(axis, model.parent)
+    described = read_axis(beside if axis is None else axis) if axis is not None or beside.is_file() else None
     recorded = None if log is None else read_log(log, described)
     source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
-    fastest = float(facts["treatment"].get("velocity_max", 0.0)) if speed is None else _speed(speed, exported.kind)
-    loop, said = _loop_beside(model.parent, exported, described)
+    fastest = facts["treatment"].get("velocity_max", 0.0)
+    if speed is not None:
+        fastest = amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(speed, "--speed", exported.kind)
+    loop, remarks = _loop_beside(model.parent / "experiment.toml", exported, described)
     request = Request(
         exported,
         name_for(name or NAME),
@@ -244,7 +233,7 @@ def export_model_file(
         tunable,
         float32,
         described,
-        fastest,
+        float(fastest),
         points,
         1.0 if plant is None else float(plant.values.get("M", 1.0)),
         plant,
@@ -255,8 +244,7 @@ def export_model_file(
         "" if rest is None else among(*RESTS)(rest, "--rest", None),
         loop,
     )
-    product = files_for(target, request, accept_harm=accept_harm)
-    return ExportedModel(target.name, product, exported.name, source, said)
+    return ExportedModel(target.name, files_for(target, request, accept_harm=accept_harm), exported.name, source, remarks)
 
 
 def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict[str, Any]]:
@@ -274,25 +262,10 @@ def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict
     return plant, exported, facts
 
 
-def _described(axis: Any, folder: Path) -> Axis | None:
-    """Return the axis that a file describes; where none is named, the one beside the model."""
-    from bristle.files.axis import read_axis
-
-    beside = folder / "axis.toml"
-    if axis is None and not beside.is_file():
-        return None
-    return read_axis(beside if axis is None else axis)
-
-
-def _speed(text: str, kind: Kind) -> float:
-    return amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(text, "--speed", kind)
-
-
-def _loop_beside(folder: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
+def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
     """Return the loop of the experiment that an identification left beside a model file, and why it cannot be read."""
     from bristle.files.experiment import read_experiment
 
-    file = folder / "experiment.toml"
     if axis is None or axis.controller is None or not file.is_file():
         return None, ()
     try:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from bristle.comparison import Comparison
 from bristle.comparison import compare as sides_compared
@@ -14,13 +13,12 @@ from bristle.core.axis import Axis
 from bristle.core.edge import Amount, amount, guarded, optional
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
-from bristle.core.tabular import Card, WithCard, library
+from bristle.core.tabular import Card, library
 from bristle.core.variable import Variable
 from bristle.files.arguments import axes_for, log_and_axis
-from bristle.files.results import Results, results_folder
-from bristle.files.single import write_whole
 from bristle.files.summary import provenance
 from bristle.logs.log import Log
+from bristle.workflow.result import Result
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
@@ -29,7 +27,7 @@ __all__ = ["Compared", "compare"]
 
 
 @dataclass(frozen=True, eq=False)
-class Compared(WithCard, Comparison):
+class Compared(Result, Comparison):
     """Two logs of one axis, held against each other.
 
     Parameters
@@ -44,6 +42,7 @@ class Compared(WithCard, Comparison):
         A person's own, for the report.
     """
 
+    command: ClassVar[str] = "compare"
     axis_name: str
     call: str
     read: Mapping[str, Any]
@@ -73,18 +72,6 @@ class Compared(WithCard, Comparison):
         """Whether it helped, then each quantity with its numbers."""
         return self.summary["sentences"]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain data, as ``summary.json`` holds them.
-
-        Returns
-        -------
-        dict
-            Of text, numbers and lists.
-        """
-        from bristle.files.summary import plain
-
-        return plain(self.summary)
-
     def to_dataframe(self) -> Any:
         """Return the changes as a data frame of pandas, one row a quantity, in SI.
 
@@ -107,61 +94,15 @@ class Compared(WithCard, Comparison):
         columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
         return pandas.DataFrame(rows, columns=columns)
 
-    def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
-        """Write the report, one HTML file that needs nothing else.
+    def _summary(self) -> dict[str, Any]:
+        return self.summary
 
-        Parameters
-        ----------
-        path : path-like
-            The file; one that is there is replaced.
-        figures : sequence of ReportFigure or path-like
-            Your own, or the files that define them, which are executed: they stand behind all else.
-
-        Returns
-        -------
-        Path
-            The file.
-        """
-        comparison = self
-        if figures:
-            from bristle.figures.own import figures_named
-
-            comparison = replace(self, figures=figures_named(figures, "compare"))
-        return write_whole(path, comparison.page)
-
-    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
-        """Write ``summary.json`` and ``report.html`` into a folder.
-
-        Parameters
-        ----------
-        folder : path-like
-            A new folder.
-        force : bool
-            Whether results that are there already are replaced.
-
-        Returns
-        -------
-        Path
-            The folder.
-
-        Raises
-        ------
-        InputError
-            If it is there already, or cannot be written.
-        """
-        with results_folder(folder, force=force) as results:
-            self.write(results)
-        return Path(folder)
-
-    def write(self, folder: Results) -> None:
-        """Write report and numbers into a folder of results that is open."""
-        from bristle.report.results import write_report
-
-        write_report(folder, self.page, self.summary)
+    def _page(self, figures: tuple[ReportFigure, ...]) -> str:
+        return (replace(self, figures=figures) if figures else self).page
 
     def plot(self) -> Any:
         """Return following error over a cycle and at reversals, friction, and the changes, as a figure."""
-        from bristle.figures import comparison
+        from bristle.figures.comparison import comparison
 
         return comparison(self)
 
@@ -225,18 +166,26 @@ def compared_as(
     figures: Sequence[ReportFigure] = (),
 ) -> Compared:
     """Return what `compare` does, told in words of one's own."""
-    sides = [list(side) if isinstance(side, (list, tuple)) else [side] for side in (before, after)]
-    named_logs = [(path, log) for path, side in zip(("before", "after"), sides, strict=True) for log in side]
-    for side, path in zip(sides, ("before", "after"), strict=True):
+    sides = {path: list(side) if isinstance(side, (list, tuple)) else [side] for path, side in (("before", before), ("after", after))}
+    for path, side in sides.items():
         if not side:
             raise InputError("names no log", path=path, mend="Give at least one")
+    named_logs = [(path, log) for path, side in sides.items() for log in side]
     axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(named_logs))
     pairs = [_read(log, own_axis, path) for (path, log), own_axis in zip(named_logs, axes, strict=True)]
-    first, second = pairs[: len(sides[0])], pairs[len(sides[0]) :]
-    comparison = sides_compared(first, second, window)
-    fields = {field: getattr(comparison, field) for field in Comparison.__dataclass_fields__}
+    count = len(sides["before"])
+    comparison = sides_compared(pairs[:count], pairs[count:], window)
+    first, described = pairs[0]
+    # The call that repeats it, for who has the same logs and axis.
+    names = [log.origin.name or log.source.name.strip("<>") or path for (path, _), (log, _) in zip(named_logs, pairs, strict=True)]
+    words = [repr(side[0] if len(side) == 1 else side) for side in (names[:count], names[count:])]
+    words += ["axis=axis"] * any(own is not None for _, own in pairs) + [f"window={window!r}"] * (window is not None)
     return Compared(
-        **fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {}, figures=tuple(figures)
+        **{field: getattr(comparison, field) for field in Comparison.__dataclass_fields__},
+        axis_name=name or (described.name if described is not None else Path(first.source.name.strip("<>")).stem or "axis"),
+        call=call or f"bristle.compare({', '.join(words)})",
+        read=read or {},
+        figures=tuple(figures),
     )
 
 
@@ -249,19 +198,3 @@ def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:
             raise
         facts = {name: getattr(error, name) for name in ("value", "allowed", "mend")}
         raise InputError(error.message, path=path, **facts) from None
-
-
-def _name(pairs: list[tuple[Any, Axis | None]]) -> str:
-    log, axis = pairs[0]
-    return axis.name if axis is not None else Path(log.source.name.strip("<>")).stem or "axis"
-
-
-def _call(sides: list[list[Any]], pairs: list[tuple[Any, Axis | None]], window: float | None) -> str:
-    """Return the call that repeats a comparison, for who has the same logs and axis."""
-    names = [log.origin.name or log.source.name.strip("<>") for log, _ in pairs]
-    words = []
-    for side, listed in (("before", names[: len(sides[0])]), ("after", names[len(sides[0]) :])):
-        names_told = [name or side for name in listed]
-        words.append(repr(names_told[0]) if len(names_told) == 1 else repr(names_told))
-    words += ["axis=axis"] * any(axis is not None for _, axis in pairs) + [f"window={window!r}"] * (window is not None)
-    return f"bristle.compare({', '.join(words)})"

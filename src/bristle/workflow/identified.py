@@ -1,4 +1,4 @@
-"""`identify`: from a log, or the columns of one, to a model that is looked at, predicts, and is kept."""
+"""`identify`: from a log, or the columns of one, to a model that is looked at, predicts, and is kept, with what follows from it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from inspect import Signature, signature
-from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
+from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.files.arguments import logs_and_axes
 from bristle.files.axis import axis_text
-from bristle.files.results import results_folder
-from bristle.files.single import write_whole
 from bristle.files.summary import provenance
 from bristle.files.user_model import origins_of_code
 from bristle.friction import DEFAULT_MODELS
@@ -24,23 +22,32 @@ from bristle.identification.identify import identify as models_fitted
 from bristle.identification.request import models_of
 from bristle.identification.result import Identification
 from bristle.logs.log import Log
+from bristle.prediction.drive_table import drive_table, steady_curve
 from bristle.workflow.model_in_hand import ModelInHand
-from bristle.workflow.outcome import Outcome, outcome_of
+from bristle.workflow.result import Result
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
+    from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
-    from bristle.identification.result import Fit
+    from bristle.files.experiment_text import NextExperiment
+    from bristle.files.results import Results
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
-__all__ = ["Identified", "identify"]
+    Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
+
+__all__ = ["ENTRIES", "EXPERIMENT", "Identified", "Outcome", "identify"]
 
 P = ParamSpec("P")
 Progress = Callable[[float, str], None]
+ENTRIES = 20  # of the table for the drive
+EXPERIMENT = "experiment.toml"
+"""What the experiment file is called that an identification leaves."""
 
 
 @dataclass(frozen=True, eq=False)
-class Identified(ModelInHand, Identification):
+class Identified(ModelInHand, Result, Identification):
     """Models identified from a log, best first; what stands on it is that of the best one.
 
     Parameters
@@ -53,23 +60,15 @@ class Identified(ModelInHand, Identification):
         What repeats it.
     """
 
+    command: ClassVar[str] = "identify"
     axes: tuple[Axis | None, ...] = (None,)
     code: tuple[Origin, ...] = ()
     call: str = "bristle.identify(log)"
 
     @property
-    def best(self) -> Fit:
-        """The model of the first rank."""
-        return self.fits[0]
-
-    @property
     def axis(self) -> Axis | None:
         """What was known of the axis of the first log."""
         return self.axes[0]
-
-    @property
-    def _treatment(self) -> Mapping[str, float]:
-        return self.treatment
 
     @cached_property
     def outcome(self) -> Outcome:
@@ -84,122 +83,189 @@ class Identified(ModelInHand, Identification):
         progress: Progress | None = None,
         banner: str | None = None,
         files: Mapping[str, Any] | None = None,
-        loop: tuple[SimulationResult | None, Prediction | None, Following | None] | None = None,
+        loop: Loop | None = None,
         figures: Sequence[ReportFigure] = (),
     ) -> Outcome:
-        """Return what follows from the models, with words of one's own.
+        """Return what follows from the models, with words of one's own, and with `files` that were read beside the logs.
 
-        Parameters
-        ----------
-        command : str, optional
-            What repeats it.
-        axis_name : str, optional
-            What people call the axis.
-        progress : callable, optional
-            Called with the share done and what comes next.
-        banner : str, optional
-            What a reader of the report must know before anything else.
-        files : mapping, optional
-            What was read, by what it is, where it is more than is known here.
-        loop : tuple of SimulationResult, Prediction and Following, optional
-            Where these were made elsewhere, as on an axis that is simulated.
-        figures : sequence of ReportFigure
-            Your own, for the report.
-
-        Returns
-        -------
-        Outcome
-            Table, loop, prediction, certificates, summary and report.
+        A `loop` is what was simulated elsewhere, as on an axis that is itself simulated.
         """
-        logs, texts = (self.log, *self.further_logs), self._axis_texts()
-        read = {"log": logs, "code": self.code} | dict(files or {})
-        name = self.axis.name if self.axis is not None else Path(self.log.source.name.strip("<>")).stem
-        return outcome_of(
+        from bristle.certificates import check
+
+        read = {"log": (self.log, *self.further_logs), "code": self.code} | dict(files or {})
+        source = provenance(command or self.call, **read) | ({"unfinished": self.unfinished} if self.unfinished else {})
+        table, looped = drive_table(self.best, ENTRIES), self._loop()
+        simulation, prediction, following = loop or self._in_the_loop(looped, progress)
+        certificates, uncertified = {}, ""
+        try:
+            certificates = check(self.model)
+        except InputError as error:  # of a model without friction
+            uncertified = str(error)
+        return Outcome(
             self,
-            self.axis,
-            provenance=provenance(command or self.call, **read),
-            command=command or self.call,
-            axis_name=axis_name or name,
-            progress=progress,
-            banner=banner,
-            loop=loop,
-            axes=texts,
-            figures=tuple(figures),
+            table,
+            simulation,
+            prediction,
+            certificates,
+            uncertified,
+            source,
+            command or self.call,
+            axis_name or (self.axis.name if self.axis is not None else Path(self.log.source.name.strip("<>")).stem),
+            f"Unfinished; {self.unfinished}." if self.unfinished else banner,
+            following,
+            tuple(figures),
+            looped,
         )
 
+    def _loop(self) -> Experiment | None:
+        """Return the loop of the log with the best model: the one that is simulated, written down, run and designed."""
+        from bristle.prediction.following import loop_of
+        from bristle.prediction.predict import TREATED
+
+        if self.best.position_rmse is not None:  # fitted to the position: there was no loop
+            return None
+        treatment = {name: self.treatment.get(name) for name in TREATED}
+        return loop_of(self.plant, self.model, self.log, self.axis or Axis(), lag=self.best.lag, **treatment)
+
+    def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
+        """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop.
+
+        What was fitted to the position is told by the position, and that takes no loop.
+        """
+        from bristle.prediction.following import following_of
+        from bristle.prediction.predict import predict
+        from bristle.simulation import simulate
+
+        of_axis = self.plant, self.model, self.log, self.axis or Axis()
+        if self.best.position_rmse is not None:
+            return None, predict(*of_axis, "open-loop"), following_of(self.log)
+        if experiment is None:
+            return None, None, following_of(self.log)
+        simulation = simulate(experiment, progress)
+        prediction = predict(*of_axis, "closed-loop", lag=self.best.lag)
+        return simulation, prediction, following_of(self.log, simulation, self.settings)
+
+    def _summary(self) -> dict[str, Any]:
+        return self.outcome.summary
+
+    def _page(self, figures: tuple[ReportFigure, ...]) -> str:
+        return (replace(self.outcome, figures=figures) if figures else self.outcome).page
+
+    def write(self, folder: Results) -> None:
+        """Write all of it into a folder of results that is open."""
+        self.outcome.write(folder)
+
+    def _words(self) -> tuple[str, list[str]]:
+        logs = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
+        behind = [f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:]]
+        return logs, [f"ranked behind it: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An identification and what follows from it.
+
+    The `table` for a drive is of velocities and efforts, `uncertified` says why there are no certificates, the `banner`
+    what a reader must know before anything else, and `looped` is the loop of the log with the best model.
+    """
+
+    identification: Identified
+    table: list[tuple[float, float]]
+    simulation: SimulationResult | None
+    prediction: Prediction | None
+    certificates: Mapping[str, Certificate]
+    uncertified: str
+    provenance: Mapping[str, str]
+    command: str
+    axis_name: str
+    banner: str | None
+    following: Following | None
+    figures: tuple[ReportFigure, ...]
+    looped: Experiment | None
+
+    def _told(self) -> dict[str, Any]:
+        """Return what summary and report tell alike."""
+        names = ("table", "simulation", "prediction", "provenance", "certificates", "following")
+        return {name: getattr(self, name) for name in names} | {"axis": self.identification.axis}
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The numbers, as ``summary.json`` holds them."""
+        from bristle.report.summary import identification_summary
+
+        return identification_summary(self.identification, **self._told())
+
+    @cached_property
+    def page(self) -> str:
+        """The report, one HTML page, whose parameters can be moved where a page can compute the model."""
+        from bristle.lab.living import living_part
+        from bristle.report.identification import identification_report
+
+        living = living_part(self.identification, self.identification.axis, self.simulation, self.following)
+        words = {"command": self.command, "axis_name": self.axis_name, "banner": self.banner}
+        return identification_report(self.identification, figures=self.figures, living=living, **words, **self._told())
+
+    def following_experiment(self, folder: Path) -> NextExperiment:
+        """Return the experiment file that lies in a folder beside the model: the next step."""
+        from bristle.files.experiment_text import next_experiment
+
+        log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
+        loop, has_file = None if self.looped is None else self.looped.variants[0], bool(self._axis_texts)
+        plant = self.identification.plant
+        return next_experiment(plant, axis, log, folder, has_axis_file=has_file, loop=loop if has_file else None)
+
+    @cached_property
     def _axis_texts(self) -> tuple[bytes, ...]:
-        """Return the axis files as used, each once."""
-        logs = (self.log, *self.further_logs)
-        texts = [axis_text(_with_columns(axis, log)) for axis, log in zip(self.axes, logs, strict=True)]
+        """The axis files as used, each once, that of the first log first."""
+        logs = (self.identification.log, *self.identification.further_logs)
+        texts = [axis_text(_with_columns(axis, log)) for axis, log in zip(self.identification.axes, logs, strict=True)]
         return tuple(dict.fromkeys(text for text in texts if text is not None))
 
-    def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
-        """Write the report, one HTML file that needs nothing else.
+    def write(self, folder: Results, **further: Any) -> None:
+        """Write all of it into a folder of results, with further entries of the summary."""
+        from bristle.files.arrays import write_arrays
+        from bristle.files.experiment_text import LOOP
+        from bristle.files.model import write_model
+        from bristle.files.user_model import codes_of
+        from bristle.report.messages import note_of
+        from bristle.report.model_tables import as_csv
+        from bristle.report.results import write_report
+        from bristle.report.sentences import SENTENCES
 
-        Parameters
-        ----------
-        path : path-like
-            The file; one that is there is replaced.
-        figures : sequence of ReportFigure or path-like
-            Your own, or the files that define them, which are executed: they stand behind all else.
-
-        Returns
-        -------
-        Path
-            The file.
-        """
-        outcome = self.outcome
-        if figures:
-            from bristle.figures.own import figures_named
-
-            outcome = replace(outcome, figures=figures_named(figures, "identify"))
-        return write_whole(path, outcome.page)
-
-    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
-        """Write everything into a folder that `bristle.load` reads.
-
-        Parameters
-        ----------
-        folder : path-like
-            A new folder: ``model.toml``, ``axis.toml`` as used, ``drive_table.csv``, ``friction_curve.csv``,
-            ``summary.json``, ``report.html``, and as Parquet, or NPZ without pyarrow, ``draws`` (the parameters as
-            that the log allows, one row a simulated log) and ``traces`` (measured and predicted effort).
-        force : bool
-            Whether results that are there already are replaced.
-
-        Returns
-        -------
-        Path
-            The folder.
-
-        Raises
-        ------
-        InputError
-            If it is there already, or cannot be written.
-        """
-        with results_folder(folder, force=force) as results:
-            self.outcome.write(results)
-        return Path(folder)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain data, as ``summary.json`` holds them.
-
-        Returns
-        -------
-        dict
-            Of text, numbers and lists. With a controller the loop is simulated for it, once.
-        """
-        from bristle.files.summary import plain
-
-        return plain(self.outcome.summary)
-
-    def _source(self) -> str:
-        words = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
-        return f" from {words}" if words else ""
-
-    def _beside(self) -> tuple[str, ...]:
-        behind = ", ".join(f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:])
-        return (*((f"ranked behind it: {behind}",) if behind else ()), *((self.unfinished,) if self.unfinished else ()))
+        best = self.identification.best
+        for code in codes_of(best.friction.component):
+            folder.write(code.source.name, code.data)
+        notes = {estimate.name: note_of(estimate) for estimate in best.estimates}
+        # What was told by a log that never slides alone.
+        sticking = next((diagnostic for diagnostic in best.diagnostics if diagnostic.code == "never_slides"), None)
+        names = sticking.numbers.get("names", ()) if sticking is not None else ()
+        explained = {estimate.name for estimate in best.estimates if estimate.reason is not None}
+        if isinstance(names, tuple):
+            notes |= {str(name): SENTENCES["never_slides"].means for name in names if name not in explained}
+        write_model(
+            folder / "model.toml",
+            best.plant,
+            best.friction,
+            estimates=best.estimates,
+            provenance=self.provenance,
+            treatment=self.identification.treatment,
+            bands=best.resampling.bands if best.resampling else None,
+            notes=notes,
+        )
+        if self.table:
+            folder.write("drive_table.csv", as_csv(self.table, best.friction.kind) + "\n")
+        write_report(folder, self.page, self.summary | further)
+        for number, text in enumerate(self._axis_texts, 1):
+            folder.write("axis.toml" if number == 1 else f"axis_{number}.toml", text)
+        following = self.following_experiment(folder.path)
+        folder.write(EXPERIMENT, following.text)
+        if following.loop:
+            folder.write(LOOP, following.loop)
+        if self.table:
+            folder.write("friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n")
+        if best.resampling is not None:
+            write_arrays(folder, "draws", best.resampling.bands.draws)
+        write_arrays(folder, "traces", vars(best.traces))
 
 
 def _with_columns(axis: Axis | None, log: Log) -> Axis:

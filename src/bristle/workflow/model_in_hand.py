@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from abc import abstractmethod
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
@@ -57,24 +57,9 @@ class DiagnosticWithMessage(Diagnostic):
 class ModelInHand(WithCard):
     """An identified model: its parameters, how sure they are, what it predicts."""
 
-    @property
-    @abstractmethod
-    def best(self) -> Fit:
-        """The model and what is known of it."""
-
-    @property
-    @abstractmethod
-    def axis(self) -> Axis | None:
-        """What was known of the axis."""
-
-    @property
-    @abstractmethod
-    def _treatment(self) -> Mapping[str, float]:
-        """How the log of the identification was treated."""
-
-    @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain data, as ``summary.json`` holds them."""
+    best: Fit
+    axis: Axis | None
+    treatment: Mapping[str, float]
 
     @property
     def model(self) -> Model:
@@ -138,12 +123,11 @@ class ModelInHand(WithCard):
         from bristle.files.model import TREATMENT
         from bristle.prediction.predict import predict
 
-        resampling, treatment = self.best.resampling, self._treatment
-        options: dict[str, Any] = {name: treatment[name] for name in TREATMENT if name in treatment}
+        resampling = self.best.resampling
+        options: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
         options |= {"decimation": int(options["decimation"])} if "decimation" in options else {}
         bands = resampling.bands if resampling is not None else None
-        own = self.axis if axis is None else axis
-        return predict(self.plant, self.model, log, own, mode, bands=bands, **options)
+        return predict(self.plant, self.model, log, self.axis if axis is None else axis, mode, bands=bands, **options)
 
     def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
         """Return velocity and steady friction for the compensation of a drive, at most `entries` of them."""
@@ -152,17 +136,17 @@ class ModelInHand(WithCard):
         return drive_table(self.best, entries)
 
     def plot(self) -> Figure:
-        """Return measured and predicted effort over time, and what is left over, as a figure of matplotlib."""
-        from bristle import figures
+        """Return measured and predicted effort over time, whole and where they differ most, as a figure of matplotlib."""
+        from bristle.figures.effort_over_time import effort_over_time
 
-        return figures.fitted(self.best)
+        return effort_over_time(self.best)
 
     def widget(self) -> Widget:
         """Return the model to be touched in a notebook, each identified interval under its slider."""
         from bristle.lab import Widget
         from bristle.lab.living import uncertainty_of
 
-        fastest = float(self._treatment.get("velocity_max", 0.0))
+        fastest = float(self.treatment.get("velocity_max", 0.0))
         return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=fastest)
 
     def to_dataframe(self) -> Any:
@@ -190,21 +174,14 @@ class ModelInHand(WithCard):
         table = parameter_table(self.best)
         columns = [index for index, head in enumerate(table.heads) if head in COLUMNS]
         rows = tuple(tuple(row[index] for index in columns) for row in table.rows)
-        title = f"{self.best.name}, identified{self._source()}: error {self.best.error_percent:.3g} %"
-        return Card(
-            title,
-            tuple(table.heads[index] for index in columns),
-            rows,
-            (*self._beside(), *(f"warning: {warning}" for warning in warnings_of(self.best))),
-        )
+        logs, remarks = self._words()
+        title = f"{self.best.name}, identified{f' from {logs}' if logs else ''}: error {self.best.error_percent:.3g} %"
+        heads = tuple(table.heads[index] for index in columns)
+        return Card(title, heads, rows, (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))))
 
-    def _source(self) -> str:
-        """Return from which log, in words."""
-        return ""
-
-    def _beside(self) -> tuple[str, ...]:
-        """Return what else there is to know, in words."""
-        return ()
+    def _words(self) -> tuple[str, list[str]]:
+        """Return from which logs, and what else there is to know."""
+        return "", []
 
 
 SIMULATED = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
@@ -216,11 +193,11 @@ class Loaded(ModelInHand):
 
     Parameters
     ----------
-    fit : Fit
+    best : Fit
         The model and what is known of it.
     treatment : mapping of str to float
         How the log was treated, as in `Identified`.
-    known_axis : Axis or None
+    axis : Axis or None
         What was known of the axis.
     summary : mapping
         What ``summary.json`` holds, of all models.
@@ -228,25 +205,11 @@ class Loaded(ModelInHand):
         The report.
     """
 
-    fit: Fit
+    best: Fit
     treatment: Mapping[str, float]
-    known_axis: Axis | None
+    axis: Axis | None
     summary: Mapping[str, Any]
     page: str
-
-    @property
-    def best(self) -> Fit:
-        """The model and what is known of it."""
-        return self.fit
-
-    @property
-    def axis(self) -> Axis | None:
-        """What was known of the axis."""
-        return self.known_axis
-
-    @property
-    def _treatment(self) -> Mapping[str, float]:
-        return self.treatment
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data, as ``summary.json`` holds them."""
@@ -262,13 +225,9 @@ class Loaded(ModelInHand):
         """
         return write_whole(path, self.page)
 
-    def _source(self) -> str:
-        name = self.summary.get("provenance", {}).get("log")
-        return f" from {name}" if name else ""
-
-    def _beside(self) -> tuple[str, ...]:
+    def _words(self) -> tuple[str, list[str]]:
         behind = ", ".join(model["name"] for model in self.summary["models"][1:])
-        return (f"ranked behind it: {behind}",) if behind else ()
+        return self.summary.get("provenance", {}).get("log") or "", [f"ranked behind it: {behind}"] * bool(behind)
 
 
 def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
@@ -322,26 +281,29 @@ def _fit(
     draws: Mapping[str, np.ndarray],
     bands: Mapping[str, Any] | None,
 ) -> Fit:
-    diagnostics = tuple(
-        Diagnostic(entry["code"], entry["parameter"], entry["severity"], _numbers(entry["numbers"]), friction.kind)
+    numbers = [
+        {name: tuple(value) if isinstance(value, list) else value for name, value in entry["numbers"].items()}
         for entry in summary["diagnostics"]
+    ]
+    diagnostics = tuple(
+        Diagnostic(entry["code"], entry["parameter"], entry["severity"], own, friction.kind)
+        for entry, own in zip(summary["diagnostics"], numbers, strict=True)
     )
     metrics, correlation = summary["metrics"], summary["correlation"]
-    simulated = {name: metrics[name] for name in SIMULATED}
+    errors = {name: metrics[name] for name in SIMULATED}
+    errors |= {name: math.nan if metrics[name] is None else metrics[name] for name in ("condition_number", "force_error_percent")}
     return Fit(
         plant=plant,
         friction=friction,
         estimates=_estimates(summary["parameters"], diagnostics),
         correlation=np.array(correlation["values"], dtype=float),
         correlation_names=tuple(correlation["names"]),
-        condition_number=_number(metrics["condition_number"]),
         traces=traces,
-        force_error_percent=_number(metrics["force_error_percent"]),
         diagnostics=diagnostics,
         combinations=_estimates(summary["combinations"], diagnostics),
         lag=summary["treatment"].get("lag"),
         resampling=_resampling(summary["resampling"], draws, bands),
-        **simulated,
+        **errors,
     )
 
 
@@ -376,11 +338,3 @@ def _resampling(numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarra
         curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
         curve_from=numbers["virgin_curve_from"],
     )
-
-
-def _numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in numbers.items()}
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else value

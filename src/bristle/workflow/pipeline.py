@@ -23,7 +23,6 @@ from bristle.files.toml import read_toml
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
     from bristle.logs.log import Log
-    from bristle.workflow.outcome import Outcome
 
 __all__ = ["Prepared", "prepare"]
 
@@ -90,8 +89,13 @@ def prepare(
     for number, plan in enumerate(planned.values()):
         best = None
         if not plan.is_current:
+
+            def part(share: float, words: str, done: int = number) -> None:
+                if progress is not None:
+                    progress((done + share) / len(planned), words)
+
             try:
-                best = _identified(plan, source, size_of(size_limit), _part(progress, number, len(planned)))
+                best = _identified(plan, source, size_of(size_limit), part)
             except InputError as error:
                 raise error.at(f"{source}: {plan.path}") from None
         ready.append(Prepared(plan.name, plan.folder, best))
@@ -99,33 +103,31 @@ def prepare(
 
 
 def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress) -> Fit:
+    from bristle.files.arguments import read_log
+    from bristle.files.axis import read_axis
     from bristle.workflow.identified import identify
 
     plan.folder.parent.mkdir(exist_ok=True)
     with results_folder(plan.folder, force=True) as folder:
-        logs, axis = _excited(plan.excited, plan.axis) if plan.excited else _read(plan, size_limit)
-        options = {"draws": 0, **plan.options}
-        identification = identify(logs, axis=axis, progress=progress, **options)
+        axis = None if plan.axis is None else read_axis(plan.axis)
+        if plan.excited:
+            logs, axis = _excited(plan.excited, axis)
+        else:
+            logs = [read_log(log, axis, size_limit=size_limit) for log in plan.logs]
+        identification = identify(logs, axis=axis, progress=progress, **{"draws": 0, **plan.options})
         if identification.unfinished:  # what was interrupted is not kept: it would pass for the whole
             raise KeyboardInterrupt
         outcome = identification.outcome_with(command=f"[{plan.path}] of {source.name}")
-        described = _of_rig(outcome, plan.excited, source) if plan.excited else outcome
-        described.write(folder)
+        if plan.excited:
+            facts = {"identified from a run of": f"{source.name}: {plan.excited.name}", FITTED_TO: digest(plan.excited.friction)}
+            outcome = replace(outcome, provenance={**outcome.provenance, **facts})
+        outcome.write(folder)
         folder.write(DEPENDS_ON, json.dumps({"identify": plan.name, "digest": plan.digest}, indent=2) + "\n")
     return identification.best
 
 
-def _read(plan: Planned, size_limit: int) -> tuple[list[Log], Axis | None]:
-    from bristle.files.arguments import read_log
-    from bristle.files.axis import read_axis
-
-    axis = None if plan.axis is None else read_axis(plan.axis)
-    return [read_log(log, axis, size_limit=size_limit) for log in plan.logs], axis
-
-
-def _excited(variant: Variant, axis_file: Path | None) -> tuple[list[Log], Axis]:
+def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
     """Return what the drive of a loop would record in a run of it, and what is known of the axis."""
-    from bristle.files.axis import read_axis
     from bristle.logs.log import Log
     from bristle.simulation import simulate
 
@@ -139,19 +141,5 @@ def _excited(variant: Variant, axis_file: Path | None) -> tuple[list[Log], Axis]
             mend="Simulate it alone and mend the loop first",
         )
     signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
-    axis = Axis(kind=kind, resolution=variant.sensor.values.get("resolution")) if axis_file is None else read_axis(axis_file)
+    axis = axis or Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis
-
-
-def _of_rig(outcome: Outcome, variant: Variant, source: Path) -> Outcome:
-    """Return the results with the friction that was excited in their provenance."""
-    facts = {"identified from a run of": f"{source.name}: {variant.name}", FITTED_TO: digest(variant.friction)}
-    return replace(outcome, provenance={**outcome.provenance, **facts})
-
-
-def _part(progress: Progress | None, number: int, count: int) -> Progress:
-    def report(share: float, words: str) -> None:
-        if progress is not None:
-            progress((number + share) / count, words)
-
-    return report

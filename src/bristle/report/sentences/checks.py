@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bristle.core.typography import with_unit
-from bristle.report.sentences.sentence import Choice, Sentence, says
+from bristle.report.sentences.sentence import Sentence, says, where
 
 __all__ = ["CHECKS", "COMPARISONS"]
 
@@ -23,13 +23,13 @@ def _alike(numbers: Mapping[str, Any]) -> bool:
     return with_unit(numbers["slowest"], "m/s") == with_unit(numbers["fastest"], "m/s")
 
 
+def _resampled(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    own, even, effort, behind = texts
+    return own if "column" in numbers else even + (effort if "effort_error" in numbers else "") + behind
+
+
 def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
     return Sentence((first, names), means, advice, choose=_named)
-
-
-def _by(key: str) -> Choice:
-    """Return the choice of the first text where a number or a name is given and not empty, else the second."""
-    return lambda texts, numbers: texts[0 if numbers.get(key) else 1]
 
 
 CHECKS: dict[str, Sentence] = {
@@ -40,29 +40,25 @@ CHECKS: dict[str, Sentence] = {
         "rows are missing though the stamps go on, or a counter wrapped",
         "mend the stamps, unwrap the counter, or cut the log there",
     ),
-    "stamps_jitter": Sentence(
+    "resampled": Sentence(
         (
+            "column {column} was recorded every {own_sample_time:time} and the position every {sample_time:time}: {percent:.0f} % of its "
+            "samples were interpolated, with an error of at most {error_percent:.2g} % of its standard deviation",
             "the time stamps are off even ones by {percent:.2g} % of the sample time (19 of 20) and up to {largest:.0f} %: all channels "
             "were resampled on their stamps onto steps of {sample_time:time}, which errs by about {position_error:length} in the position",
             " and {effort_error:force} in the effort",
             " (root mean square). If the stamps are off and the samples are not, leave the column of time out of "
             "the axis file and write sample_time under [timing]",
         ),
-        "stamps are not even: what was recorded was resampled on them",
-        "record at a fixed rate; if only the stamps are off, write sample_time instead of the column of time",
-        choose=lambda texts, numbers: texts[0] + (texts[1] if "effort_error" in numbers else "") + texts[2],
+        "stamps are not even, or channels have sample times of their own: what was recorded was resampled",
+        "record all channels at one fixed rate; if only the stamps are off, write sample_time instead of the column of time",
+        choose=_resampled,
     ),
     "unit_contradicts": says(
         "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is wrong. "
         "Mend its unit in the axis file",
         "the name of a column speaks of another unit than the header or the axis file",
         "mend the unit",
-    ),
-    "rates_differ": says(
-        "column {column} was recorded every {own_sample_time:time} and the position every {sample_time:time}: {percent:.0f} % of its "
-        "samples were interpolated, with an error of at most {error_percent:.2g} % of its standard deviation",
-        "channels have sample times of their own: they were brought to the times of the position",
-        "record all channels at one rate",
     ),
     "sign_reversed": says(
         "the sign of effort seems reversed: over closed motion it takes {percent:.0f} % of the work out of the axis "
@@ -77,27 +73,18 @@ CHECKS: dict[str, Sentence] = {
         "the effort has lost its sign",
         "record the signal that has a sign",
     ),
-    "clock_suspect": Sentence(
-        (
-            "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is "
-            "wrong. Mend its unit in the axis file",
-            "the samples would be {sample_time:time} apart, which no servo axis is sampled at: mend the unit of time in the axis file",
-        ),
-        "the stamps are in another unit than declared",
-        "mend the unit of time",
-        choose=_by("called"),
-    ),
     "unit_suspect": Sentence(
         (
             "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is "
             "wrong. Mend its unit in the axis file",
             "the axis would move at {speed:length/time}: mend the unit of the position, the gear or the lead in the "
             "axis file, or raise the threshold if it does",
+            "the samples would be {sample_time:time} apart, which no servo axis is sampled at: mend the unit of time in the axis file",
         ),
-        "the position is in another unit than declared",
-        "mend the unit, the gear or the lead",
-        choose=_by("called"),
-        also=("speed",),
+        "the position or the stamps are in another unit than declared",
+        "mend the unit of position or time, the gear or the lead",
+        choose=where("called", "speed"),
+        also=("speed", "sample_time"),
     ),
     "velocity_contradicts": Sentence(
         (
@@ -108,7 +95,7 @@ CHECKS: dict[str, Sentence] = {
         ),
         "a recorded velocity is another one than the position has",
         "mend unit or sign of one of both",
-        choose=_by("delay"),
+        choose=lambda texts, numbers: texts[0 if numbers["delay"] else 1],
     ),
     "mass_contradicts": says(
         "the mass or inertia that is told, {known:mass}, is {ratio:.3g} times the {found:mass} that the log shows: "
@@ -129,18 +116,17 @@ CHECKS: dict[str, Sentence] = {
         "the effort is cut off at an extreme",
         "lower the acceleration, or widen the range of the channel",
     ),
-    "beyond_limit": says(
-        "the effort reaches {value:force}, and {key} of the axis file says {limit:force}: the limit, the unit or the "
-        "constant of the effort, or the gain of a known input is wrong. The limit of the controller is compared "
-        "without known inputs, which are added behind it; a limit on their sum stands under [effort]",
-        "the effort exceeds a limit of the axis file",
-        "mend the limit, the unit or the constant of the effort, or the gain of a known input",
-    ),
-    "beyond_stroke": says(
-        "the position travels {value:length}, and the stroke of the axis file is {limit:length}: the unit of the "
-        "position or the stroke is wrong",
-        "the position travels further than the stroke of the axis file",
-        "mend the unit of the position, or the stroke",
+    "beyond_limit": Sentence(
+        (
+            "the effort reaches {value:force}, and {key} of the axis file says {limit:force}: the limit, the unit or the "
+            "constant of the effort, or the gain of a known input is wrong. The limit of the controller is compared "
+            "without known inputs, which are added behind it; a limit on their sum stands under [effort]",
+            "the position travels {value:length}, and the stroke of the axis file is {limit:length}: the unit of the "
+            "position or the stroke is wrong",
+        ),
+        "the effort exceeds a limit of the axis file, or the position its stroke",
+        "mend the limit, the unit or the constant of the effort, or the gain of a known input; or the unit of the position",
+        choose=where("key"),
     ),
     "resolution_contradicts": Sentence(
         (
@@ -207,11 +193,6 @@ CHECKS: dict[str, Sentence] = {
         _SPEEDS,
         choose=lambda texts, numbers: _named((texts[2 if _alike(numbers) else 0], texts[1]), numbers),
     ),
-    "repeats_one_motion": says(
-        "the motion repeats itself every {period:.3g} s: predict a log of another motion to see what a model is worth",
-        "the motion repeats itself",
-        "record another motion too",
-    ),
 }
 
 
@@ -238,19 +219,20 @@ COMPARISONS: dict[str, Sentence] = {
         "the motion does not go to and fro often enough for cycles",
         "record ten cycles or more, to and fro",
     ),
-    "few_cycles": says(
-        "one side has only {cycles} cycles: intervals are wide, and rest on these showing how cycles scatter",
+    "few_cycles": Sentence(
+        (
+            "one side has only {cycles} cycles: intervals are wide, and rest on these showing how cycles scatter",
+            "one cycle tells no scatter, so that no change has an interval",
+        ),
         "few cycles tell how much they scatter",
         "record ten cycles or more",
+        choose=where("cycles"),
     ),
     "cycles_identical": says(
         "the cycles of a quantity are the same to the last digits, as in a simulation without noise: its interval "
         "tells nothing of a machine",
         "cycles do not scatter, so that an interval has no width",
         "record the machine itself",
-    ),
-    "no_interval": says(
-        "one cycle tells no scatter, so that no change has an interval", "a log is too short for intervals", "record ten cycles or more"
     ),
     "cycles_alike": says(
         "neighbouring cycles are alike, as while an axis warms up: {cycles:2 digits} of them count as one",

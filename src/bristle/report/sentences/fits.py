@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bristle.report.sentences.sentence import Sentence, plural, says
+from bristle.report.sentences.sentence import Sentence, says, where
 
 __all__ = ["FITS", "PREDICTIONS"]
 
@@ -27,6 +27,15 @@ def _lead(numbers: Mapping[str, Any]) -> int:
     return 2 if -0.6 <= numbers["samples"] <= -0.4 else 1
 
 
+def _filtered(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return what is said of a filter: of rows that are fewer for it, of one that is slower, of a fit, of a prediction."""
+    if "percent" in numbers or "wanted" in numbers:
+        return texts[0 if "percent" in numbers else 1]
+    place = 2 if "dropped" in numbers else 4
+    return texts[place if numbers["decimation"] == 1 else place + 1]
+
+
+_FILTERED = "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each edge, "
 _TAKEN_OUT = (
     ". That was taken out; inertia, damping and stiffness before sliding are as unsure. Record accelerations that "
     "change fast, or write `delay` under [timing] of the axis file"
@@ -119,19 +128,18 @@ FITS: dict[str, Sentence] = {
         "the log turns at one amplitude only",
         "record a motion over the amplitudes told",
     ),
-    "motion_repeats": says(
-        "the motion repeats itself every {period:time}: " + _NO_TEST,
-        "what was held out is no other motion",
-        "predict a log of another motion",
-    ),
-    "logs_repeat": Sentence(
+    "motion_repeats": Sentence(
         (
+            "the motion repeats itself every {period:time}: " + _NO_TEST,
+            "the motion repeats itself every {every:.3g} s: predict a log of another motion to see what a model is worth",
             "each log repeats the motion of another one: " + _NO_TEST,
             "{repeated} of {logs} logs repeat the motion of another one: " + _NO_TEST,
         ),
-        "logs that were held out repeat the motion of others",
-        "predict a log of another motion",
-        choose=lambda texts, numbers: texts[numbers["repeated"] < numbers["logs"]],
+        "the motion repeats itself, and what was held out of it is no other motion",
+        "record another motion too, and predict its log",
+        choose=lambda texts, numbers: texts[
+            0 if "period" in numbers else 1 if "every" in numbers else 2 if numbers["repeated"] == numbers["logs"] else 3
+        ],
     ),
     "too_short": says(
         "the log is too short for a part of it to be held out: all errors are those of what was fitted",
@@ -156,20 +164,17 @@ FITS: dict[str, Sentence] = {
     ),
     "filtered": Sentence(
         (
-            "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each "
-            "edge, a row for each sample",
-            "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each "
-            "edge, one row for {decimation} samples",
+            "in as many rows as usual, noise of the position would have made the inertia take {percent:.0f} % of what "
+            "friction takes; one row for {decimation} samples has hardly any of it",
+            "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its place",
+            _FILTERED + "a row for each sample",
+            _FILTERED + "one row for {decimation} samples",
+            "effort and motion are filtered at {cutoff:g} Hz",
+            "effort and motion are filtered at {cutoff:g} Hz, and one row is kept for {decimation} samples",
         ),
-        "how the log was filtered",
+        "how the log was filtered, and how many rows of it were kept",
         "nothing",
-        choose=plural("decimation"),
-    ),
-    "rows_calmed": says(
-        "in as many rows as usual, noise of the position would have made the inertia take {percent:.0f} % of what "
-        "friction takes; one row for {decimation} samples has hardly any of it",
-        "fewer rows were kept, in which noise does not hide friction",
-        "record with a finer encoder, or state `decimation` under [identification]",
+        choose=_filtered,
     ),
     "delay_found": Sentence(
         (
@@ -232,16 +237,15 @@ FITS: dict[str, Sentence] = {
         "two estimates of the inertia disagree",
         "look for what else differs: gear, load, friction over position",
     ),
-    "rests_left_out": says(
-        "{percent:.3g} % of the samples are at rest and left out: there friction balances whatever effort there is",
-        "samples at rest were not fitted",
-        'write `rests = "keep"` under [identification] where they tell friction',
-    ),
-    "creeps": says(
-        "the axis moves so slowly that motion cannot be told from rest in encoder steps of {resolution:length}; all "
-        "samples are fitted, those at rest too",
-        "the motion is too slow to be told from rest",
-        "record faster motion as well, or with a finer encoder",
+    "rests": Sentence(
+        (
+            "{percent:.3g} % of the samples are at rest and left out: there friction balances whatever effort there is",
+            "the axis moves so slowly that motion cannot be told from rest in encoder steps of {resolution:length}; all "
+            "samples are fitted, those at rest too",
+        ),
+        "samples at rest were not fitted, or could not be told from motion",
+        'write `rests = "keep"` under [identification] where they tell friction; record faster motion, or with a finer encoder',
+        choose=where("percent"),
     ),
     "standard_errors": says(
         "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
@@ -252,13 +256,14 @@ FITS: dict[str, Sentence] = {
         "errors and intervals are those for elements of this shape: their shares do not vary in them",
         "the shape of the elements is taken for known",
     ),
-    "intervals": says(
-        _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length}", left="{unexplained:force}"),
+    "intervals": Sentence(
+        (
+            _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length}", left="{unexplained:force}"),
+            _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
+        ),
         "how the 95 % intervals were found",
-    ),
-    "intervals_loop": says(
-        _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
-        "the same, of a fit to a closed loop",
+        "nothing",
+        choose=lambda texts, numbers: texts[0 if "noise" in numbers else 1],
     ),
     "intervals_motion": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} behind the motion", left="{unexplained:length}"),
@@ -268,17 +273,17 @@ FITS: dict[str, Sentence] = {
 
 
 PREDICTIONS: dict[str, Sentence] = {
-    "position_worse_than_none": says(
-        "a position of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): an open loop runs away "
-        "where nothing holds the axis; predict in inverse or closed-loop mode",
-        "the predicted position is worse than none",
-        "predict in another mode",
-    ),
-    "effort_worse_than_none": says(
-        "an effort of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): check "
-        "that the model is of this axis, and units and signs in the axis file",
-        "the predicted effort is worse than none",
-        "check model, units and signs",
+    "worse_than_none": Sentence(
+        (
+            "a position of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): an open loop "
+            "runs away where nothing holds the axis; predict in inverse or closed-loop mode",
+            "an effort of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): check "
+            "that the model is of this axis, and units and signs in the axis file",
+        ),
+        "what is predicted is worse than nothing",
+        "predict in another mode, or check model, units and signs",
+        choose=lambda texts, numbers: texts[("position", "effort").index(numbers["signal"])],
+        also=("signal",),
     ),
     "beyond_speed": says(
         "the log moves at up to {speed:length/time}, the model was fitted to no more than {fitted_speed:length/time}: "
@@ -291,32 +296,17 @@ PREDICTIONS: dict[str, Sentence] = {
         "a static model was simulated with the pre-sliding distance of the axis file",
     ),
     "short_stretch": says("a stretch of {samples} samples is too short to be predicted, and was left out", "a stretch was left out"),
-    "start_of_contact": says(
-        "the contact began at {percents:percents} of the way from its middle to slip (below 0: backward), found from the first samples",
-        "where the contact stood before each stretch",
-    ),
-    "slow_sampling": says(
-        "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its place",
-        "the cut-off is lower than that of the identification",
-        "sample faster",
-    ),
-    "filtered_rows": Sentence(
+    "start_of_contact": Sentence(
         (
-            "effort and motion are filtered at {cutoff:g} Hz",
-            "effort and motion are filtered at {cutoff:g} Hz, and one row is kept for {decimation} samples",
-        ),
-        "how the log was filtered for the prediction",
-        "nothing",
-        choose=plural("decimation"),
-    ),
-    "begins_at_rest": says("the motion begins at rest", "how the motion begins"),
-    "run_in": Sentence(
-        (
+            "the contact began at {percents:percents} of the way from its middle to slip (below 0: backward), found from the first samples",
             "the log is one period of a motion that has run in: it is run from rest until it repeats itself",
             "the log is {periods:g} equal periods of a motion that has run in: it is run from rest until it repeats itself",
+            "the motion begins at rest",
         ),
-        "the motion was run until it repeats itself",
+        "how the motion begins: where the contact stood, at rest, or run in until it repeats itself",
         "nothing",
-        choose=plural("periods"),
+        choose=lambda texts, numbers: texts[
+            1 if numbers.get("periods") == 1 else 2 if "periods" in numbers else 0 if "percents" in numbers else 3
+        ],
     ),
 }

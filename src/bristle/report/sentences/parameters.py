@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bristle.core.typography import with_unit
-from bristle.report.sentences.sentence import Sentence, cause, held, plural, says
+from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
 __all__ = ["PARAMETERS", "STRUCTURE"]
 
@@ -17,14 +17,19 @@ FEW = 20  # reversals
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
-def _in_words(speed: float) -> str:
-    """Return a speed as it is told, but for the kind of axis."""
-    return with_unit(speed, "m/s")
+def _sliding(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return what is said of a fall that does not show: by the speeds at which the axis slides steadily, as they are told."""
+    if "slowest" not in numbers:
+        return texts[2]
+    slowest, fastest = (with_unit(numbers[name], "m/s") for name in ("slowest", "fastest"))
+    return texts[slowest == fastest]
 
 
 def _crossed(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return what is said of reversals: by whether a period of the filter is over before the zone is."""
-    single, few, many, filtered = texts
+    none, lone, several, single, few, many, filtered = texts
+    if "zone" not in numbers:
+        return {0: none, 1: lone}.get(numbers.get("reversals", 0), several)
     if numbers["samples"] >= numbers["filter_samples"]:
         return filtered
     return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= FEW else many
@@ -46,25 +51,16 @@ PARAMETERS: dict[str, Sentence] = {
         "{speed:length/time}, and it slides steadily at {slowest:length/time} to {fastest:length/time})",
         "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
         "{speed:length/time}, and it slides steadily at {slowest:length/time})",
-        choose=lambda texts, numbers: texts[_in_words(numbers["slowest"]) == _in_words(numbers["fastest"])],
-    ),
-    "no_steady_slide": cause(
-        "the fall of friction with speed does not show, and nothing slides steadily",
-        "move slowly and steadily, at least at five speeds below the one at which friction is least",
         "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
         "{speed:length/time}, and none of its motion is a slide at constant velocity)",
+        choose=_sliding,
     ),
-    "no_reversal": cause("the motion does not reverse", _REVERSE, "the log has no reversal"),
     "few_reversals": cause(
-        "there are few reversals",
+        "there are few reversals, or they are through the pre-sliding zone before the filter sees it",
         _REVERSE,
+        "the log has no reversal",
         "the log has only {reversals} reversal",
         "the log has only {reversals} reversals",
-        choose=plural("reversals"),
-    ),
-    "fast_reversals": cause(
-        "reversals are through the pre-sliding zone before the filter sees it",
-        _REVERSE,
         "the log has only {reversals} reversal, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
         "samples, where a period of the filter takes {filter_samples:.0f}",
         "the log has only {reversals} reversals, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
@@ -76,9 +72,12 @@ PARAMETERS: dict[str, Sentence] = {
         choose=_crossed,
     ),
     "coarse_position": cause(
-        "the pre-sliding zone is a few steps of the encoder",
+        "the pre-sliding zone is a few steps of the encoder, or no larger than the noise of the position",
         _FINER,
+        "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
+        "({noise:length} standard deviation), which turns friction alike",
         "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position ({resolution:length} each)",
+        choose=where("noise"),
     ),
     "coarse_elements": cause(
         "elements that slip within a few steps of the encoder make up part of the stiffness",
@@ -86,21 +85,12 @@ PARAMETERS: dict[str, Sentence] = {
         "{percent:.0f} % of it are elements that slip within {counts:.0f} steps of the recorded position ({resolution:length} each), "
         "where they stand for what the encoder leaves out: stiffness and virgin curve up to there may be that much too large",
     ),
-    "noisy_position": cause(
-        "the noise of the position is as large as the pre-sliding zone",
-        _FINER,
-        "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
-        "({noise:length} standard deviation), which turns friction alike",
-    ),
-    "no_bend": cause(
-        "the force stays straight over the stroke",
-        "move at several amplitudes, up to the largest that matters",
-        "over a stroke of {stroke:length} the log does not show the force bend",
-    ),
     "few_strokes": cause(
-        "there is too little sliding in both directions",
-        "move in both directions, at least ten reversals",
+        "there is too little sliding in both directions, or the force stays straight over the stroke",
+        "move in both directions, at least ten reversals, at several amplitudes up to the largest that matters",
         "the log holds {reversals} reversals over a stroke of {stroke:length}",
+        "over a stroke of {stroke:length} the log does not show the force bend",
+        choose=where("reversals"),
     ),
     "small_effect": cause(
         "the parameter hardly changes the effort",
@@ -113,25 +103,19 @@ PARAMETERS: dict[str, Sentence] = {
         "the best value is far beyond the most that friction took of the effort in this log, {effort:force}",
     ),
     "unseen": cause(
-        "moved away, the others fitted again, it leaves the held-out error as it was",
-        "excite it, or hold it",
-        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise noticeably",
-    ),
-    "seen_together": cause(
-        "the same, and other parameters move with it",
-        "give one of them, or excite them apart",
+        "moved away, the others fitted again, it leaves the held-out error as it was; others may move with it",
+        "excite it, apart from those that move with it, or hold one of them",
         "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
         "the error on held-out blocks does not rise noticeably",
+        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise noticeably",
+        choose=where("instead"),
     ),
     "as_soft": cause(
-        "a log of an axis that is far stiffer may give the same value",
+        "a log of an axis that is far stiffer may give the same value, or the damping beside a stiffness that does not show",
         "take a finer encoder, or let the axis reverse more slowly",
-        "an axis {times:.2g} times as stiff gives this value, too, in {alike} of {fits} logs drawn of the same motion",
-    ),
-    "without_stiffness": cause(
-        "a damping before sliding is told beside its stiffness only",
-        "let the axis reverse slowly, so that its stiffness shows",
         "it acts beside {stiffness}, which the log does not show",
+        "an axis {times:.2g} times as stiff gives this value, too, in {alike} of {fits} logs drawn of the same motion",
+        choose=where("stiffness"),
     ),
     "redundant": held(
         "only {products:and} show in the force, whatever {parameter} is",
@@ -219,13 +203,13 @@ def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return plain + (following if numbers["model"] else after or known)
 
 
-def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
-    """Return what is said of a force that a model lacks: which one has it, or that there is none."""
+def _missing(text: str, by_model: str, without: str, means: str, *knocks: str) -> Sentence:
+    """Return what is said of a force that a model lacks: which one has it, or that there is none; or else of a drive that knocks."""
     return Sentence(
-        (f"{text}. Next: {by_model}", f"{text}; {without}", f"{text}. {_COMPARED}"),
+        (*knocks, f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}; {without}"),
         means,
-        "try the model that is named",
-        choose=lambda texts, numbers: texts[0 if numbers["model"] else 2 if numbers["compared"] else 1],
+        "look for play in coupling and screw, and record the position behind it too" if knocks else "try the model that is named",
+        choose=where(*["ratio"] * len(knocks), "model", "compared"),
         also=("share_percent",),
     )
 
@@ -276,17 +260,11 @@ STRUCTURE: dict[str, Sentence] = {
         "{force:force}, {percent:.2g} % of friction",
         "`{model}`",
         "no model of bristle has play: record the position behind it too, and look for it in coupling and screw",
-        "the force around reversals builds up in another way, as with play",
-    ),
-    "missing_flanks": Sentence(
-        (
-            "what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as elsewhere amid "
-            "motion: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one flank to the other; no model of "
-            "bristle has play: record the position behind it too, and look for it in coupling and screw",
-        ),
-        "the drive knocks where the force on the load changes its side, as with play",
-        "look for play in coupling and screw, and record the position behind it too",
-        also=("share_percent",),
+        "the force around reversals builds up in another way, or the drive knocks where the force on the load changes its side, as "
+        "with play",
+        "what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as elsewhere amid "
+        "motion: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one flank to the other; no model of "
+        "bristle has play: record the position behind it too, and look for it in coupling and screw",
     ),
     "missing_presliding": _missing(
         "the force builds up over a distance after each reversal, which this model does not have: {force:force}, "
@@ -325,23 +303,11 @@ STRUCTURE: dict[str, Sentence] = {
         "gravity turns with the angle, and the plant has none",
         'write `gravity = "link"` under `[plant]` of the axis file',
     ),
-    "missing_load": _missing(
-        "friction changes with the recorded load: {force:force}, {percent:.2g} % of it",
-        "`{model}`",
-        "this model changes with the load already",
-        "friction changes with the load",
-    ),
-    "missing_temperature": _missing(
-        "friction changes with the recorded temperature: {force:force}, {percent:.2g} % of it",
-        "`{model}`",
-        "this model changes with the temperature already",
-        "friction changes with the temperature",
-    ),
     "missing_channel": _missing(
         "friction changes with the recorded {channel}: {force:force}, {percent:.2g} % of it",
         "`{model}`",
         "this model either changes with it already, or has nothing that could",
-        "friction changes with a further channel of the log that a slot of bristle depends on",
+        "friction changes with the load, the temperature or a further channel of the log",
     ),
     "missing_transmitted": _missing(
         "friction rises with the effort that passes on to the load, as in a gear: {force:force}, {percent:.2g} % of it",

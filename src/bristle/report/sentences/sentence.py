@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-__all__ = ["Sentence", "cause", "held", "plural", "says"]
+__all__ = ["Sentence", "cause", "held", "says", "where"]
 
 Choice = Callable[[tuple[str, ...], Mapping[str, Any]], str]
 
@@ -27,9 +27,9 @@ class Sentence(NamedTuple):
         return self.choose(self.texts, numbers)
 
 
-def plural(name: str) -> Choice:
-    """Return the choice of the first text for one, else the second."""
-    return lambda texts, numbers: texts[0 if numbers[name] == 1 else 1]
+def where(*names: str) -> Choice:
+    """Return the choice of the text of the first of these numbers that is there and not empty, else of the last text."""
+    return lambda texts, numbers: texts[next((n for n, name in enumerate(names) if numbers.get(name) not in (None, "", ())), -1)]
 
 
 def _unsure(choose: Choice) -> Any:

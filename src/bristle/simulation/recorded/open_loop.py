@@ -41,8 +41,8 @@ class OpenLoop:
     def diagnostic(self) -> Diagnostic:
         """How the motion begins."""
         if not self.periodic:
-            return Diagnostic("begins_at_rest", severity="note")
-        return Diagnostic("run_in", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
+            return Diagnostic("start_of_contact", severity="note")
+        return Diagnostic("start_of_contact", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
 
     def position(self, plant: Model, friction: Model, unseen: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
         """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers."""
