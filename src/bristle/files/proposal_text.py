@@ -9,7 +9,7 @@ from typing import Any
 from bristle.core import units
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
-from bristle.logs.channel import clear_step
+from bristle.logs.log import clear_step
 from bristle.logs.roles import Roles
 from bristle.logs.table import Table, some_of
 

@@ -79,19 +79,24 @@ def break_aways(
 ) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate."""
     grain = max(COUNTS * resolution, NOISE * noise)
-    measured_legs: list[_Leg] = []
+    legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
         for leg in stretch.of_kind("break_away"):
             rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
             measured = _measured(leg, rest, recording, PERIODS / (sample_time * cutoff))
-            measured_legs += [measured] if measured is not None else []
-    groups = _groups(measured_legs)
-    forces = _estimates(measured_legs, groups, [leg.force for leg in measured_legs], 0.0)
-    distances = _estimates(measured_legs, groups, [leg.distance for leg in measured_legs], resolution / math.sqrt(6.0))
+            legs += [measured] if measured is not None else []
+    groups: list[list[int]] = []  # of one rate, the slowest first
+    for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
+        if not groups or legs[k].speed > ALIKE * legs[groups[-1][0]].speed:
+            groups.append([])
+        groups[-1].append(k)
+    speeds = [math.exp(float(np.mean(np.log([legs[k].speed for k in group])))) for group in groups]
+    forces = _estimates(legs, groups, speeds, [leg.force for leg in legs], 0.0)
+    distances = _estimates(legs, groups, speeds, [leg.distance for leg in legs], resolution / math.sqrt(6.0))
     return tuple(
-        BreakAway(_mean([measured_legs[k].speed for k in group]), len(group), *force, *distance)
-        for group, force, distance in zip(groups, forces, distances, strict=True)
+        BreakAway(speed, len(group), *force, *distance)
+        for speed, group, force, distance in zip(speeds, groups, forces, distances, strict=True)
     )
 
 
@@ -119,25 +124,12 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     return _Leg(leg.speed, side, most, float(moved[turned]))
 
 
-def _groups(legs: Sequence[_Leg]) -> list[list[int]]:
-    """Return the legs of each rate, the slowest first."""
-    groups: list[list[int]] = []
-    for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
-        if groups and legs[k].speed <= ALIKE * legs[groups[-1][0]].speed:
-            groups[-1].append(k)
-        else:
-            groups.append([k])
-    return groups
-
-
-def _mean(values: Sequence[float]) -> float:
-    return math.exp(float(np.mean(np.log(values))))
-
-
 def _estimates(
-    legs: Sequence[_Leg], groups: Sequence[Sequence[int]], values: Sequence[float], common: float
+    legs: Sequence[_Leg], groups: Sequence[Sequence[int]], speeds: Sequence[float], values: Sequence[float], common: float
 ) -> list[tuple[float, tuple[float, float] | None]]:
     """Return the mean of both directions at each rate with its interval; `common` is an error that all legs share."""
+    from scipy.stats import t
+
     if not groups:
         return []
     columns = [np.ones(len(legs))]
@@ -149,23 +141,17 @@ def _estimates(
     weights = unbounded(regressor, target)
     spare = len(legs) - len(columns)
     estimates: list[tuple[float, tuple[float, float] | None]] = []
-    for group in groups:
+    for speed in speeds:
         row = np.zeros(len(columns))
         row[0] = 1.0
         if len(groups) > 1:
-            row[1] = math.log(_mean([legs[k].speed for k in group]))
+            row[1] = math.log(speed)
         middle = float(row @ weights)
         interval = None
         if spare > 0:
             variance = float(np.sum((target - regressor @ weights) ** 2)) / spare
-            half = _student(spare) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
+            half = float(t.ppf(0.975, spare)) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
             half = math.hypot(half, NORMAL_95 * common / math.exp(middle))
             interval = math.exp(middle - half), math.exp(middle + half)
         estimates.append((math.exp(middle), interval))
     return estimates
-
-
-def _student(freedom: int) -> float:
-    from scipy.stats import t
-
-    return float(t.ppf(0.975, freedom))

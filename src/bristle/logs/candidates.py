@@ -30,6 +30,10 @@ class Candidate:
     axis: tuple[str, str] | None = None
     unknown: str = ""
 
+    def is_apart_from(self, position: Candidate) -> bool:
+        """Return whether the addresses of two signals name two axes."""
+        return self.axis is not None and position.axis is not None and self.axis != position.axis
+
     def is_one_of(self, bases: Iterable[str]) -> bool:
         """Return whether its unit is one of several quantities."""
         return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
@@ -62,34 +66,22 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
     """Return the column of time, and why it is one; None where there is none, or each column brings its own."""
     if table.stamps:
         return None
-    rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and column.values[-1] > column.values[0]]
+    rises = {column.name: float(np.mean(np.diff(column.values) > 0.0)) for column in columns}
+    rising = [column for column in columns if rises[column.name] > 0.5 and column.values[-1] > column.values[0]]
     called = [column for column in columns if column.meaning.role == "time" and is_time(column.name)]
-    called = [column for column in called if column in rising or _halts(column)]
+    # Stamps of a host that repeat rise with halts.
+    halting = [column for column in called if np.all(np.diff(column.values) >= 0.0) and rises[column.name] >= OF_STAMPS]
+    called = [column for column in called if column in rising or column in halting]
     named = [column for column in called if not column.unit or column.is_one_of(("s",))]
     named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
-    if not named and table.sample_time is None:
-        named = [column for column in rising if _is_nameless_time(column, first=column is columns[0])]
+    for column in rising if not named and table.sample_time is None else ():
+        step = np.diff(column.values)
+        # One that no name tells rises evenly; without a halt, if it is not the first.
+        even = np.quantile(np.abs(step - np.median(step)), 0.95) <= 0.05 * np.median(step)
+        untold = column.meaning.role in ("", "status") if column is columns[0] else not column.meaning.role and np.all(step > 0.0)
+        if even and untold and not column.unit and not column.unknown and not np.all(step == 1.0):
+            named.append(column)
     return (named[0], "its name" if named[0] in called else "it rises evenly") if named else None
-
-
-def _halts(column: Candidate) -> bool:
-    """Return whether a column rises with halts, as the stamps of a host that repeat."""
-    steps = np.diff(column.values)
-    return bool(np.all(steps >= 0.0) and np.mean(steps > 0.0) >= OF_STAMPS)
-
-
-def _is_nameless_time(column: Candidate, *, first: bool) -> bool:
-    """Return whether a column that no name tells rises evenly; without a halt, if it is not the first."""
-    if column.unit or column.unknown or np.all(np.diff(column.values) == 1.0) or not _even(column.values):
-        return False
-    if first:
-        return column.meaning.role in ("", "status")
-    return not column.meaning.role and bool(np.all(np.diff(column.values) > 0.0))
-
-
-def _even(values: np.ndarray) -> bool:
-    steps = np.diff(values)
-    return bool(np.quantile(np.abs(steps - np.median(steps)), 0.95) <= 0.05 * np.median(steps))
 
 
 SMOOTHING = (3, 15)  # samples
@@ -117,16 +109,14 @@ def correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Return the correlation of two signals, 0 where one of them stands still."""
     if first.size != second.size or first.size < EDGE:
         return 0.0
-    a, b = _sized(first), _sized(second)
+    sized = []
+    for signal in (first, second):  # 1 at most: its squares are neither too large nor too small for a number
+        about = signal - signal.mean()
+        largest = float(np.max(np.abs(about)))
+        sized.append(about / largest if largest > 0.0 else about)
+    a, b = sized
     scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
     return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
-
-
-def _sized(signal: np.ndarray) -> np.ndarray:
-    """Return a signal about its mean, 1 at most, whose squares are neither too large nor too small for a number."""
-    about = signal - signal.mean()
-    largest = float(np.max(np.abs(about)))
-    return about / largest if largest > 0.0 else about
 
 
 def slope(first: np.ndarray, second: np.ndarray) -> float:

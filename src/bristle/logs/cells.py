@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,6 @@ __all__ = [
     "COMMENTS",
     "Beside",
     "cells_of",
-    "has_content",
     "is_number",
     "numbers_in",
     "table_beside",
@@ -92,11 +91,6 @@ def why_no_number(cell: str) -> tuple[str, str]:
     return "is not a number" if cell else "is empty", ""
 
 
-def has_content(line: str) -> bool:
-    """Return whether a line is more than blanks and a remark."""
-    return bool(line.strip()) and not line.lstrip().startswith(COMMENT)
-
-
 LAST_ROWS = 3  # in which nothing stands beside the numbers
 MOST_SHOWN = 6  # cells
 
@@ -114,7 +108,11 @@ class Beside:
 
     def lines(self, of_file: Sequence[str], delimiter: str | None) -> list[str]:
         """Return the lines of a file without these cells."""
-        return [_line(self.rows[i], delimiter) if i in self.rows else line for i, line in enumerate(of_file)]
+        lines = list(of_file)
+        for i, cells in self.rows.items():
+            quoted = (f'"{cell}"' if delimiter and delimiter in cell else cell for cell in cells)
+            lines[i] = delimiter.join(quoted) if delimiter else " ".join(cells).rstrip()
+        return lines
 
 
 def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
@@ -128,8 +126,13 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
     if not any(any(cells[count:]) for _, cells in complete):
         return None
     numeric = [k for k in range(count) if any(is_number(cells[k], decimal_comma) for cells in below if k < len(cells))]
-    recorded = list(_rows_of_numbers(complete, numeric, decimal_comma))
-    start = _first_of_text([cells for _, cells in recorded], count, decimal_comma)
+    recorded: list[Row] = []
+    for index, cells in reversed(complete):  # as far as most cells are numbers where they are below
+        if 2 * sum(k < len(cells) and is_number(cells[k], decimal_comma) for k in numeric) < len(numeric):
+            break
+        recorded.append((index, cells))
+    width = max((len(cells) for _, cells in recorded), default=0)
+    start = next((k for k in range(count, width) if _is_text([row[k] for _, row in recorded if row[k : k + 1]], decimal_comma)), None)
     if start is None:
         return None
     aside = [row for row in recorded if any(row[1][start:])]
@@ -139,36 +142,14 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
     left = {index: [*cells[:keep], *[""] * (width - keep)] for index, cells in recorded if any(cells[start:]) or len(cells) > width}
     pairs = ([cell for cell in cells[start:] if cell] for _, cells in aside)
     facts = {name: " ".join(values) for name, *values in pairs if values}
-    return Beside(left, facts, _note(aside, start, recorded))
+    said = [cell for _, row in reversed(aside) for cell in row[start:] if cell]
+    count_above = sum(index <= aside[0][0] for index, _ in recorded)
+    first = f"first {count_above} rows" if count_above > 1 else "first row"
+    shown = printable(", ".join(said[:MOST_SHOWN])) + (" and others" if len(said) > MOST_SHOWN else "")
+    return Beside(left, facts, f"what stands beside the {first} was left out: {shown}")
 
 
-def _rows_of_numbers(rows: Sequence[Row], numeric: Sequence[int], decimal_comma: bool) -> Iterable[Row]:
-    """Yield rows from the last one upwards, as far as most cells are numbers where they are below."""
-    for index, cells in reversed(rows):
-        numbers = sum(k < len(cells) and is_number(cells[k], decimal_comma) for k in numeric)
-        if 2 * numbers < len(numeric):
-            return
-        yield index, cells
-
-
-def _first_of_text(rows: Sequence[list[str]], count: int, decimal_comma: bool) -> int | None:
-    """Return the first column from `count` on that holds text for the most part."""
-    for k in range(count, max(map(len, rows), default=0)):
-        filled = [cells[k] for cells in rows if k < len(cells) and cells[k]]
-        if filled and 2 * sum(is_number(cell, decimal_comma) for cell in filled) < len(filled):
-            return k
-    return None
-
-
-def _line(cells: Iterable[str], delimiter: str | None) -> str:
-    if delimiter is None:
-        return " ".join(cells).rstrip()
-    return delimiter.join(f'"{cell}"' if delimiter in cell else cell for cell in cells)
-
-
-def _note(aside: Sequence[Row], start: int, recorded: Sequence[Row]) -> str:
-    cells = [cell for _, row in reversed(aside) for cell in row[start:] if cell]
-    more = " and others" if len(cells) > MOST_SHOWN else ""
-    rows = sum(index <= aside[0][0] for index, _ in recorded)
-    first = f"first {rows} rows" if rows > 1 else "first row"
-    return f"what stands beside the {first} was left out: {printable(', '.join(cells[:MOST_SHOWN]))}{more}"
+def _is_text(cells: Sequence[str], decimal_comma: bool) -> bool:
+    """Return whether those of several cells that are filled are text for the most part."""
+    filled = [cell for cell in cells if cell]
+    return bool(filled) and 2 * sum(is_number(cell, decimal_comma) for cell in filled) < len(filled)

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.typography import number
-from bristle.logs.order import UNIFORM, Order, bridge_notes, median_step, order_of, samples_between, without_repeats
+from bristle.logs.order import UNIFORM, median_step, order_of, samples_between, without_repeats
 
 __all__ = ["GAP", "Clock", "Jitter", "clock_of"]
 
@@ -117,57 +117,67 @@ def clock_of(
     order = order_of(stamps, place)
     usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
-        raise InputError(
-            f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s", mend="Mend the unit of the time column"
-        )
+        allowed = f"{SHORTEST:g} s to {LONGEST:g} s"
+        raise InputError(f"steps by {usual:.6g} s", path=place, allowed=allowed, mend="Mend the unit of the time column")
     even, step = _rounded(order.stamps, usual)
     order = order if step else without_repeats(order, repeats, SHORTEST_SEGMENT, place)
     stamps = order.stamps
     steps = np.diff(stamps)
-    gaps, uneven = (np.zeros(steps.size, dtype=bool), False) if step else _gaps(stamps, steps, usual)
-    counts = np.ones(steps.size)
+    gaps, uneven, counts, bridged = np.zeros(steps.size, dtype=bool), False, np.ones(steps.size), []
+    if not step:
+        gaps, uneven = _gaps(stamps, steps, usual)
     if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < LIKE_USUAL:
-        gaps, counts = samples_between(stamps, usual)
-    period = _period(np.diff(even)) if step else _period(steps[~gaps], counts[~gaps])
+        gaps, counts, bridged = samples_between(stamps, usual)
+    mean = float(np.diff(even).mean()) if step else float(steps[~gaps].sum() / counts[~gaps].sum())
+    period = float(f"{mean:.{DIGITS}g}")
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
-        raise InputError(
+        message, mend = (
             f"steps by {period:.6g} s and the axis file says otherwise",
-            path=place,
-            allowed=f"{sample_time:g} s",
-            mend="Mend the unit of the time column, or sample_time in [timing]",
+            "Mend the unit of the time column, or sample_time in [timing]",
         )
+        raise InputError(message, path=place, allowed=f"{sample_time:g} s", mend=mend)
     bounds = [0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size]
     raws = [slice(a, b) for a, b in pairwise(bounds)]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
-    notes = [*order.notes, *_gap_notes(stamps, raws, usable), *bridge_notes(counts)]
-    jitter = None
+    notes, jitter = list(order.notes), None
+    if len(raws) > 1:
+        ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
+        said = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
+        notes.append(f"{said} (the first after {ends}): split into {len(usable)} segments")
+        if lost := stamps.size - sum(raw.stop - raw.start for raw in usable):
+            notes.append(f"{lost} samples in segments shorter than {SHORTEST_SEGMENT} samples were left out")
+    notes += bridged
     if step:
         stamps = even
         notes.append(f"time stamps are rounded to {step:.6g} s: the samples are taken as even, {period:.6g} s apart")
     else:
         places = np.concatenate([[0.0], np.cumsum(counts)])
-        stamps, jitter, remarks = _deviation(stamps, places, usable, period, uneven, _sorted(position, order))
+        position = position if position is None or order.rows is None else position[order.rows]
+        stamps, jitter, remarks = _deviation(stamps, places, usable, period, uneven, position)
         notes += remarks
-    pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in usable]
-    pieces = [(raw, grid) for raw, grid in pieces if grid.size >= SHORTEST_SEGMENT]
+    pieces = []
+    for raw in usable:  # the grid within the stamps on which the effort, too, was recorded
+        first = stamps[raw][0] + period * np.ceil(max(-delay, 0.0) / period - UNIFORM)
+        count = int(np.floor((stamps[raw][-1] - max(delay, 0.0) - first) / period + UNIFORM)) + 1
+        if count >= SHORTEST_SEGMENT:
+            pieces.append((raw, first + period * np.arange(count)))
     if not pieces:
-        raise InputError(
-            f"has no stretch of {SHORTEST_SEGMENT} even samples" + (f" within a delay of {delay:g} s" if delay else ""),
-            path=place,
-            mend="Mend the delay in [timing] of the axis file, or record without gaps",
-        )
+        message = f"has no stretch of {SHORTEST_SEGMENT} even samples" + (f" within a delay of {delay:g} s" if delay else "")
+        raise InputError(message, path=place, mend="Mend the delay in [timing] of the axis file, or record without gaps")
     is_uniform = jitter is None and not np.any(counts > 1.0)
     return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)
 
 
-def _period(steps: np.ndarray, counts: np.ndarray | None = None) -> float:
-    """Return the time between samples, from steps over one sample or over as many as `counts` says."""
-    mean = float(steps.mean()) if counts is None else float(steps.sum() / counts.sum())
-    return float(f"{mean:.{DIGITS}g}")
-
-
-def _sorted(values: np.ndarray | None, order: Order) -> np.ndarray | None:
-    return values if values is None or order.rows is None else values[order.rows]
+def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarray, bool]:
+    """Return which steps are gaps, and whether the samples are so uneven that only long pauses are."""
+    gaps = steps > GAP * usual
+    candidates = np.flatnonzero(gaps)
+    for rows in RECOVERY:
+        # A sample that was stamped late is made up for by the next ones; a gap is not.
+        at = candidates[candidates + 1 + rows < stamps.size]
+        gaps[at[stamps[at + 1 + rows] - stamps[at] < (rows + GAP) * usual]] = False
+    uneven = bool(gaps.mean() > GAP_SHARE)
+    return steps > UNEVEN_GAP * float(np.median(steps)) if uneven else gaps, uneven
 
 
 def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
@@ -194,31 +204,6 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
     return slope * index + 0.5 * float(error.max() + error.min()), step
 
 
-def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarray, bool]:
-    """Return which steps are gaps, and whether the samples are so uneven that only long pauses are."""
-    gaps = steps > GAP * usual
-    candidates = np.flatnonzero(gaps)
-    for rows in RECOVERY:
-        # A sample that was stamped late is made up for by the next ones; a gap is not.
-        at = candidates[candidates + 1 + rows < stamps.size]
-        gaps[at[stamps[at + 1 + rows] - stamps[at] < (rows + GAP) * usual]] = False
-    if gaps.mean() <= GAP_SHARE:
-        return gaps, False
-    return steps > UNEVEN_GAP * float(np.median(steps)), True
-
-
-def _gap_notes(stamps: np.ndarray, raws: list[slice], usable: list[slice]) -> list[str]:
-    if len(raws) == 1:
-        return []
-    ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
-    gaps = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
-    notes = [f"{gaps} (the first after {ends}): split into {len(usable)} segments"]
-    lost = sum(raw.stop - raw.start for raw in raws) - sum(raw.stop - raw.start for raw in usable)
-    if lost:
-        notes.append(f"{lost} samples in segments shorter than {SHORTEST_SEGMENT} samples were left out")
-    return notes
-
-
 def _deviation(
     stamps: np.ndarray, places: np.ndarray, raws: list[slice], period: float, uneven: bool, position: np.ndarray | None
 ) -> tuple[np.ndarray, Jitter | None, list[str]]:
@@ -241,11 +226,8 @@ def _deviation(
             # Where rows are bridged, what lasts in the stamps is kept: a row that was miscounted moves few others.
             is_bridged = places[raw][-1] - places[raw.start] >= raw.stop - raw.start
             even[raw] = stamps[raw] - period * (off if is_bridged else error)
-        note = (
-            f"time stamps jitter by {jitter} of the sample time, and the position does not: the samples are taken "
-            f"as even, {period:.6g} s apart"
-        )
-        return even, None, [note]
+        note = f"time stamps jitter by {jitter} of the sample time, and the position does not: the samples are taken as even"
+        return even, None, [f"{note}, {period:.6g} s apart"]
     reason = "samples are uneven: their steps differ" if uneven else "time stamps jitter"
     return stamps, jitter, [f"{reason} by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"]
 
@@ -263,10 +245,3 @@ def _samples_are_even(stamps: np.ndarray, places: np.ndarray, raws: list[slice],
         by_stamp += float(np.sum((middle - x[:-2] - share * (x[2:] - x[:-2]))[off] ** 2))
         count += int(off.sum())
     return count >= FEW and EVIDENCE * by_row < by_stamp
-
-
-def _grid(stamps: np.ndarray, period: float, delay: float) -> np.ndarray:
-    """Return the uniform grid within the stamps on which the effort, too, was recorded."""
-    first = stamps[0] + period * np.ceil(max(-delay, 0.0) / period - UNIFORM)
-    count = int(np.floor((stamps[-1] - max(delay, 0.0) - first) / period + UNIFORM)) + 1
-    return first + period * np.arange(max(count, 0))

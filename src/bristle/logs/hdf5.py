@@ -56,11 +56,14 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             count += 1
             path = f"{before}{name}"
             link = group.get(name, getlink=True)
-            if isinstance(link, h5py.ExternalLink):
-                raise _elsewhere(f"{path} is a link into another file", source)
-            if name.startswith("#") or not isinstance(link, h5py.HardLink):
+            elsewhere = f"{path} is a link into another file" if isinstance(link, h5py.ExternalLink) else ""
+            if not elsewhere and (name.startswith("#") or not isinstance(link, h5py.HardLink)):
                 continue
-            node = group[name]
+            node = None if elsewhere else group[name]
+            if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):
+                elsewhere = f"{path} takes its numbers from other files"
+            if elsewhere:
+                raise InputError(f"{elsewhere}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
             address = h5o.get_info(node.id).addr
             if address in visited or count > MOST_OBJECTS:
                 continue
@@ -68,13 +71,7 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             if isinstance(node, h5py.Group):
                 waiting.append((f"{path}/", node))
             elif isinstance(node, h5py.Dataset):
-                if node.is_virtual or node.external:
-                    raise _elsewhere(f"{path} takes its numbers from other files", source)
                 yield path, node
-
-
-def _elsewhere(reason: str, source: Path) -> InputError:
-    return InputError(f"{reason}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
 
 
 def _text(node: Any, key: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.errors import InputError
-from bristle.logs.cells import COMMENT, Beside, cells_of, has_content, is_number, table_beside, why_no_number, without_comments
+from bristle.logs.cells import COMMENT, Beside, cells_of, is_number, table_beside, why_no_number, without_comments
 from bristle.logs.names import distinct, listed, plain_unit
 from bristle.logs.table import split_unit
 
@@ -45,22 +45,6 @@ class Layout:
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
     """Return the layout that makes most numbers of the first lines of a file."""
     bare = [without_comments(line) for line in lines]
-    best = _most_numbers(bare, source)
-    if best is None:
-        raise InputError(
-            "holds no rows of numbers, or is truncated before them",
-            path=str(source),
-            mend="Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks",
-        )
-    if best.beside:
-        bare = best.beside.lines(bare, best.delimiter)
-    _refuse_bad_first_rows(bare, best, source)
-    names, units_, notes = _header(lines, best)
-    return replace(best, names=names, units=units_, notes=(*notes, *((best.beside.note,) if best.beside else ())))
-
-
-def _most_numbers(bare: Sequence[str], source: Path) -> Layout | None:
-    """Return the layout that makes most numbers of lines without remarks; None where no rows of them follow."""
     best, best_score = None, (0.0, 0)
     for delimiter in DELIMITERS:
         rows = _rows(bare, delimiter, source)
@@ -70,13 +54,20 @@ def _most_numbers(bare: Sequence[str], source: Path) -> Layout | None:
             layout = _rows_of_numbers(among, delimiter, decimal_comma)
             if layout is None:
                 continue
-            layout = replace(layout, beside=beside)
             first_row = next(cells for i, cells in among if i == layout.first)
             filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
             score = (sum(layout.numeric) / filled, sum(layout.numeric))
             if score > best_score:
-                best, best_score = layout, score
-    return best
+                best, best_score = replace(layout, beside=beside), score
+    if best is None:
+        message = "holds no rows of numbers, or is truncated before them"
+        mend = "Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks"
+        raise InputError(message, path=str(source), mend=mend)
+    if best.beside:
+        bare = best.beside.lines(bare, best.delimiter)
+    _refuse_bad_first_rows(bare, best, source)
+    names, units_, notes = _header(lines, best)
+    return replace(best, names=names, units=units_, notes=(*notes, *((best.beside.note,) if best.beside else ())))
 
 
 def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tuple[int, list[str]]]:
@@ -84,20 +75,13 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     rows: list[tuple[int, list[str]]] = []
     count = 0
     for index, line in enumerate(lines):
-        if not has_content(line):
-            continue
-        cells = cells_of(line, delimiter)
-        if not any(cells):
-            continue
+        cells = cells_of(line, delimiter) if line.strip() and not line.lstrip().startswith(COMMENT) else []
         if len(cells) > MOST_COLUMNS:
-            raise InputError(
-                f"has {len(cells)} cells in a row",
-                path=f"{source}: line {index + 1}",
-                allowed=f"up to {MOST_COLUMNS}",
-                mend="Export one row a sample: are rows and columns exchanged?",
-            )
-        rows.append((index, cells))
-        count += len(cells)
+            place, mend = f"{source}: line {index + 1}", "Export one row a sample: are rows and columns exchanged?"
+            raise InputError(f"has {len(cells)} cells in a row", path=place, allowed=f"up to {MOST_COLUMNS}", mend=mend)
+        if any(cells):
+            rows.append((index, cells))
+            count += len(cells)
         if count > MOST_CELLS:
             break
     return rows
@@ -107,19 +91,14 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
     """Return the layout with the first line from which on rows have numbers in the same columns."""
     # The last line there is may be cut short: the rows themselves are examined when they are read.
     complete = rows[:-1] if len(rows) > 2 else rows
-    known_kinds: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-
-    def kinds(row: int) -> tuple[np.ndarray, np.ndarray]:
-        if row not in known_kinds:
-            cells = complete[row][1]
-            known_kinds[row] = (np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not c for c in cells]))
-        return known_kinds[row]
-
+    kinds: list[tuple[np.ndarray, np.ndarray]] = []
     for start in range(len(complete) - 1 + (len(rows) > 2)):
         end = min(start + SAMPLE_ROWS, len(complete))
         if len({len(complete[row][1]) for row in range(start, end)}) != 1:
             continue
-        numbers, blanks = (np.array(flags) for flags in zip(*map(kinds, range(start, end)), strict=True))
+        for _, cells in complete[len(kinds) : end]:
+            kinds.append((np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not cell for cell in cells])))
+        numbers, blanks = (np.array(flags) for flags in zip(*kinds[start:end], strict=True))
         numeric: np.ndarray = np.any(numbers, axis=0)
         if numeric.any() and np.all(numbers | blanks | ~numeric):
             return Layout(delimiter, decimal_comma, rows[start][0], tuple(bool(is_numeric) for is_numeric in numeric))
@@ -128,54 +107,46 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
 
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
     """Refuse a line right before the first that is a row of numbers but for one cell: it is no preamble."""
-    above = [(i, cells_of(lines[i], layout.delimiter)) for i in range(layout.first) if has_content(lines[i])]
+    above = [(i, cells_of(line, layout.delimiter)) for i, line in enumerate(lines[: layout.first])]
+    above = [(i, cells) for i, cells in above if lines[i].strip() and not lines[i].lstrip().startswith(COMMENT)]
     if not above:
         return
     index, cells = above.pop()
     count, place = len(layout.numeric), f"{source}: line {index + 1}"
-    under_a_row = any(len(cells_above) == count for _, cells_above in above)
-    if len(cells) != count:
-        numbers = all(is_number(cell, layout.decimal_comma) for cell in cells if cell)
-        if numbers and (under_a_row or len(cells) > count):
-            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
-        return
+    rows = [cells_above for _, cells_above in above if len(cells_above) == count]
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
-    if under_a_row and any(kinds):
-        odd = [column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]]
-        message = "is a number, and below it stands text"
-        mend = ""
-        if not kinds[odd[0]]:
-            message, mend = why_no_number(cells[odd[0]])
-        heads = next((cells_above for _, cells_above in above if len(cells_above) == count), cells)
-        named = not any(is_number(cell, layout.decimal_comma) for cell in heads) and heads[odd[0]]
-        column = repr(split_unit(heads[odd[0]])[0]) if named else odd[0] + 1
-        raise InputError(message, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
+    if len(cells) != count:
+        if (rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True)):
+            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
+    elif rows and any(kinds):
+        odd = next(column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column])
+        message, mend = ("is a number, and below it stands text", "") if kinds[odd] else why_no_number(cells[odd])
+        named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
+        column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
+        raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text right before the numbers."""
     count = len(layout.numeric)
-    unnamed = [f"column_{index + 1}" for index in range(count)]
     above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
     above = [cells[:count] for cells in above] if layout.beside else above
     headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:
-        return tuple(unnamed), ("",) * count, ()
+        return tuple(f"column_{index + 1}" for index in range(count)), ("",) * count, ()
     if len(headers) == 2 and _are_units(headers[1]):
         names, units = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
         names, units = map(list, zip(*(_name_and_unit(cell) for cell in headers[-1]), strict=True))
-    own = set(names)
-    names, notes = distinct(name or _unlike(own, called) for name, called in zip(names, unnamed, strict=True))
+    filled = list(names)
+    for index, name in enumerate(names):
+        if not name:
+            filled[index] = f"column_{index + 1}"
+            while filled[index] in names:  # what a person called a column is never another one
+                filled[index] += "_"
+    names, notes = distinct(filled)
     return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in units), tuple(notes)
-
-
-def _unlike(names: Container[str], name: str) -> str:
-    """Return a name that none of the others is: what a person called a column is never another one."""
-    while name in names:
-        name += "_"
-    return name
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:

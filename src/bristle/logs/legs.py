@@ -68,7 +68,12 @@ def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time:
         if end - begin < 2:
             continue
         marks = [begin, *(begin + k for k in turning_points(position[begin : end + 1], grain)), end]
-        marks = _without_settling(position, _without_jitter(position, marks))
+        marks = _without_jitter(position, marks)
+        # Without those right beside a rest that are nothing against the leg next to them.
+        lengths = [abs(position[b] - position[a]) for a, b in pairwise(marks)]
+        first = len(lengths) > 1 and lengths[0] < SETTLING * lengths[1]
+        last = len(lengths) > 1 and lengths[-1] < SETTLING * lengths[-2]
+        marks = marks[int(first) : len(marks) - int(last)]
         for number, (first, last) in enumerate(pairwise(marks)):
             if abs(position[last] - position[first]) > grain:
                 yield _leg(position, first, last, grain, sample_time, from_rest=number == 0 and begin > 0)
@@ -91,14 +96,6 @@ def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
         # Without the two ends of the leg, those before and after it are one.
         remaining = np.delete(remaining, (shortest, shortest + 1))
     return [int(k) for k in remaining]
-
-
-def _without_settling(position: np.ndarray, marks: list[int]) -> list[int]:
-    """Return ends of legs without those right beside a rest that are nothing against the leg next to them."""
-    lengths = [abs(position[b] - position[a]) for a, b in pairwise(marks)]
-    first = len(lengths) > 1 and lengths[0] < SETTLING * lengths[1]
-    last = len(lengths) > 1 and lengths[-1] < SETTLING * lengths[-2]
-    return marks[int(first) : len(marks) - int(last)]
 
 
 def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *, from_rest: bool) -> Leg:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
-from bristle.logs.channel import LogData
+from bristle.logs.log import Log
 from bristle.logs.problems import Cut, longest_run
 
 __all__ = ["Line", "Rows", "lost_in", "piled_up", "rows_of", "work_share"]
@@ -100,37 +100,34 @@ class Line:
         return float(self.coefficients[-1]), float(self.deviations[-1])
 
 
-def rows_of(log: LogData, resolution: float) -> Rows:
+def rows_of(log: Log, resolution: float) -> Rows:
     """Return the rows of a log, through twice the shortest filter that its position allows."""
     windows = [w for w in WINDOWS if w * log.sample_time <= LONGEST] or [WINDOWS[0]]
     for window in windows:
         parts = [_differenced(log.position.values[segment], window, 2) for segment in log.segments]
         square = float(np.mean(np.concatenate(parts) ** 2)) if any(part.size for part in parts) else 0.0
         # White noise of an encoder's rounding, twice differenced over the window.
-        if 6.0 * resolution**2 / 12.0 / window < NOISE**2 * square:
-            return _filtered(log, 2 * window)
-    return _filtered(log, 2 * windows[-1])
-
-
-def _mean(values: np.ndarray, window: int, times: int) -> np.ndarray:
-    """Return moving means, one after the other; each shortens the signal by its window less one."""
-    for _ in range(times):
-        total = np.concatenate([[0.0], np.cumsum(values - values[0])])
-        values = (total[window:] - total[:-window]) / window + values[0]
-    return values
+        if window == windows[-1] or 6.0 * resolution**2 / 12.0 / window < NOISE**2 * square:
+            break
+    return _filtered(log, 2 * window)
 
 
 def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
-    """Return the `order`-th difference over the window of a signal behind what is left of three moving means."""
+    """Return the `order`-th difference over the window of a signal behind what is left of three moving means.
+
+    Each mean shortens the signal by its window less one.
+    """
     if values.size < 3 * window + 1:
         return np.empty(0)
-    values = _mean(values, window, 3 - order)
+    for _ in range(3 - order):
+        total = np.concatenate([[0.0], np.cumsum(values - values[0])])
+        values = (total[window:] - total[:-window]) / window + values[0]
     for _ in range(order):
         values = values[window:] - values[:-window]
     return values
 
 
-def _filtered(log: LogData, window: int) -> Rows:
+def _filtered(log: Log, window: int) -> Rows:
     stride, h = max(window // 2, len(log) // MOST_ROWS, 1), window * log.sample_time
     parts = []
     for segment in log.segments:
@@ -155,7 +152,7 @@ def _filtered(log: LogData, window: int) -> Rows:
     return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True))) if parts else Rows(*[np.empty(0)] * 7)
 
 
-def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
+def lost_in(log: Log, resolution: float, factor: float) -> np.ndarray:
     """Return the samples before steps of the position that the velocity around does not explain, shape (place,).
 
     A step stands out where it differs from the steps next to it by far more than those do among themselves, and by
@@ -177,7 +174,7 @@ def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
     return np.concatenate(places)
 
 
-def work_share(log: LogData) -> float:
+def work_share(log: Log) -> float:
     """Return the work that the effort does over closed motion, over what it would be if all of it were friction.
 
     The integral of effort over way from one sample to a later one at the same place and speed: inertia, gravity and
@@ -215,7 +212,7 @@ def _closed(position: np.ndarray) -> slice:
     return slice(at[first], at[last] + 1) if fastest and length[first, last] >= SHORTEST_WAY * position.size else slice(0)
 
 
-def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
+def piled_up(log: Log, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
     """Return where an effort piles up near its extreme although the motion takes more of it; None where none does.
 
     A drive at its limit piles up too, and its effort is the one that acts: there inertia times acceleration is what it
@@ -229,7 +226,13 @@ def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float)
     # The missing effort passes the filter of all rows.
     missing = rows_of(replace(log, effort=replace(log.effort, values=at)), resolution).effort
     level = float(np.median(np.abs(values[at != 0.0])))
-    if not _falls_short(rows, missing, level, sure):
+    columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
+    line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
+    # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
+    if line is None or (bent is not None and bent.explained > line.explained):
+        return None
+    short, error = line.last
+    if not (short > SHORT * level and short > sure * error):
         return None
     start, length = longest_run(at != 0.0)
     return Cut(float(np.sign(at[start])) * level, start, length, int(np.count_nonzero(at)))
@@ -246,14 +249,3 @@ def _piled(values: np.ndarray, run: int) -> np.ndarray:
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
     return at if longest_run(at)[1] >= run and np.count_nonzero(at) * BELOW >= DENSER * np.count_nonzero(below) else none
-
-
-def _falls_short(rows: Rows, missing: np.ndarray, level: float, sure: float) -> bool:
-    """Return whether a line through the rows lacks effort where it piles up."""
-    columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
-    line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
-    # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
-    if line is None or (bent is not None and bent.explained > line.explained):
-        return False
-    short, error = line.last
-    return short > SHORT * level and short > sure * error

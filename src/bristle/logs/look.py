@@ -15,9 +15,9 @@ from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.values import Thresholds, threshold
-from bristle.logs.channel import LogData
 from bristle.logs.legs import graininess
 from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share
+from bristle.logs.log import Log
 from bristle.logs.problems import Cut, clipped
 from bristle.logs.turns import turning_points
 
@@ -76,7 +76,7 @@ DEFAULT = CheckThresholds()
 class Look:
     """A log with what several rules measure of it, each once."""
 
-    log: LogData
+    log: Log
     axis: Axis
     settings: CheckThresholds
     resolution: float
@@ -184,13 +184,12 @@ class Look:
     def changes(self) -> tuple[float, dict[int, float]]:
         """The level of friction, and by how much of it it changes over time (-2) and over the position (-1), where it does."""
         line = self.plain
-        if line is None:
-            return 0.0, {}
-        rows = self.sliding[0]
+        rows = self.sliding[0] if line is not None else self.rows
         side = np.sign(rows.velocity)
-        if min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
+        if line is None or min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
             return 0.0, {}
-        time, position = (_centred(values) for values in (rows.time, rows.position))
+        ends = ((values, float(values.min()), float(values.max())) for values in (rows.time, rows.position))
+        time, position = ((values - 0.5 * (low + high)) / ((high - low) or 1.0) for values, low, high in ends)
         changing = self.line(time, position, side * time, side * position)
         if changing is None:
             return 0.0, {}
@@ -231,8 +230,3 @@ def likeness_of(first: np.ndarray, second: np.ndarray) -> float:
     """Return by how much two signals are one, but for their size."""
     size = float(np.linalg.norm(first) * np.linalg.norm(second))
     return float(first @ second) / size if size > 0.0 else 0.0
-
-
-def _centred(values: np.ndarray) -> np.ndarray:
-    low, high = float(values.min()), float(values.max())
-    return (values - 0.5 * (low + high)) / ((high - low) or 1.0)

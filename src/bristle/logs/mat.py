@@ -37,9 +37,10 @@ def read(data: bytes, request: Request) -> Table:
                 constants[full] = float(values.reshape(()))
             elif values.ndim > 2 and 1 not in values.shape:
                 notes.append(f"{full} has {values.ndim} dimensions and was left out")
-            else:
-                columns = _columns_of(full, values).items()
-                series += [Series(column, numbers.astype(float) if request.choice(column) else None) for column, numbers in columns]
+            else:  # time runs along the longer side of a matrix
+                vector = values.ndim == 1 or 1 in values.shape
+                columns = {full: values.reshape(-1)} if vector else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
+                series += [Series(c, numbers.astype(float) if request.choice(c) else None) for c, numbers in columns.items()]
     return table_of_series(series, request.source, "MAT", constants=constants, notes=notes)
 
 
@@ -85,12 +86,8 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
-            raise InputError(
-                "is nested too deeply",
-                path=str(source),
-                allowed=f"up to {DEEPEST} cells in one another",
-                mend="Save the signals as vectors",
-            )
+            allowed = f"up to {DEEPEST} cells in one another"
+            raise InputError("is nested too deeply", path=str(source), allowed=allowed, mend="Save the signals as vectors")
 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -104,10 +101,3 @@ def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
             yield from _numbers(f"{name}[{index}]", inner)
     elif values.dtype.kind in "fiub" and values.size:
         yield name, values
-
-
-def _columns_of(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of a vector or a matrix; time runs along the longer side of a matrix."""
-    if values.ndim == 1 or 1 in values.shape:
-        return {name: values.reshape(-1)}
-    return {f"{name}[{index}]": column for index, column in enumerate(tall(values).T)}

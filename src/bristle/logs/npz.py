@@ -26,8 +26,7 @@ MOST_ARRAYS = 100_000
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of an array with several of them, or of an archive of single columns."""
     if data.startswith(ARRAY):
-        stored = {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}
-        return _table(stored, [], request)
+        return _table({request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}, [], request)
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > MOST_ARRAYS:
@@ -54,12 +53,12 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
         shape, _, dtype = header(file, max_header_size=HEADER)
     if dtype.hasobject:
         raise InputError("holds objects of Python, which are not read", path=str(source), mend="Save arrays of numbers")
-    stored = Stored(tuple(shape), dtype, lambda: _array(opened))
+
+    def read() -> np.ndarray:
+        with opened() as file:
+            return np.lib.format.read_array(file, allow_pickle=False)
+
+    stored = Stored(tuple(shape), dtype, read)
     if stored.size * dtype.itemsize > size:
         raise ValueError(f"an array announces {stored.size} numbers and is shorter")
     return stored
-
-
-def _array(opened: Callable[[], IO[bytes]]) -> np.ndarray:
-    with opened() as file:
-        return np.lib.format.read_array(file, allow_pickle=False)

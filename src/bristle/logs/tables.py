@@ -47,14 +47,14 @@ class Stored(NamedTuple):
         return math.prod(self.shape)
 
     @property
+    def fields(self) -> list[str]:
+        """Names of its numbers, where it is made of named ones."""
+        return [name for name in self.dtype.names or () if self.dtype[name].kind in "fiub" and not self.dtype[name].shape]
+
+    @property
     def holds_columns(self) -> bool:
         """Whether it is made of numbers, in one or two dimensions; or of named numbers."""
-        numbers = self.dtype.kind in "fiub" or (self.dtype.kind == "V" and bool(_numeric_fields(self.dtype)))
-        return numbers and len(self.shape) <= 2 and self.size > 0
-
-
-def _numeric_fields(dtype: np.dtype) -> list[str]:
-    return [name for name in dtype.names or () if dtype[name].kind in "fiub" and not dtype[name].shape]
+        return (self.dtype.kind in "fiub" or bool(self.fields)) and len(self.shape) <= 2 and self.size > 0
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,6 @@ class Arrays:
     notes: tuple[str, ...] = ()
 
 
-class _Column(NamedTuple):
-    """A column in the arrays of a file: in which one, and which part of it."""
-
-    array: str
-    part: int | str | None = None
-
-
 def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
     """Return the columns of one table of a file, or of all of them, each under its full name.
 
@@ -82,27 +75,30 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
     read, and only if what the file announces is not too large.
     """
     tables, constants = _tables_of(arrays)
-    names = list(tables)
-    notes = list(arrays.notes)
+    names, notes, chosen = list(tables), list(arrays.notes), request.table
     if not names:
         raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
-    if request.table is not None and request.table not in tables:
-        if len(names) > 1:
-            raise no_such_table(request.table, names, request.source)
-        if names[0]:
-            notes.append(f"there is no table {request.table!r} in this log: {names[0]!r}, its only one, was taken")
-    chosen = request.table if request.table in tables else names[0] if len(names) == 1 else None
+    if chosen not in tables:
+        if chosen is not None and len(names) > 1:
+            raise no_such_table(chosen, names, request.source)
+        if chosen is not None and names[0]:
+            notes.append(f"there is no table {chosen!r} in this log: {names[0]!r}, its only one, was taken")
+        chosen = names[0] if len(names) == 1 else None
+    full = {(table, name): f"{table}{arrays.separator}{name}" if table else name for table in names for name in tables[table]}
     if chosen is None:
-        available = {_full(table, name, arrays): column for table in names for name, column in tables[table].items()}
+        available = {full[table, name]: column for table in names for name, column in tables[table].items()}
+        units = {name: arrays.units[name] for name in available if name in arrays.units}
     else:
         available = tables[chosen]
+        units = {name: arrays.units[full[chosen, name]] for name in available if full[chosen, name] in arrays.units}
         constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
-    columns = _read({name: column for name, column in available.items() if request.choice(name)}, arrays, request.source, request.limit)
-    units = {
-        name: arrays.units[full] for name in available if (full := name if chosen is None else _full(chosen, name, arrays)) in arrays.units
-    }
+    columns = {name: column for name, column in available.items() if request.choice(name)}
+    needed = {array: arrays.values[array] for array, _ in columns.values()}
+    announced = sum(stored.size * max(stored.dtype.itemsize, NUMBER_BYTES) for stored in needed.values())
+    refuse_larger(announced, request.limit, request.source)
+    read = {name: np.asarray(stored.read()) for name, stored in needed.items()}
     return Table(
-        columns,
+        {name: _numbers_of(read[array], part) for name, (array, part) in columns.items()},
         units,
         {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},
         notes=tuple(notes),
@@ -112,29 +108,21 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
     )
 
 
-def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, _Column]], dict[str, Stored]]:
-    """Return the columns of each table, and the single numbers of the file."""
-    tables: dict[str, dict[str, _Column]] = {}
+def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, tuple[str, int | str | None]]], dict[str, Stored]]:
+    """Return the columns of each table, each as its array and the part of it, and the single numbers of the file."""
+    tables: dict[str, dict[str, tuple[str, int | str | None]]] = {}
     constants: dict[str, Stored] = {}
     for full, stored in arrays.values.items():
         group, _, name = full.rpartition(arrays.separator)
         if stored.dtype.names:
-            tables[full] = {field: _Column(full, field) for field in _numeric_fields(stored.dtype)}
+            tables[full] = {field: (full, field) for field in stored.fields}
         elif stored.size == 1:
             constants[full] = stored
         elif len(stored.shape) == 1 or 1 in stored.shape:
-            tables.setdefault(group, {})[name] = _Column(full)
+            tables.setdefault(group, {})[name] = (full, None)
         else:
-            tables[full] = {f"column_{k + 1}": _Column(full, k) for k in range(min(stored.shape))}
+            tables[full] = {f"column_{k + 1}": (full, k) for k in range(min(stored.shape))}
     return {name: columns for name, columns in tables.items() if columns}, constants
-
-
-def _read(columns: Mapping[str, _Column], arrays: Arrays, source: Path, limit: int) -> dict[str, np.ndarray]:
-    needed = {column.array: arrays.values[column.array] for column in columns.values()}
-    announced = sum(stored.size * max(stored.dtype.itemsize, NUMBER_BYTES) for stored in needed.values())
-    refuse_larger(announced, limit, source)
-    read = {name: np.asarray(stored.read()) for name, stored in needed.items()}
-    return {name: _numbers_of(read[column.array], column.part) for name, column in columns.items()}
 
 
 def _numbers_of(values: np.ndarray, part: int | str | None) -> np.ndarray:
@@ -150,17 +138,11 @@ def tall(values: np.ndarray) -> np.ndarray:
     return values if values.shape[0] >= values.shape[1] else values.T
 
 
-def _full(table: str, column: str, arrays: Arrays) -> str:
-    return f"{table}{arrays.separator}{column}" if table else column
-
-
 def no_such_table(table: str, names: list[str], source: Path) -> InputError:
     """Return the error that says which tables there are instead of one that is asked for."""
     close = close_names(table, names)
-    elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
-    return InputError(
-        f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=f"Did you mean {close[0]!r}?" if close else elsewhere
-    )
+    mend = f"Did you mean {close[0]!r}?" if close else "Mend the name behind ::, or `table` under [log] of the axis file"
+    return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
 
 
 TIME = "time"
@@ -174,10 +156,6 @@ class Series(NamedTuple):
     times: np.ndarray | None = None
     unit: str = ""
     about: str = ""
-
-    def every(self, period: float | None) -> Series:
-        """Return it sampled once in a period [s]."""
-        return self if period is None or self.values is None else self._replace(times=period * np.arange(self.values.size))
 
 
 def by_name(channels: Iterable[tuple[str, str, T]]) -> dict[str, T]:
