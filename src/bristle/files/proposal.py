@@ -97,41 +97,26 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     """
     limit = size_of(size_limit)
     content = content_of_log(log, limit=limit)
-    table = read_table(content, size_limit=limit)
-    if not table.tables:
-        return _proposed_for(table)
-    name = table.tables[0]
-    return _proposed_for(read_table(content, name, size_limit=limit), name, len(table.tables))
-
-
-def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Proposal:
-    """Return the axis file that the columns of a table speak of; it is one of several where it has a name."""
+    table, name, count = read_table(content, size_limit=limit), None, 0
+    if table.tables:
+        name, count = table.tables[0], len(table.tables)
+        table = read_table(content, name, size_limit=limit)
     roles = roles_of(table)
     if not {"position", "velocity"} & set(roles.channels):
-        raise InputError(
-            "does not say which column is the position",
-            path=str(table.source),
-            allowed=some_of(table.names, 40),
-            mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
-        )
+        allowed, mend = some_of(table.names, 40), "Write an axis file that names the columns, and give it (--axis AXIS.toml)"
+        raise InputError("does not say which column is the position", path=str(table.source), allowed=allowed, mend=mend)
     tables: dict[str, Any] = _tables(table, roles)
     if name is not None:
         tables["log"] = {"table": name}
-    axis = axis_from(_assumed(tables))
-    if _reversed(table, axis):
-        tables["columns"]["effort"]["sign"] = -1
-        axis = axis_from(_assumed(tables))
     missing = tuple(missing_of(tables))
-    if set(missing) <= OF_EFFORT and _has_a_link(table, axis):
-        tables["plant"] = {"gravity": "link"}
-        axis = axis_from(_assumed(tables))
+    axis = _looked_at(table, tables, missing)
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
-    without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [
         f"the file says {text!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
         for channel, text in unknown.items()
     ]
+    without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in without_unit]
     if name is not None:
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
@@ -140,40 +125,56 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
     return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes), unknown)
 
 
-def _kind(roles: Roles) -> Kind | None:
-    """Return the kind of axis that the units speak of; None where they speak of none."""
-    position, effort = roles.channels.get("position"), roles.channels.get("effort")
-    moves, per = (position, "") if position else (roles.channels["velocity"], "/s")
-    if moves.unit:
-        return MOVEMENTS.get(units.like(moves.unit, MOVEMENTS, per=per) or "")
-    return KINDS[0] if effort is not None and units.like(effort.unit, ("N",)) else None
+def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -> Axis:
+    """Return the axis of the tables, and add to them what its log shows: an effort with a reversed sign, and a link."""
+    axis = axis_from(_assumed(tables))
+    try:
+        log = record_of(table, axis) if "effort" in axis.columns else None
+        if log is not None and any(finding.code == "sign_reversed" for finding in checked(log, axis)):
+            tables["columns"]["effort"]["sign"] = -1
+            axis = axis_from(_assumed(tables))
+    except InputError:
+        return axis
+    # The effort of a rotational axis goes with its angle as the gravity of a link does.
+    effort = log.effort if log is not None and axis.kind == KINDS[1] and set(missing) <= OF_EFFORT else None
+    if log is not None and effort is not None and pulls_as_a_link(effort.values, log.position.values):
+        tables["plant"] = {"gravity": "link"}
+        axis = axis_from(_assumed(tables))
+    return axis
 
 
 def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     """Return the content of the proposed file; what is not known is marked."""
-    kind = _kind(roles)
-    columns: dict[str, dict[str, Any]] = {}
-    for channel in ORDER:
-        if (role := roles.channels.get(channel)) is not None:
-            columns[channel] = {"column": role.column, "unit": role.unit or FILL_IN}
-    position = roles.channels.get("position")
-    for channel in ("reference", "following_error"):
-        if channel in columns and not roles.channels[channel].unit:
-            columns[channel]["unit"] = FILL_IN
+    position, effort = roles.channels.get("position"), roles.channels.get("effort")
+    motion, per = (position, "") if position else (roles.channels["velocity"], "/s")
+    kind: Kind | None = None  # that the units speak of
+    if motion.unit:
+        kind = MOVEMENTS.get(units.like(motion.unit, MOVEMENTS, per=per) or "")
+    elif effort is not None and units.like(effort.unit, ("N",)):
+        kind = KINDS[0]
+    named = {channel: role for channel in ORDER if (role := roles.channels.get(channel)) is not None}
+    columns: dict[str, dict[str, Any]] = {channel: {"column": role.column, "unit": role.unit or FILL_IN} for channel, role in named.items()}
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts = _facts_of(table.facts)
+    facts: dict[str, Any] = {}  # that the lines above the columns tell of the drive
+    for name, text in table.facts.items():
+        for key, pattern in FACTS.items():
+            amount = amount_in(name, text) if key not in facts and re.search(pattern, name.lower()) else None
+            if amount is not None and amount[0] != 0.0 and key == "encoder.counts_per_rev":
+                facts[key] = amount[0]
+            elif (
+                amount is not None and amount[0] != 0.0 and amount[1] and units.is_unit(amount[1]) and units.like(amount[1], SPOKEN_OF[key])
+            ):
+                facts[key] = f"{amount[0]:.12g} {amount[1]}"
     if position and "velocity" in columns:
         bases = ("m", "rad", "count")
         moved = [units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"), units.like(position.unit, bases)]
         if moved[0] != moved[1] and ("count" in moved or "transmission.lead" not in facts):
             del columns["velocity"]  # of the motor, and the way from there to the position is not told
-    motion = position or roles.channels["velocity"]
     if units.like(motion.unit, ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
-    effort = roles.channels.get("effort")
     if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
         key = "rated" if units.compatible(effort.unit, "rated") else "constant"
         tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
@@ -198,24 +199,6 @@ def _turns(tables: Mapping[str, Any]) -> bool | None:
     return "N*m" in bases if any(bases) else None
 
 
-def _facts_of(facts: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the lines above the columns tell of the drive."""
-    facts_found: dict[str, Any] = {}
-    for name, text in facts.items():
-        for key, pattern in FACTS.items():
-            if key in facts_found or not re.search(pattern, name.lower()):
-                continue
-            amount = amount_in(name, text)
-            if amount is None or amount[0] == 0.0:
-                continue
-            number, unit = amount
-            if key == "encoder.counts_per_rev":
-                facts_found[key] = number
-            elif unit and units.is_unit(unit) and units.like(unit, SPOKEN_OF[key]):
-                facts_found[key] = f"{number:.12g} {unit}"
-    return facts_found
-
-
 def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables with SI for what is missing, so that the log can be looked at."""
     kind: Kind = tables.get("kind") or (KINDS[1] if _turns(tables) else KINDS[0])
@@ -232,29 +215,3 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
                 key: f"1 {filled}{f'/{drive}' * (key == 'constant')}" if value == FILL_IN else value for key, value in tables[name].items()
             }
     return assumed
-
-
-def _reversed(table: Table, axis: Axis) -> bool:
-    """Return whether the effort takes work out of the axis that friction would put in."""
-    if "effort" not in axis.columns:
-        return False
-    try:
-        return any(facts_found.code == "sign_reversed" for facts_found in checked(_log(table, axis), axis))
-    except InputError:
-        return False
-
-
-def _has_a_link(table: Table, axis: Axis) -> bool:
-    """Return whether the effort of a rotational axis goes with its angle as the gravity of a link does."""
-    if axis.kind != KINDS[1] or "effort" not in axis.columns:
-        return False
-    try:
-        log = _log(table, axis)
-    except InputError:
-        return False
-    return log.effort is not None and pulls_as_a_link(log.effort.values, log.position.values)
-
-
-def _log(table: Table, axis: Axis) -> Any:
-
-    return record_of(table, axis)

@@ -8,7 +8,7 @@ from typing import Any
 
 from bristle.core import units
 from bristle.core.variable import KINDS, Kind, unit_of
-from bristle.files.components import FILL_IN
+from bristle.files.components import FILL_IN, open_in
 from bristle.logs.log import clear_step
 from bristle.logs.roles import Roles
 from bristle.logs.table import Table, some_of
@@ -44,23 +44,16 @@ TOLD_BY = {
 }
 
 
-def missing_of(tables: Mapping[str, Any], path: str = "") -> list[str]:
+def missing_of(tables: Mapping[str, Any]) -> list[str]:
     """Return the keys of the tables that are to be filled in."""
-    facts_found = []
-    for key, value in tables.items():
-        full = f"{path}.{key}" if path else key
-        if isinstance(value, Mapping):
-            facts_found += missing_of(value, full)
-        elif value == FILL_IN:
-            facts_found.append(full)
-    position = "columns.position.unit"
+    keys = list(open_in(tables))
     following = ("columns.reference.unit", "columns.following_error.unit")
-    return [key for key in facts_found if not (key in following and position in facts_found)]
+    return [key for key in keys if not (key in following and "columns.position.unit" in keys)]
 
 
 def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> str:
     """Return the tables as an axis file for people."""
-    lines = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."]
+    lines, columns = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."], tables["columns"]
     missing = missing_of(tables)
     if missing:
         lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
@@ -68,80 +61,66 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     if "kind" in tables:
         lines.append(f"kind = {_quoted(tables['kind'])}")
     else:
-        motion = "position" if "position" in tables["columns"] else "velocity"
+        motion = "position" if "position" in columns else "velocity"
         lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
     lines += ["", "[columns]"]
     if roles.implied_time:
         lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
-    for channel, entry in tables["columns"].items():
-        lines.append(_column_line(channel, entry, roles))
+    lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
-    lines += _encoder_lines(table, tables) + _controller_lines(tables, kind)
-    used = {entry["column"] for entry in tables["columns"].values()}
+    position = columns.get("position")
+    is_told = position is None or "encoder" in tables or position["unit"] == FILL_IN
+    if step := 0.0 if is_told else clear_step(table.columns[position["column"]]):
+        remark = "the position moves in such steps: of the encoder, or of the digits of the file"
+        lines += ["", "# [encoder]", f'# resolution = "{step:.6g} {position["unit"]}"  # {remark}']
+    if {"reference", "following_error"} & set(columns):  # the log has what a loop follows
+        gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
+        lines += ["", CONTROLLER.format(gain=gain, integral=integral)]
+    used = {entry["column"] for entry in columns.values()}
     left = [name for name in table.names if name not in used and name not in table.stamps.values()]
     if left:
         lines += ["", f"# columns that are not used: {some_of(left, 20)}"]
     return "\n".join(lines) + "\n"
 
 
-def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
-    """Return what the steps of the position speak of, as a comment: digits of the file look like an encoder."""
-    entry = tables["columns"].get("position")
-    if entry is None or "encoder" in tables or entry["unit"] == FILL_IN:
-        return []
-    step = clear_step(table.columns[entry["column"]])
-    if not step:
-        return []
-    remark = "the position moves in such steps: of the encoder, or of the digits of the file"
-    return ["", "# [encoder]", f'# resolution = "{step:.6g} {entry["unit"]}"  # {remark}']
-
-
-def _controller_lines(tables: Mapping[str, Any], kind: Kind) -> list[str]:
-    """Return the question for the controller of the drive, as a comment, where the log has what its loop follows."""
-    if not {"reference", "following_error"} & set(tables["columns"]):
-        return []
-    gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
-    return [
-        "",
-        "# How is the axis controlled? With the gains of the drive, bristle simulates the following error without and",
-        "# with compensation, and states the effect of what it exports.",
-        "# [controller]",
-        '# model = "cascade"',
-        f'# k_p = "{FILL_IN}"  # position loop, such as "60 1/s"',
-        f'# k_v = "{FILL_IN}"  # velocity loop, in {gain} or in the unit of the effort column',
-        f'# k_i = "{FILL_IN}"  # its integral, in {integral} likewise; or T_n = "10 ms"',
-        f'# k_ff = "{FILL_IN}"  # share of the reference velocity that the drive feeds forward, 0 to 1',
-    ]
+CONTROLLER = """\
+# How is the axis controlled? With the gains of the drive, bristle simulates the following error without and
+# with compensation, and states the effect of what it exports.
+# [controller]
+# model = "cascade"
+# k_p = "?"  # position loop, such as "60 1/s"
+# k_v = "?"  # velocity loop, in {gain} or in the unit of the effort column
+# k_i = "?"  # its integral, in {integral} likewise; or T_n = "10 ms"
+# k_ff = "?"  # share of the reference velocity that the drive feeds forward, 0 to 1"""
 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
-    follows = channel in ("reference", "following_error") and entry["unit"] == FILL_IN
+    role, is_open = roles.channels[channel], entry["unit"] == FILL_IN
+    follows = channel in ("reference", "following_error") and is_open
     visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
-    body = ", ".join(f"{key} = {_quoted(value) if isinstance(value, str) else value}" for key, value in visible.items())
-    line = f"{channel} = {{ {body} }}"
-    role = roles.channels[channel]
-    remark = TOLD_BY.get(role.told_by, "")
-    remarks = [] if role.reason == "its name" else [role.reason]
-    remarks += [remark] if remark and not follows else []
-    remarks += ["in the unit of the position"] if follows else []
-    hint = "rated" if role.told_by == "rated" else f"columns.{channel}.unit"
-    remarks += [f"the file says {_quoted(role.unknown)}, which is no unit that is known here"] if role.unknown else []
-    remarks += [HINTS[hint]] if not follows and entry["unit"] == FILL_IN else []
-    remarks += ["the effort as recorded takes work out of the axis"] if entry.get("sign") == -1 else []
-    return f"{line}  # {'; '.join(remarks)}" if remarks else line
+    body = ", ".join(f"{key} = {_quoted(value)}" for key, value in visible.items())
+    remarks = [
+        "" if role.reason == "its name" else role.reason,
+        "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
+        f"the file says {_quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
+        HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
+        "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
+    ]
+    said = "; ".join(filter(None, remarks))
+    return f"{channel} = {{ {body} }}  # {said}" if said else f"{channel} = {{ {body} }}"
 
 
 def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
     hint = "  # the effort goes with sine and cosine of the angle" if key == "plant.gravity" else ""
     if value == FILL_IN:
-        drive = tables["columns"].get("effort", {}).get("unit", "A")
-        drive = next((entry_name for entry_name in ("A", "V", "count") if drive != FILL_IN and units.compatible(drive, entry_name)), "A")
+        unit = tables["columns"].get("effort", {}).get("unit", "A")
+        drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
         hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
-    return f"{key.rpartition('.')[2]} = {_quoted(value) if isinstance(value, str) else value}{hint}"
+    return f"{key.rpartition('.')[2]} = {_quoted(value)}{hint}"
 
 
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+def _quoted(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
