@@ -22,8 +22,6 @@ import numpy as np
 from bristle.core.errors import InputError, shortened
 from bristle.logs.table import Choice, Request, Table, damage_refused
 
-__all__ = ["read_apart", "serve"]
-
 SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, before a file counts as one that has no end
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
 SPARE_BYTES = 3 * 2**29  # of addresses, beside what is read

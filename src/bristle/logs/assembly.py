@@ -18,8 +18,6 @@ from bristle.logs.log import CHANNELS, Channel, Log
 from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.table import Table
 
-__all__ = ["assembled", "clock_for", "record_of", "within"]
-
 NEGLIGIBLE = 0.1  # of the sample time: less jitter than this is told as a note, not as a warning
 
 

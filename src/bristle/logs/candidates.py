@@ -12,8 +12,6 @@ from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in
 from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name
 
-__all__ = ["Candidate", "candidate_of", "correlation", "explained", "pulls_as_a_link", "rate_of", "roughness", "slope", "time_among"]
-
 FEWEST = 20  # samples
 OF_STAMPS = 0.02  # of the steps of a time that rise: fewer are no stamps of samples
 

@@ -21,8 +21,6 @@ from bristle.logs.names import plain_unit
 from bristle.logs.turns import period_of
 from bristle.logs.words import other_unit_in
 
-__all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
-
 Numbers = dict[str, Number]
 
 SHORTEST_PART = 10  # samples of a stretch between lost rows

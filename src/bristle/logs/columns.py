@@ -22,8 +22,6 @@ from bristle.logs.assembly import record_of
 from bristle.logs.log import Log
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
-__all__ = ["is_table", "log_of_columns", "table_of"]
-
 # What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
 NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
 KNOWN_INPUT = "injected."

@@ -13,8 +13,17 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.cells import COMMENTS, cells_of, is_number, why_no_number, without_comments
-from bristle.logs.layout import PREAMBLE_LINES, SAMPLE_ROWS, Layout, layout_of
+from bristle.logs.layout import (
+    COMMENTS,
+    PREAMBLE_LINES,
+    SAMPLE_ROWS,
+    Layout,
+    cells_of,
+    is_number,
+    layout_of,
+    why_no_number,
+    without_comments,
+)
 from bristle.logs.scope import head_of, pattern_of, read_archive, read_scope
 from bristle.logs.stamped_text import (
     facts_above,
@@ -27,8 +36,6 @@ from bristle.logs.stamped_text import (
 )
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.words import is_time
-
-__all__ = ["read", "refuse_frames"]
 
 TAIL_ROWS = 1000
 HEAD_BYTES = 2**17

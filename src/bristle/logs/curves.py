@@ -19,8 +19,6 @@ from bristle.logs.problems import LARGEST, SMALLEST
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
-__all__ = ["STARTS", "Curve", "CurveColumns", "Curves", "SignalColumn", "read_curves"]
-
 STARTS = ("virgin", "saturated")
 SATURATED = 10.0  # times the largest input of the record
 

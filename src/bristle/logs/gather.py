@@ -12,12 +12,10 @@ from bristle.core.axis import COLUMNS, Axis, Column
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.logs.clock import median_step
 from bristle.logs.log import CHANNELS, Channel
-from bristle.logs.order import median_step
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
 from bristle.logs.words import other_unit_in
-
-__all__ = ["Gathered", "axis_of", "gather"]
 
 FOLLOWING = ("reference", "following_error")  # they count as the position does
 LONG_ENOUGH = 2  # letters of a unit at the end of a name: one alone may stand for a motor or a phase

@@ -13,8 +13,6 @@ from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
-__all__ = ["read"]
-
 MAT_73 = b"MATLAB 7.3"
 UNIT_ATTRIBUTES = ("unit", "units")
 LONGEST_ATTRIBUTE = 200  # [byte]

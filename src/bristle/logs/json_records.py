@@ -17,8 +17,6 @@ from bristle.logs.table import Request, Table
 from bristle.logs.tables import Series, no_such_table, table_of_series
 from bristle.logs.words import is_time, unit_of_time
 
-__all__ = ["looks_like_json", "read"]
-
 DEEPEST = 8
 MOST_NAMES, MOST_CELLS = 20_000, 20_000_000  # of records
 WIDE = 1000

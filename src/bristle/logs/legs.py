@@ -11,8 +11,6 @@ import numpy as np
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.logs.turns import runs, turning_points
 
-__all__ = ["Leg", "graininess", "legs_of", "rests_of"]
-
 REST_TIME = 0.12  # [s] without a motion that the encoder sees
 COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
 CHUNKS = 20  # of a leg, in which its speed is looked at

@@ -15,8 +15,6 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.logs.log import Log
 from bristle.logs.problems import Cut, longest_run
 
-__all__ = ["Line", "Rows", "lost_in", "piled_up", "rows_of", "work_share"]
-
 WINDOWS = (2, 4, 8, 16, 32, 64, 128)  # samples of one moving mean
 LONGEST = 0.05  # [s] of one moving mean: beyond, ramps of velocity are blurred
 NOISE = 0.1  # of the root mean square acceleration that the noise of the position may leave

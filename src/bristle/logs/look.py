@@ -21,8 +21,6 @@ from bristle.logs.log import Log
 from bristle.logs.problems import Cut, clipped
 from bristle.logs.turns import turning_points
 
-__all__ = ["DEFAULT", "CheckThresholds", "Look", "likeness_of"]
-
 MOVED = 100.0  # encoder steps of the range from which the position tells a velocity
 FEWEST_MOVED = 50  # rows to compare velocities
 NEAR_ZERO, OFF = 0.02, 0.2  # of the largest effort; of the log near it, from which on a drive is off

@@ -16,8 +16,6 @@ from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Series, table_of_series, tall
 
-__all__ = ["read"]
-
 MAT = b"MATLAB 5.0"
 HEADER_BYTES, TAG_BYTES = 128, 8
 MATRIX, COMPRESSED = 14, 15

@@ -14,8 +14,6 @@ from bristle.core.errors import InputError
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["read"]
-
 DEEPEST = 6
 MOST_VALUES = 1000  # of one message
 JOINT = ("position", "velocity", "effort")

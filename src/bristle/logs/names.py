@@ -9,8 +9,6 @@ from unicodedata import normalize
 from bristle.core.typography import printable
 from bristle.logs.table import Table, split_unit
 
-__all__ = ["distinct", "listed", "names_and_units", "plain_unit", "spelt", "with_plain_names"]
-
 LONGEST_UNIT_SHOWN = 80
 
 

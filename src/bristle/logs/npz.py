@@ -16,8 +16,6 @@ from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
-__all__ = ["read"]
-
 ARRAY = b"\x93NUMPY"
 HEADER = 10_000  # [byte] at most, before the numbers of an array
 MOST_ARRAYS = 100_000

@@ -12,8 +12,6 @@ from bristle.logs.names import distinct
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["read"]
-
 UNIT_KEYS = (b"unit", b"units")
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 

@@ -14,8 +14,6 @@ from bristle.core.edge import guarded, instance, optional
 from bristle.logs.legs import Leg, graininess, legs_of, rests_of
 from bristle.logs.log import Log
 
-__all__ = ["KINDS", "Passage", "Stretch", "nesting", "passages", "passages_along"]
-
 
 @guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))
 def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:

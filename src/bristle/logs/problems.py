@@ -19,20 +19,6 @@ from bristle.logs.gather import Gathered
 from bristle.logs.log import Channel, quantisation
 from bristle.logs.turns import runs
 
-__all__ = [
-    "FEWEST_SAMPLES",
-    "LARGEST",
-    "SMALLEST",
-    "Cut",
-    "Spike",
-    "clipped",
-    "far_outside",
-    "limits_exceeded",
-    "longest_run",
-    "problems_of",
-    "spikes",
-]
-
 FEWEST_SAMPLES = 100
 MOVES = ("position", "velocity", "effort", "reference")  # what tells nothing where it is constant
 LONG_RUN = 10  # samples

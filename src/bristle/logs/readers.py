@@ -24,8 +24,6 @@ from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_r
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time
 
-__all__ = ["read_log", "read_table"]
-
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
     ARCHIVE: "It is a spreadsheet or an archive: export the log as CSV, or unpack it",

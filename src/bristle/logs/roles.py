@@ -12,8 +12,6 @@ from bristle.logs.candidates import Candidate, candidate_of, correlation, explai
 from bristle.logs.table import Table, without_index
 from bristle.logs.words import unit_of_time, without_part, words_of
 
-__all__ = ["Role", "Roles", "roles_of"]
-
 MOVEMENTS = ("m", "rad", "count")
 SPEEDS = ("m/s", "rad/s", "count/s")
 EFFORTS = ("N", "N*m", "A", "rated", "V")

@@ -13,12 +13,10 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.cells import cells_of, numbers_in, why_no_number
+from bristle.logs.layout import cells_of, numbers_in, why_no_number
 from bristle.logs.names import distinct, listed
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
-
-__all__ = ["Head", "head_of", "pattern_of", "read_archive", "read_scope"]
 
 NAME = "name"
 # What stands in the first column of the rows below the names, as far as the export was asked for them.

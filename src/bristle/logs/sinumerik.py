@@ -13,8 +13,6 @@ from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table, without_index
 from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["read"]
-
 NO_VALUE = 9.2e18  # a NaN, written as the whole number of its bits: the value before it holds
 ENTITY = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
 MEND = "Export the trace as CSV"

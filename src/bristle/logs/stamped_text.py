@@ -10,23 +10,11 @@ from datetime import datetime
 import numpy as np
 
 from bristle.core import units
-from bristle.logs.cells import CLOCK, cells_of, without_comments
-from bristle.logs.layout import Layout
+from bristle.logs.layout import CLOCK, Layout, cells_of, without_comments
 from bristle.logs.names import listed, plain_unit
 from bristle.logs.table import Request, Table, split_unit
 from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import is_time, unit_in_name, unit_of_time
-
-__all__ = [
-    "amount_in",
-    "facts_above",
-    "names_beside_times",
-    "partly_empty",
-    "period_told",
-    "stamps_in",
-    "units_of_labview",
-    "with_own_times",
-]
 
 LONG = 10  # digits of a time that counts from long ago
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second

@@ -17,24 +17,6 @@ from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, close_names, said_by_library, shortened
 
-__all__ = [
-    "ALL",
-    "NONE",
-    "NUMBER_BYTES",
-    "USUAL_NAMES",
-    "Choice",
-    "Request",
-    "Table",
-    "axis_in",
-    "columns_named",
-    "columns_of",
-    "damage_refused",
-    "some_of",
-    "spellings",
-    "split_unit",
-    "without_index",
-]
-
 LONGEST_SHOWN = 60
 NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.

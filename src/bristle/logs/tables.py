@@ -16,8 +16,6 @@ from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refu
 from bristle.core.errors import InputError, close_names
 from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
-__all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "no_such_table", "table_from", "table_of_series", "tall"]
-
 T = TypeVar("T")
 
 WITHIN = "::"  # between the name of a file and that of a table in it

@@ -15,8 +15,6 @@ from bristle.core.errors import InputError
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
-__all__ = ["read"]
-
 LEAD_IN_BYTES = 28
 BIG_ENDIAN = 1 << 6
 NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage

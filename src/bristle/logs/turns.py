@@ -6,19 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = [
-    "by_lag",
-    "half_cycle_numbers",
-    "numbered",
-    "period_of",
-    "rests",
-    "reversals",
-    "runs",
-    "turning_points",
-    "whole_cycle",
-    "with_sides",
-]
-
 COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
 

@@ -14,9 +14,6 @@ from bristle.core import units
 from bristle.logs.names import listed, plain_unit, spelt
 from bristle.logs.table import without_index
 
-__all__ = ["Meaning", "is_time", "meaning_of", "other_unit_in", "unit_in_name", "unit_of_time", "without_part", "words_of"]
-
-
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
     "time": listed("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
