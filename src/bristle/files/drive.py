@@ -146,7 +146,6 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 CELSIUS = ("degC", "°C", "celsius")
-ZERO_CELSIUS = 273.15  # [K]
 
 
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
@@ -198,7 +197,7 @@ def _further(name: str, entry: ColumnEntry) -> Column:
 
 def _in_kelvin(entry: ColumnEntry, path: str) -> Column:
     if entry.unit in CELSIUS:
-        return Column(entry.column, "", "", 1.0, entry.optional, ZERO_CELSIUS)
+        return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
     if entry.unit is not None:
         units.factor(entry.unit, "K", path=path)
         if units.convert(f"0 {entry.unit}", "K", path=path) != 0.0:

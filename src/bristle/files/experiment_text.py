@@ -77,9 +77,6 @@ def _header(kind: Kind) -> str:
 
 LOOP = "loop.csv"
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
-CYCLES = 4  # of a sine, where the log has no reference
-RESTING = 1e-9  # of the range: slower is no motion
-SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 # A loop to begin with, where nobody has told one: its speed is bounded by the sampling and by what most axes bear.
 FASTEST, OF_SAMPLING, FOR_POSITION = 2.0 * math.pi * 20.0, 0.1, 0.25  # [rad/s], of 1/sample time, of the velocity loop
 HEAD = """\
@@ -170,7 +167,7 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     except (OSError, ValueError):  # on Windows, another drive
         file = ""
     if file and log.reference is not None and len(log.segments) == 1:
-        settle = min(SETTLE_SHARE * log.sample_time * log.reference.values.size, SETTLE_MAX)
+        settle = min(0.05 * log.sample_time * log.reference.values.size, 0.5)  # of the duration, and in seconds
         head = '[reference]\nmodel = "recorded"            # the reference of the log\n'
         judged = f'[run]\nsettle = "{settle:.3g} s"           # at the start, left out of the statistics\n'
         return f"{head}file = {json.dumps(file)}\n", judged
@@ -178,13 +175,13 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     low, high = float(position.min()), float(position.max())
     speed = float(np.quantile(np.abs(np.gradient(position, log.sample_time)), 0.95))
     amplitude = 0.5 * (high - low)
-    frequency = max(speed, RESTING * amplitude) / (2.0 * math.pi * amplitude)
+    frequency = max(speed, 1e-9 * amplitude) / (2.0 * math.pi * amplitude)  # of the range: slower is no motion
     reference = (
         "# A sine of the range and speed of the log: write the motion of the machine instead.\n"
         f'[reference]\nmodel = "sine"\namplitude = "{amplitude:.4g} {unit}"\n'
         f'offset = "{0.5 * (low + high):.4g} {unit}"\n'
         f'frequency = "{frequency:.3g} Hz"\n'
     )
-    duration, settle = CYCLES / frequency, 1.0 / frequency
+    duration, settle = 4 / frequency, 1.0 / frequency  # of a sine, where the log has no reference
     run = f'[run]\nduration = "{duration:.4g} s"\nsample_time = "{log.sample_time:.9g} s"\nsettle = "{settle:.3g} s"\n'
     return reference, run

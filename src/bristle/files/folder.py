@@ -140,7 +140,6 @@ def _linked(first: str, second: str, at: int | None) -> bool:
     return True
 
 
-LONGEST_PATH = 200  # of a folder; with the names of files in it, Windows takes 260 characters
 _AS_IT_IS = "\\\\?\\"
 
 _CURRENT_FOLDER = -100  # AT_FDCWD: relative paths start from the current folder
@@ -165,7 +164,7 @@ def exchange(first: Path, second: Path) -> bool:
 
 def extended(path: str) -> str:
     """Return the path of a folder as Windows takes it whatever its length; a short one as it is."""
-    if len(path) < LONGEST_PATH or path.startswith(_AS_IT_IS):
+    if len(path) < 200 or path.startswith(_AS_IT_IS):  # of a folder; with the names of files in it, Windows takes 260 characters
         return path
     return f"{_AS_IT_IS}UNC\\{path[2:]}" if path.startswith("\\\\") else _AS_IT_IS + path
 

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 # Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
 FITTED_TO = "fitted to"
 
-LONG_LIST = 256
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
 # What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.
 BESIDES = {"s", "lag"}
@@ -156,7 +155,7 @@ def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Tab
     for name, value in model.values.items():
         variable = model.component.variables[name]
         plain = value.tolist() if hasattr(value, "tolist") else value
-        if isinstance(plain, list) and len(plain) > LONG_LIST:
+        if isinstance(plain, list) and len(plain) > 256:
             mark = f"numbers {len(tables)} of {model.name}"
             plain, tables[mark] = mark, f"[{', '.join(map(repr, plain))}]"
         item = tomlkit.item(plain)
@@ -281,8 +280,6 @@ NUMBERS = {
     "left_in_closed_loop": "of the position in a simulation, beyond all that",
     "left_in_open_loop": "of the position in a simulation, beyond all that",
 }
-MEMBERS = 40
-DIGITS = 7
 
 
 def _bands_table(bands: Any) -> Table:
@@ -290,14 +287,14 @@ def _bands_table(bands: Any) -> Table:
     import tomlkit
 
     def short(value: Any) -> Any:
-        return [short(entry) for entry in value] if np.ndim(value) else float(f"{float(value):.{DIGITS}g}")
+        return [short(entry) for entry in value] if np.ndim(value) else float(f"{float(value):.7g}")
 
     table, draws = tomlkit.table(), tomlkit.table()
     for name, comment in NUMBERS.items():
         table.add(name, float(getattr(bands, name)))
         table[name].comment(comment)
     for name, values in bands.draws.items():
-        draws.add(key_of(name), tomlkit.item([short(draw) for draw in values[:MEMBERS]]))
+        draws.add(key_of(name), tomlkit.item([short(draw) for draw in values[:40]]))
     table.add("draws", draws)
     return table
 

@@ -42,7 +42,6 @@ from bristle.files.owned import (
 SUMMARY = "summary.json"
 """The file that every folder of results of a command holds."""
 
-BEGUN_LONG_AGO = 60.0  # [s]
 _UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
@@ -265,7 +264,7 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
         with suppress(OSError), Folder(parent / name) as folder:
             note = note_in(folder)
             if note is None:
-                if os.lstat(parent / name).st_mtime < time.time() - BEGUN_LONG_AGO:
+                if os.lstat(parent / name).st_mtime < time.time() - 60.0:  # [s]
                     _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
                 continue
             if match[1] in (note.token, note.aside):  # else a person's own: a copy, or a folder that was renamed

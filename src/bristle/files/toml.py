@@ -16,7 +16,6 @@ TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
 
 DEEPEST = 32  # tables in one another, and parts of a key
-LARGEST_WHOLE = 2**63 - 1  # what TOML promises to hold
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _TUPLE = re.compile(r"\(('(?:[^']|', ')*'),?\)")  # keys as the parser tells them
 _JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not those of a text
@@ -101,7 +100,7 @@ def _refuse_value(path: str, value: Any) -> None:
     if isinstance(value, str):
         if _CONTROLS.search(value):
             raise InputError("holds control characters", path=path, value=value, mend="Write letters")
-    elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+    elif isinstance(value, int) and abs(value) > (2**63 - 1):  # what TOML promises to hold
         raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
         raise InputError("must be a finite number", path=path, value=value)

@@ -24,7 +24,6 @@ from bristle.logs.table import Choice, Request, Table, damage_refused
 
 SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, before a file counts as one that has no end
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
-SPARE_BYTES = 3 * 2**29  # of addresses, beside what is read
 # A plugin of HDF5 is a library that a file can ask for; none is loaded. One thread of linear algebra is enough.
 # Ctrl-C in a terminal goes to whoever waits, who ends it.
 ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -93,7 +92,7 @@ def serve() -> None:
     with suppress(ImportError):  # not on this system: whoever waits ends it
         import resource
 
-        most = SPARE_BYTES + 4 * head["limit"]
+        most = (3 * 2**29) + 4 * head["limit"]  # of addresses, beside what is read
         for name, soft, hard in (("CPU", head["seconds"], head["seconds"] + 1), ("AS", most, most), ("CORE", 0, 0)):
             # Some systems know a limit and do not take it, or have a smaller one already.
             with suppress(AttributeError, ValueError, OSError):

@@ -18,8 +18,6 @@ from bristle.logs.log import CHANNELS, Channel, Log
 from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.table import Table
 
-NEGLIGIBLE = 0.1  # of the sample time: less jitter than this is told as a note, not as a warning
-
 
 def record_of(table: Table, axis: Axis) -> Log:
     """Return what was recorded in a table, in SI of the axis, on a uniform grid of time."""
@@ -52,7 +50,8 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
 
 def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
     """Yield what resampling does to the channels."""
-    if clock.jitter is None or clock.jitter.usual <= NEGLIGIBLE >= clock.jitter.largest:
+    # 0.1 of the sample time: less jitter than this is told as a note, not as a warning
+    if clock.jitter is None or clock.jitter.usual <= 0.1 >= clock.jitter.largest:
         return
     motion, per = gathered.motion, 1.0 if "position" in gathered.channels else clock.sample_time
     numbers: dict[str, Number] = {
@@ -130,16 +129,12 @@ def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Itera
     """Yield in words where the axis exceeds its limit."""
     steps = [np.abs(np.diff(position.values[segment][::STRIDE])) for segment in clock.segments]
     fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * clock.sample_time)
-    if axis.velocity_limit is not None and fastest > (1.0 + BEYOND) * axis.velocity_limit:
+    if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:  # of the limit: what noise may add to a velocity
         speed, limit = (with_unit(value, unit_of("length/time", axis.kind)) for value in (fastest, axis.velocity_limit))
         yield f"the axis moves at up to {speed}, faster than its limit of {limit} in the axis file: is the unit of the position right?"
 
 
 STRIDE = 20  # samples over which the position is differentiated, against quantisation
-BEYOND = 0.02  # of the limit: what noise may add to a velocity
-
-
-FEWEST = 10
 
 
 def within(log: Log, span: tuple[float, float]) -> Log:
@@ -147,7 +142,7 @@ def within(log: Log, span: tuple[float, float]) -> Log:
     time = log.time.values
     first, last = (int(index) for index in np.searchsorted(time, span))
     told = f"{span[0]:g} to {span[1]:g} s"
-    if last - first < FEWEST:
+    if last - first < 10:
         allowed = f"within {time[0]:g} to {time[-1]:g} s"
         raise InputError("holds next to nothing of the log", path="log.span", value=told, allowed=allowed)
 

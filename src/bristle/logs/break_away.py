@@ -23,11 +23,6 @@ from bristle.logs.legs import Leg
 from bristle.logs.passages import Stretch
 
 TURNED = 0.9  # of the change of force: where the contact counts as turned over
-PERIODS = 1.0  # of the filter, that this takes at least: faster, and the filter would tell its own distance
-ALIKE = 1.3  # ratio of rates that count as one
-COUNTS, NOISE = 2.5, 10.0  # of the encoder, of the noise of the position: no smaller motion is one
-OTHER_WAY = -0.5  # of the force at break-away, that a contact is left with by a motion the other way
-CLEAR = 3.0  # standard deviations of the sliding force, by which a peak stands out
 
 
 class Recording(NamedTuple):
@@ -76,17 +71,18 @@ def break_aways(
     recordings: Sequence[Recording], *, cutoff: float, sample_time: float, resolution: float, noise: float
 ) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate."""
-    grain = max(COUNTS * resolution, NOISE * noise)
+    grain = max(2.5 * resolution, 10.0 * noise)  # of the encoder, of the noise of the position: no smaller motion is one
     legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
         for leg in stretch.of_kind("break_away"):
             rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
-            measured = _measured(leg, rest, recording, PERIODS / (sample_time * cutoff))
+            # 1.0 of the filter, that this takes at least: faster, and the filter would tell its own distance
+            measured = _measured(leg, rest, recording, 1.0 / (sample_time * cutoff))
             legs += [measured] if measured is not None else []
     groups: list[list[int]] = []  # of one rate, the slowest first
     for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
-        if not groups or legs[k].speed > ALIKE * legs[groups[-1][0]].speed:
+        if not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed:  # ratio of rates that count as one
             groups.append([])
         groups[-1].append(k)
     speeds = [math.exp(float(np.mean(np.log([legs[k].speed for k in group])))) for group in groups]
@@ -108,9 +104,10 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     sliding = side * force[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop]
     level = float(np.mean(sliding))
     peak = float(np.max(pulled[: leg.cruise.stop - rest.start]))
-    most = peak if peak - level > CLEAR * float(np.std(sliding)) else level
+    # 3.0 standard deviations of the sliding force, by which a peak stands out
+    most = peak if peak - level > 3.0 * float(np.std(sliding)) else level
     before = float(np.median(pulled[: rest.stop - rest.start]))
-    if most <= 0.0 or before > OTHER_WAY * most:
+    if most <= 0.0 or before > -0.5 * most:  # of the force at break-away, that a contact is left with by a motion the other way
         return None
     share = (pulled - before) / (most - before)
     turned = int(np.argmax(share >= TURNED))

@@ -12,9 +12,6 @@ from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in
 from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name
 
-FEWEST = 20  # samples
-OF_STAMPS = 0.02  # of the steps of a time that rise: fewer are no stamps of samples
-
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
@@ -46,7 +43,7 @@ class Candidate:
 def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None:
     """Return a column as a candidate; None for times of other columns and for what is too short or no numbers."""
     values = table.columns[name]
-    if name in table.stamps.values() or values.size < FEWEST:
+    if name in table.stamps.values() or values.size < 20:  # samples
         return None
     finite = np.isfinite(values)
     if not finite.any():
@@ -68,7 +65,8 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
     rising = [column for column in columns if rises[column.name] > 0.5 and column.values[-1] > column.values[0]]
     called = [column for column in columns if column.meaning.role == "time" and is_time(column.name)]
     # Stamps of a host that repeat rise with halts.
-    halting = [column for column in called if np.all(np.diff(column.values) >= 0.0) and rises[column.name] >= OF_STAMPS]
+    # 0.02 of the steps of a time that rise: fewer are no stamps of samples
+    halting = [column for column in called if np.all(np.diff(column.values) >= 0.0) and rises[column.name] >= 0.02]
     called = [column for column in called if column in rising or column in halting]
     named = [column for column in called if not column.unit or column.is_one_of(("s",))]
     named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
@@ -83,24 +81,20 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
 
 
 SMOOTHING = (3, 15)  # samples
-LONG = 2000  # samples for each of them
 EDGE = 20
-LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
-PULLED = 0.25  # of what motion leaves of an effort, that the angle must tell; a parabola along it must leave more still
-SHORTEST = 1e-15  # of the unit of time, from sample to sample: less is no time
 
 
 def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
     """Return the smoothed rate of a signal over time, or over its samples where there is no time."""
     from scipy.ndimage import uniform_filter1d
 
-    width = int(np.clip(position.size // LONG, *SMOOTHING))
+    width = int(np.clip(position.size // 2000, *SMOOTHING))  # samples for each of them
     smooth = uniform_filter1d(position, width)
     if times is None or times.size != position.size:
         return np.gradient(smooth)
     even = np.linspace(times[0], times[-1], times.size)
     steps = np.gradient(even)
-    return np.gradient(smooth) / (steps if np.all(steps > SHORTEST) else 1.0)
+    return np.gradient(smooth) / (steps if np.all(steps > 1e-15) else 1.0)  # of the unit of time, from sample to sample: less is no time
 
 
 def correlation(first: np.ndarray, second: np.ndarray) -> float:
@@ -139,7 +133,8 @@ def explained(effort: np.ndarray, position: np.ndarray) -> float:
 
 def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
     """Return whether an effort goes with sine and cosine of an angle [rad], and more so than with a parabola of it."""
-    if effort.size != angle.size or effort.size < 4 * EDGE or float(np.ptp(angle)) < LEAST_ANGLE:
+    # 1.0 [rad], over which the sine of an angle is more than a straight line
+    if effort.size != angle.size or effort.size < 4 * EDGE or float(np.ptp(angle)) < 1.0:
         return False
     within = slice(EDGE, -EDGE)  # the rates of the first and the last samples are those of a jump
     motion = [column[within] for column in _moving(angle)]
@@ -148,7 +143,8 @@ def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
     alone, parabola, link = (
         float(np.var(_left(effort, [*motion, *more]))) for more in ((), (place, place**2), (np.sin(angle), np.cos(angle)))
     )
-    return link < (1.0 - PULLED) * min(alone, parabola)
+    # 0.25 of what motion leaves of an effort, that the angle must tell; a parabola along it must leave more still
+    return link < (1.0 - 0.25) * min(alone, parabola)
 
 
 def _moving(position: np.ndarray) -> list[np.ndarray]:

@@ -23,16 +23,7 @@ from bristle.logs.words import other_unit_in
 
 Numbers = dict[str, Number]
 
-SHORTEST_PART = 10  # samples of a stretch between lost rows
-ALMOST_ALL = 0.999  # of the rows: faster ones may be noise
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
-MOST_KEPT, PULLED = 0.5, 0.9  # of work and of likeness: a wide loop that leans as a spring does
-WITHIN = 0.25  # of the longest way, over which the friction of such a loop builds up
-AT_ONCE = 0.5  # of friction: less right behind a reversal is a contact that has not slid
-CLEAR = 2.0  # standard errors by which it must be less
-WAITS = 0.05  # of the speed of a cruise: that of an axis that waits
-STEADY = 0.6  # of the parts of a way
-POINTS = 4000  # of a position that may repeat itself
 PAIRS = (
     ("2", "1/2", 2.0),
     ("pi", "1/pi", np.pi),
@@ -92,7 +83,7 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
         yield "one_direction", {"percent": max(100.0 * share, 0.0), "direction": "forward" if ahead >= back else "backward"}
     yield "one_speed", _one_speed(look)
     position = max(look.segments, key=len)
-    step = max(position.size // POINTS, 1)
+    step = max(position.size // 4000, 1)  # of a position that may repeat itself
     period = period_of(position[::step], step * look.log.sample_time, settings.repeated, settings.repeated_periods)
     yield "repeats_one_motion", None if period is None else {"period": period}
 
@@ -101,7 +92,7 @@ def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
     """Yield where times or speeds are of another size than any axis has, or a name says another unit than the axis file."""
     settings, dt, turns = look.settings, look.log.sample_time, look.log.kind != "translational"
     speeds = np.abs(look.rows.velocity)
-    speed = float(np.quantile(speeds, ALMOST_ALL)) if speeds.size else 0.0
+    speed = float(np.quantile(speeds, 0.999)) if speeds.size else 0.0  # of the rows: faster ones may be noise
     is_odd = not settings.shortest_sample <= dt <= settings.longest_sample
     is_fast = speed > (settings.fastest_turning if turns else settings.fastest) and dt >= settings.shortest_sample
     for code, channel, bases, odd, numbers in (
@@ -141,11 +132,12 @@ def _gear(look: Look, of: str, ratio: float) -> Numbers | None:
 def _never_slides(look: Look) -> Numbers | None:
     """Measure where the effort follows the position as that of a spring, and gives back the work that it did."""
     log, share, settings = look.log, look.share, look.settings
-    if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < max(settings.kept_work, MOST_KEPT):
+    # 0.5 and 0.9, of work and of likeness: a wide loop that leans as a spring does
+    if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < max(settings.kept_work, 0.5):
         return None
     likeness = likeness_of(*(channel.values - np.mean(channel.values) for channel in (log.position, log.effort)))
     narrow = abs(share) < settings.kept_work and likeness > settings.spring_likeness
-    if not narrow and not (likeness > max(settings.spring_likeness, PULLED) and _builds_up(look)):
+    if not narrow and not (likeness > max(settings.spring_likeness, 0.9) and _builds_up(look)):
         return None
     return {"correlation": likeness, "percent": 100.0 * share, "reach": 0.5 * float(np.ptp(log.position.values))}
 
@@ -166,13 +158,14 @@ def _builds_up(look: Look) -> bool:
     if longest == 0.0:
         return False
     side, place, behind = np.sign(ways), (x - x.mean()) / np.ptp(x), np.abs(x - x[turns[way - 1]])
-    lacking = -side * np.exp(-behind / (WITHIN * longest))
+    lacking = -side * np.exp(-behind / (0.25 * longest))  # of the longest way, over which the friction of such a loop builds up
     columns = (np.ones_like(x), place, place**2, place**3, rows.velocity, rows.acceleration, side, lacking)
     line = Line.through(np.column_stack(columns), rows.effort)
     if line is None:
         return False
     level, (missing, error) = float(line.coefficients[-2]), line.last
-    return level > 0.0 and missing - CLEAR * error > AT_ONCE * level
+    # 2.0 standard errors by which it must be less
+    return level > 0.0 and missing - 2.0 * error > 0.5 * level  # of friction: less right behind a reversal is a contact that has not slid
 
 
 def _one_speed(look: Look) -> Numbers | None:
@@ -188,11 +181,11 @@ def _one_speed(look: Look) -> Numbers | None:
         times = look.log.sample_time * np.diff(marks, axis=0)
         speeds = np.abs(np.diff(x[marks], axis=0)) / times
         top = np.quantile(speeds, FAST, axis=0)
-        goes = speeds > WAITS * top
+        goes = speeds > 0.05 * top  # of the speed of a cruise: that of an axis that waits
         cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * graininess(x, look.resolution) / times)
         way = np.abs(np.diff(x[marks[[0, -1]]], axis=0))[0]
         every.append(way)
-        steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= STEADY * goes.sum(axis=0)) & (top > 0.0)])
+        steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)])  # of the parts of a way
     ways, tops = np.concatenate(steady, axis=1)
     if not ways.size or ways.sum() < look.settings.steady_share * np.concatenate(every).sum():
         return None
@@ -255,5 +248,6 @@ def _parted(log: Log, starts: np.ndarray) -> Log:
     for segment in log.segments if starts.size else ():
         first, last, _ = segment.indices(len(log))
         inside = starts[(starts >= first) & (starts < last - 1)] + 1
-        segments += [slice(a, b) for a, b in pairwise([first, *inside.tolist(), last]) if b - a >= SHORTEST_PART]
+        # 10 samples of a stretch between lost rows
+        segments += [slice(a, b) for a, b in pairwise([first, *inside.tolist(), last]) if b - a >= 10]
     return replace(log, segments=tuple(segments)) if segments else log

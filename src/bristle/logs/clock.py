@@ -12,12 +12,7 @@ from bristle.core.errors import InputError
 from bristle.core.typography import number
 from bristle.logs.turns import runs
 
-RESTART_ROWS = 32  # rows within which a clock that stepped back is where it was, unless it began anew
-MOST_RESTARTS = 50
-DISORDER = 0.25  # share of steps that run backward from which on stamps make no order
 LEAVE_OUT = "Leave the column of time out of the axis file and write sample_time in [timing]"
-PAUSE = 10.0  # sample times that a clock which began anew is taken to have stood
-STEP_ROWS = 16  # rows over which the usual step is taken
 
 
 @dataclass(frozen=True)
@@ -43,9 +38,10 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     if np.all(steps <= 0):
         return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row stands first: turned round",))
     backward = np.flatnonzero(steps < 0)
-    restarts = [int(i) for i in backward if stamps[i + 1 : i + 1 + RESTART_ROWS].max() < stamps[i]]
+    # 32 rows within which a clock that stepped back is where it was, unless it began anew
+    restarts = [int(i) for i in backward if stamps[i + 1 : i + 1 + 32].max() < stamps[i]]
     local = backward.size - len(restarts)
-    if len(restarts) > MOST_RESTARTS or local > DISORDER * steps.size:
+    if len(restarts) > 50 or local > 0.25 * steps.size:  # share of steps that run backward from which on stamps make no order
         before, behind = stamps[backward[0] : backward[0] + 2]
         raise InputError(
             f"is in no order: {backward.size} of its {steps.size} steps run backward, the first at sample "
@@ -55,7 +51,8 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
         )
     notes = []
     if restarts:  # stamps go on where the clock began anew, after a pause
-        stamps, pause = stamps.copy(), PAUSE * median_step(stamps[: restarts[0] + 1]) if restarts[0] > 1 else 0.0
+        # 10.0 sample times that a clock which began anew is taken to have stood
+        stamps, pause = stamps.copy(), 10.0 * median_step(stamps[: restarts[0] + 1]) if restarts[0] > 1 else 0.0
         for last in restarts:
             stamps[last + 1 :] += stamps[last] + pause - stamps[last + 1]
         ends = ", ".join(str(i + 1) for i in restarts[:5])
@@ -69,7 +66,7 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
 
 def median_step(stamps: np.ndarray) -> float:
     """Return the usual time between samples [s], which neither jitter nor rounded stamps change."""
-    over = max(1, min(STEP_ROWS, (stamps.size - 1) // 4))
+    over = max(1, min(16, (stamps.size - 1) // 4))  # rows over which the usual step is taken
     return float(np.median(stamps[over:] - stamps[:-over])) / over
 
 
@@ -110,12 +107,8 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
 
 
 BRIDGED = 3  # rows lost on end that are interpolated: a longer pause splits the log
-MOST_LOST = 0.1  # of the rows: where more are missing none is bridged
 HALF = 0.5  # of the sample time: what the stamps behind a step are later by where a row was lost
-AROUND = 33  # rows before a step, and behind it: 16 that came late and are made up for are no majority of them
-EXACT = 0.99  # of the steps being even: a pause of no whole number of samples is the clock's, and splits the log
 UNIFORM = 0.01  # of the sample time: rounding of the stamps, left alone
-PASSES = 8  # rows that were lost close together are found one after the other
 
 
 def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.ndarray, list[str]]:
@@ -127,8 +120,8 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
     from scipy.ndimage import median_filter
 
     counts = np.ones(stamps.size - 1)
-    reach = min(AROUND, stamps.size)
-    for _ in range(PASSES):
+    reach = min(33, stamps.size)  # rows before a step, and behind it: 16 that came late and are made up for are no majority of them
+    for _ in range(8):  # rows that were lost close together are found one after the other
         off = (stamps - usual * np.concatenate([[0.0], np.cumsum(counts)])) / usual
         # The medians of the values up to each, and of those from each on.
         before, behind = (median_filter(side, size=reach, origin=(reach - 1) // 2, mode="nearest") for side in (off, off[::-1]))
@@ -145,9 +138,11 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
                 continue
             at = near[np.argmax(jumps[near])]
             counts[at] += max(round(float(min(rise[near].max(), jumps[at]))), 1)
-    gaps = counts > (BRIDGED + 1.0 if np.sum(counts > 1.0) <= MOST_LOST * counts.size else 1.0)
+    # 0.1 of the rows: where more are missing none is bridged
+    gaps = counts > (BRIDGED + 1.0 if np.sum(counts > 1.0) <= 0.1 * counts.size else 1.0)
     fraction = np.abs(np.diff(stamps) / usual - counts)
-    if np.quantile(fraction, EXACT) < UNIFORM:
+    # 0.99 of the steps being even: a pause of no whole number of samples is the clock's, and splits the log
+    if np.quantile(fraction, 0.99) < UNIFORM:
         gaps |= (counts > 1.0) & (fraction > UNIFORM)
     counts[gaps] = 1.0
     lost = int(np.sum(counts - 1.0))
@@ -157,21 +152,9 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
 
 GAP = 1.5  # sample times: half of the least that a lost row adds is for jitter
 RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are in time again
-GAP_SHARE = 0.05  # more steps than this being gaps, the samples are uneven
-UNEVEN_GAP = 10.0  # sample times that split a log of uneven samples
-LIKE_USUAL = 0.1  # how far the median step may be off the usual one: else more is missing than a few rows
 SHORTEST_SEGMENT = 10  # samples
 SHORTEST, LONGEST = 1e-12, 1e9  # sample time [s]: beyond them its square or its inverse is no number to reckon with
-WINDOW = 101  # samples over which a clock may drift and be no jitter
-ROUNDED = 1.05  # of the step of the stamps: what rounding alone makes of even samples
-SAMPLE_OF_STEPS = 100  # stamps with more different steps than this are not rounded ones
-ODD_STEPS = 0.05  # of all: rounding spreads them evenly over a log; fewer are lost or repeated rows
-OFF_MULTIPLE = 0.02  # of the step of the stamps: how far a multiple of it may be off
-CLOSE = 0.2  # of the sample time: where steps are shorter, a cubic spline would overshoot
-EVIDENCE = 4.0  # times less error by one time base than by the other
 DEVIATES = 0.05  # of the sample time: stamps that tell whether they or the samples are off
-FEW = 20
-DIGITS = 12  # of the sample time that count: what the unit of the stamps leaves behind them is rounding
 
 
 @dataclass(frozen=True)
@@ -241,7 +224,8 @@ class Clock:
         """Return what goes between samples: a cubic spline, or where they lie close together one that keeps within."""
         from scipy.interpolate import CubicSpline, PchipInterpolator
 
-        close = float(np.min(np.diff(self.stamps[raw]))) < CLOSE * self.sample_time
+        # 0.2 of the sample time: where steps are shorter, a cubic spline would overshoot
+        close = float(np.min(np.diff(self.stamps[raw]))) < 0.2 * self.sample_time
         return PchipInterpolator if close else CubicSpline
 
 
@@ -267,10 +251,11 @@ def clock_of(
     gaps, uneven, counts, bridged = np.zeros(steps.size, dtype=bool), False, np.ones(steps.size), []
     if not step:
         gaps, uneven = _gaps(stamps, steps, usual)
-    if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < LIKE_USUAL:
+    # 0.1 how far the median step may be off the usual one: else more is missing than a few rows
+    if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < 0.1:
         gaps, counts, bridged = samples_between(stamps, usual)
     mean = float(np.diff(even).mean()) if step else float(steps[~gaps].sum() / counts[~gaps].sum())
-    period = float(f"{mean:.{DIGITS}g}")
+    period = float(f"{mean:.12g}")  # of the sample time that count: what the unit of the stamps leaves behind them is rounding
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         message, mend = (
             f"steps by {period:.6g} s and the axis file says otherwise",
@@ -317,21 +302,24 @@ def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarr
         # A sample that was stamped late is made up for by the next ones; a gap is not.
         at = candidates[candidates + 1 + rows < stamps.size]
         gaps[at[stamps[at + 1 + rows] - stamps[at] < (rows + GAP) * usual]] = False
-    uneven = bool(gaps.mean() > GAP_SHARE)
-    return steps > UNEVEN_GAP * float(np.median(steps)) if uneven else gaps, uneven
+    uneven = bool(gaps.mean() > 0.05)  # more steps than this being gaps, the samples are uneven
+    return steps > 10.0 * float(np.median(steps)) if uneven else gaps, uneven  # sample times that split a log of uneven samples
 
 
 def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
     """Return even stamps, and the step that the recorded ones are rounded to; 0 where they are something else."""
     steps = np.diff(stamps)
     different = np.unique(np.round(steps[steps > 0] / usual, 6))
-    step = usual * float(min([different[0], *np.diff(different)])) if different.size < SAMPLE_OF_STEPS else 0.0
+    # 100 stamps with more different steps than this are not rounded ones
+    step = usual * float(min([different[0], *np.diff(different)])) if different.size < 100 else 0.0
     if not step:
         return stamps, 0.0
     multiples = steps / step
-    if step < UNIFORM * usual or np.abs(multiples - np.round(multiples)).max() > OFF_MULTIPLE:
+    # 0.02 of the step of the stamps: how far a multiple of it may be off
+    if step < UNIFORM * usual or np.abs(multiples - np.round(multiples)).max() > 0.02:
         return stamps, 0.0
-    if np.mean(np.round(multiples) != np.round(np.median(multiples))) < ODD_STEPS:
+    # 0.05 of all: rounding spreads them evenly over a log; fewer are lost or repeated rows
+    if np.mean(np.round(multiples) != np.round(np.median(multiples))) < 0.05:
         return stamps, 0.0
     index = np.arange(stamps.size)
     slope = (stamps[-1] - stamps[0]) / index[-1]
@@ -340,7 +328,7 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
         slope += float(np.polyfit(index - index.mean(), error, 1)[0]) if error.any() else 0.0
     error = stamps - slope * index
     largest = float(np.ptp(error))
-    if largest > ROUNDED * step or largest <= 2 * UNIFORM * usual:
+    if largest > 1.05 * step or largest <= 2 * UNIFORM * usual:  # of the step of the stamps: what rounding alone makes of even samples
         return stamps, 0.0
     return slope * index + 0.5 * float(error.max() + error.min()), step
 
@@ -358,7 +346,8 @@ def _deviation(
         return stamps, None, []
     from scipy.ndimage import uniform_filter1d
 
-    local = [error - uniform_filter1d(error, min(WINDOW, error.size)) for error in errors]
+    # 101 samples over which a clock may drift and be no jitter
+    local = [error - uniform_filter1d(error, min(101, error.size)) for error in errors]
     sizes = np.abs(np.concatenate(local))
     jitter = Jitter(float(np.quantile(sizes, 0.95)), float(np.max(sizes)))
     if not uneven and position is not None and _samples_are_even(stamps, places, raws, local, position):
@@ -385,4 +374,4 @@ def _samples_are_even(stamps: np.ndarray, places: np.ndarray, raws: list[slice],
         by_row += float(np.sum((middle - 0.5 * (x[:-2] + x[2:]))[off] ** 2))
         by_stamp += float(np.sum((middle - x[:-2] - share * (x[2:] - x[:-2]))[off] ** 2))
         count += int(off.sum())
-    return count >= FEW and EVIDENCE * by_row < by_stamp
+    return count >= 20 and 4.0 * by_row < by_stamp  # times less error by one time base than by the other

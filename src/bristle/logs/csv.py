@@ -37,7 +37,6 @@ from bristle.logs.stamped_text import (
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.words import is_time
 
-TAIL_ROWS = 1000
 HEAD_BYTES = 2**17
 TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are in plain text
 LONGEST_LINE = 4 * 2**20
@@ -180,7 +179,7 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
     end = body.rfind(b"\n") + 1
     last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
     cells, before, stop = cells_of(last, layout.delimiter), [], end - 1
-    for _ in range(TAIL_ROWS):
+    for _ in range(1000):
         if stop < 0:
             break
         begin = body.rfind(b"\n", 0, stop) + 1
@@ -259,14 +258,12 @@ _FRAME = re.compile(
     rf"\s*{_STAMP}\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
     r"[0-9A-Fa-f]{3,8}(?:#[0-9A-Fa-fR]*|##[0-9A-Fa-f]+|\s+\[\d+\](?:\s+[0-9A-Fa-f]{2})*.*)(?:\s+[RT])?\s*"
 )
-LOOKED_AT = 20
-ENOUGH = 0.8  # of the lines looked at
 
 
 def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
-    filled = [line for line in lines if line.strip()][:LOOKED_AT]
-    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
+    filled = [line for line in lines if line.strip()][:20]
+    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
         message = "is a log of a CAN bus (candump): frames of bytes, and no signals"
         mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do"
         raise InputError(message, path=str(source), mend=mend)

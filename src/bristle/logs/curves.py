@@ -20,7 +20,6 @@ from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
 STARTS = ("virgin", "saturated")
-SATURATED = 10.0  # times the largest input of the record
 
 
 class Curve(NamedTuple):
@@ -91,7 +90,7 @@ class Curves:
         """Return the inputs that the operator went through before a curve, from its virgin state."""
         if self.start == "virgin":
             return np.empty(0)
-        far = SATURATED * max(abs(self.low), abs(self.high))
+        far = 10.0 * max(abs(self.low), abs(self.high))  # times the largest input of the record
         return np.array([far if curve.u[-1] >= curve.u[0] else -far])
 
 

@@ -18,7 +18,6 @@ from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
 from bristle.logs.words import other_unit_in
 
 FOLLOWING = ("reference", "following_error")  # they count as the position does
-LONG_ENOUGH = 2  # letters of a unit at the end of a name: one alone may stand for a motor or a phase
 
 
 @dataclass
@@ -152,7 +151,8 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
         return None
     declared = column.unit or table.units.get(name, "")
     # Where an axis file declares the unit of time and position, the check of the log looks at it.
-    if not (column.unit and key in ("time", "position")) and len(called := other_unit_in(name, declared)) >= LONG_ENOUGH:
+    # 2 letters of a unit at the end of a name: one alone may stand for a motor or a phase
+    if not (column.unit and key in ("time", "position")) and len(called := other_unit_in(name, declared)) >= 2:
         numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
         gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
     is_further = key.isidentifier() and key not in COLUMNS

@@ -15,8 +15,6 @@ from bristle.logs.tables import Arrays, Stored, table_from
 
 MAT_73 = b"MATLAB 7.3"
 UNIT_ATTRIBUTES = ("unit", "units")
-LONGEST_ATTRIBUTE = 200  # [byte]
-MOST_OBJECTS = 100_000
 
 
 def read(data: bytes, request: Request) -> Table:
@@ -63,7 +61,7 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             if elsewhere:
                 raise InputError(f"{elsewhere}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
             address = h5o.get_info(node.id).addr
-            if address in visited or count > MOST_OBJECTS:
+            if address in visited or count > 100_000:
                 continue
             visited.add(address)
             if isinstance(node, h5py.Group):
@@ -73,7 +71,7 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _text(node: Any, key: str) -> str:
-    if key not in node.attrs or node.attrs.get_id(key).get_storage_size() > LONGEST_ATTRIBUTE:
+    if key not in node.attrs or node.attrs.get_id(key).get_storage_size() > 200:  # [byte]
         return ""
     value = node.attrs[key]
     value = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value

@@ -20,7 +20,6 @@ from bristle.logs.words import is_time, unit_of_time
 DEEPEST = 8
 MOST_NAMES, MOST_CELLS = 20_000, 20_000_000  # of records
 WIDE = 1000
-LARGE = 10**15  # of a count of µs or less since long ago
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
 NAMES, VALUES, UNITS = (("name", "signal", "channel", "id", "label"), ("values", "data", "samples", "y"), ("unit", "units"))
@@ -179,7 +178,7 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
     filled = [value for value in values if value is not None]
     if not filled:
         return None
-    if may_count and all(type(value) is int for value in values) and abs(values[0]) > LARGE:
+    if may_count and all(type(value) is int for value in values) and abs(values[0]) > (10**15):  # of a count of µs or less since long ago
         # Counts from long ago: as numbers they would lose their end.
         size = next(size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least)
         return np.array([value - values[0] for value in values], dtype=np.int64) / size

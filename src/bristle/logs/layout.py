@@ -82,7 +82,6 @@ def why_no_number(cell: str) -> tuple[str, str]:
     return "is not a number" if cell else "is empty", ""
 
 
-LAST_ROWS = 3  # in which nothing stands beside the numbers
 MOST_SHOWN = 6  # cells
 
 Row = tuple[int, list[str]]
@@ -112,7 +111,7 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
     Columns of numbers that end early are no such table: they were recorded less long.
     """
     complete = rows[:-1] if len(rows) > 2 else rows  # the last line there is may be cut short
-    below = [cells for _, cells in complete[-LAST_ROWS:]]
+    below = [cells for _, cells in complete[-3:]]  # in which nothing stands beside the numbers
     count = max((k + 1 for cells in below for k, cell in enumerate(cells) if cell), default=0)
     if not any(any(cells[count:]) for _, cells in complete):
         return None
@@ -154,7 +153,6 @@ USUAL_UNITS = frozenset(
 )
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
-MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
 
 
 @dataclass(frozen=True)
@@ -211,7 +209,7 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
         if any(cells):
             rows.append((index, cells))
             count += len(cells)
-        if count > MOST_CELLS:
+        if count > 300_000:  # that are looked at to find where the numbers begin
             break
     return rows
 

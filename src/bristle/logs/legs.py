@@ -11,8 +11,6 @@ import numpy as np
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.logs.turns import runs, turning_points
 
-REST_TIME = 0.12  # [s] without a motion that the encoder sees
-COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
 CHUNKS = 20  # of a leg, in which its speed is looked at
 CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third
 SETTLING = 0.03  # of the leg beside it: a leg that is none
@@ -41,14 +39,14 @@ def graininess(position: np.ndarray, resolution: float | None) -> float:
         resolution = resolution if np.isfinite(resolution) else 0.0
     bends = np.abs(np.diff(position, 2))
     noise = DEVIATION_OVER_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
-    return max(COUNTS * resolution, DEVIATIONS * noise)
+    return max(2.5 * resolution, 4.0 * noise)  # of the encoder, of its noise: no motion is smaller
 
 
 def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[slice]:
     """Return the samples of each rest: where the position stays within a grain to either side."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    window = max(round(REST_TIME / sample_time), 3)
+    window = max(round(0.12 / sample_time), 3)  # [s] without a motion that the encoder sees
     if position.size < window:
         return []
     half = window // 2

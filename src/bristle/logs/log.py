@@ -21,19 +21,18 @@ from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
-ROUNDING = 1e-12  # of the largest value: less is no step
-FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
 OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
 
 
 def quantisation(values: np.ndarray) -> float:
     """Return the smallest difference between two values that differ, zero if none do."""
     steps = np.diff(np.unique(values))
-    steps = steps[steps > ROUNDING * np.max(np.abs(values), initial=0.0)]
+    steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]  # of the largest value: less is no step
     return float(steps.min()) if steps.size else 0.0
 
 
-def clear_step(values: np.ndarray, *, most: float = FEW_STEPS) -> float:
+# 20 between samples that differ: half of them are no farther apart where steps are clear
+def clear_step(values: np.ndarray, *, most: float = 20) -> float:
     """Return the step that all values are multiples of, where few lie between samples; 0 where there is none."""
     finite = np.asarray(values, dtype=float)[np.isfinite(values)]
     step = quantisation(finite)

@@ -18,7 +18,6 @@ from bristle.logs.tables import Series, table_of_series, tall
 
 MAT = b"MATLAB 5.0"
 HEADER_BYTES, TAG_BYTES = 128, 8
-MATRIX, COMPRESSED = 14, 15
 DEEPEST = 64
 
 
@@ -52,7 +51,7 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
         if at > len(data):
             break
         element = data[begin - TAG_BYTES : at]
-        if kind == COMPRESSED:
+        if kind == 15:
             with suppress(zlib.error):  # the reader will tell what is wrong with it
                 element = zlib.decompressobj().decompress(data[begin:at], limit - unpacked + 1)
                 unpacked += len(element)
@@ -79,7 +78,7 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
             ends.pop()
         kind, length = _tag(element, at, order)
         at += TAG_BYTES
-        if kind == MATRIX:
+        if kind == 14:
             ends.append(at + length)
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES

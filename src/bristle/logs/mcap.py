@@ -14,8 +14,6 @@ from bristle.core.errors import InputError
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-DEEPEST = 6
-MOST_VALUES = 1000  # of one message
 JOINT = ("position", "velocity", "effort")
 SECOND = 1_000_000_000  # [ns]
 ENCODINGS = ("cdr", "json")
@@ -81,10 +79,10 @@ def _numbers(content: Any) -> Iterator[tuple[str, float]]:
 def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, float]]:
     if isinstance(node, (bool, int, float, np.number)):
         yield path, float(node)
-    elif isinstance(node, str) or depth > DEEPEST:
+    elif isinstance(node, str) or depth > 6:
         return
     elif isinstance(node, (list, tuple, np.ndarray)):
-        for index, value in enumerate(node if len(node) <= MOST_VALUES else ()):
+        for index, value in enumerate(node if len(node) <= 1000 else ()):  # of one message
             yield from _flat(value, f"{path}[{index}]", depth + 1)
     else:
         fields = map(str, node) if isinstance(node, Mapping) else getattr(node, "__slots__", None) or getattr(node, "__dict__", {})

@@ -9,8 +9,6 @@ from unicodedata import normalize
 from bristle.core.typography import printable
 from bristle.logs.table import Table, split_unit
 
-LONGEST_UNIT_SHOWN = 80
-
 
 def listed(text: str) -> tuple[str, ...]:
     """Entries of a list that is written with strokes between, or with blanks where there is none."""
@@ -125,7 +123,7 @@ def with_plain_names(table: Table) -> Table:
     """Return a table whose names and units can be printed: control characters do things to a terminal."""
     stated = {name: unit for name, written in table.units.items() if (unit := plain_unit(written))}  # some say that there is none
     odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
-    units = {name: unit for name, unit in stated.items() if unit.isprintable() and len(unit) <= LONGEST_UNIT_SHOWN}
+    units = {name: unit for name, unit in stated.items() if unit.isprintable() and len(unit) <= 80}
     if not odd and len(units) == len(stated):
         return replace(table, units=units)
     plain, _ = distinct(printable(name).strip() or "column" for name in table.names)

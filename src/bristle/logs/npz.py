@@ -17,7 +17,6 @@ from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
 ARRAY = b"\x93NUMPY"
-HEADER = 10_000  # [byte] at most, before the numbers of an array
 MOST_ARRAYS = 100_000
 
 
@@ -48,7 +47,7 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
     with opened() as file:
         version = np.lib.format.read_magic(file)
         header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = header(file, max_header_size=HEADER)
+        shape, _, dtype = header(file, max_header_size=10_000)  # [byte] at most, before the numbers of an array
     if dtype.hasobject:
         raise InputError("holds objects of Python, which are not read", path=str(source), mend="Save arrays of numbers")
 

@@ -89,20 +89,10 @@ def nesting(turning: Iterable[float]) -> int:
 
 
 SLIDING = 0.4  # share of a leg that is a cruise, from which on it is a slide
-GRAINS = 20.0  # of the position, in a cruise: in fewer any speed looks constant
 SETTLED = 0.07  # of the swing of the effort, by which it may still change in the second half of a slide
-CLEAR = 5.0  # times its scatter, that a friction told by two legs must be
-TURNED = 0.9  # of the swing of the effort: the contact has turned over
-LONG_BREAK_AWAY = 0.15  # of a leg from rest, that the turning over of the contact takes
-BREAK_AWAY_SAMPLES = 30
-EDGE = 0.1  # of a cruise
 NINTHS, PARTS = 9, 40  # of a cruise, and of a leg, in which the effort is averaged
 SAMPLES = 2  # in each, at least
 CHIRP_LEGS, SWEPT, ALIKE = 8, 2.0, 0.25
-FALL = 0.7  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
-SHORT_REST = 0.5  # [s] a shorter rest does not part what is alike
-SAME_AMPLITUDE = 0.05
-AS_SMALL = 1.3  # times the leg beside it
 
 
 class Stretch:
@@ -124,7 +114,8 @@ class Stretch:
         _mark_oscillations(self.legs, kinds)
         runs: list[tuple[str, list[Leg]]] = []  # of one kind, not parted by a long rest
         for kind, leg in zip(kinds, self.legs, strict=True):
-            if runs and runs[-1][0] == kind and self.dt * (leg.first - runs[-1][1][-1].last) <= SHORT_REST:
+            # 0.5 [s] a shorter rest does not part what is alike
+            if runs and runs[-1][0] == kind and self.dt * (leg.first - runs[-1][1][-1].last) <= 0.5:
                 runs[-1][1].append(leg)
             else:
                 runs.append((kind, [leg]))
@@ -143,7 +134,8 @@ class Stretch:
             return "moves"
         if not self._slides(leg):
             return "loops"
-        if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < GRAINS * self.grain:
+        # 20.0 of the position, in a cruise: in fewer any speed looks constant
+        if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < 20.0 * self.grain:
             return "moves"
         return "break_away" if leg.from_rest and self._breaks_away(leg) else "constant_velocity"
 
@@ -165,7 +157,7 @@ class Stretch:
     def _settled(self, leg: Leg) -> bool | None:
         """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
         # What is left of speeding up and slowing down at either end of a cruise is not for friction to answer.
-        edge = round(EDGE * (leg.cruise.stop - leg.cruise.start))
+        edge = round(0.1 * (leg.cruise.stop - leg.cruise.start))  # of a cruise
         begin, end = leg.cruise.start + edge, leg.cruise.stop - edge
         if end - begin < SAMPLES * NINTHS:
             return None
@@ -193,7 +185,8 @@ class Stretch:
         first, middle, last = (float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1]))
         scatter = float(np.std(np.diff(friction))) / np.sqrt(8.0)
         apart = max(abs(first - middle), abs(last - middle))
-        return middle > CLEAR * scatter and apart <= 2.0 * SETTLED * middle + scatter
+        # 5.0 times its scatter, that a friction told by two legs must be
+        return middle > 5.0 * scatter and apart <= 2.0 * SETTLED * middle + scatter
 
     def _course(self, begin: int, end: int, count: int) -> np.ndarray:
         """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""
@@ -213,9 +206,11 @@ class Stretch:
         level = steady - before
         if level < 0.5 * max(float(np.ptp(course)), abs(steady)):
             return False
-        samples = round(float(np.argmax(course - before >= TURNED * level)) / course.size * (leg.last - leg.first))
+        # 0.9 of the swing of the effort: the contact has turned over
+        samples = round(float(np.argmax(course - before >= 0.9 * level)) / course.size * (leg.last - leg.first))
         moved = abs(self.position[leg.first + samples] - self.position[leg.first])
-        return samples >= BREAK_AWAY_SAMPLES and moved >= LONG_BREAK_AWAY * abs(leg.distance)
+        # 0.15 of a leg from rest, that the turning over of the contact takes
+        return samples >= 30 and moved >= 0.15 * abs(leg.distance)
 
     def _facts(self, kind: str, legs: Sequence[Leg]) -> dict[str, Any]:
         """Return what legs of one kind tell in numbers."""
@@ -223,7 +218,7 @@ class Stretch:
         amplitudes = sorted(0.5 * abs(leg.distance) for leg in inner)
         levels: list[float] = []
         for amplitude in amplitudes:
-            if not levels or amplitude - levels[-1] > max(SAME_AMPLITUDE * amplitude, self.grain):
+            if not levels or amplitude - levels[-1] > max(0.05 * amplitude, self.grain):
                 levels.append(amplitude)
         speeds, turning = [leg.speed for leg in legs], [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
         facts: dict[str, Any] = {
@@ -260,7 +255,7 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
     for order in (range(1, len(legs)), range(len(legs) - 2, -1, -1)):
         for k in order:
             j = k - order.step
-            small = abs(legs[k].distance) <= AS_SMALL * abs(legs[j].distance)
+            small = abs(legs[k].distance) <= 1.3 * abs(legs[j].distance)  # times the leg beside it
             if kinds[k] == "moves" and kinds[j] == "loops" and small and joined[max(j, k)]:
                 kinds[k] = "loops"
 
@@ -289,6 +284,6 @@ def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
     swept = abs(slope) * len(legs)
     if swept > np.log(SWEPT) and np.std(durations - level - slope * steps) < ALIKE * swept:
         follows = float(np.polyfit(durations, distances, 1)[0])
-        return "chirp" if follows < FALL else ""
+        return "chirp" if follows < 0.7 else ""  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
     curved = sum(kind == "moves" for kind in kinds) > 0.5 * len(kinds)
     return "oscillation" if curved and np.std(durations) < ALIKE * np.log(SWEPT) else ""

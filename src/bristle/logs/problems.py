@@ -22,13 +22,7 @@ from bristle.logs.turns import runs
 FEWEST_SAMPLES = 100
 MOVES = ("position", "velocity", "effort", "reference")  # what tells nothing where it is constant
 LONG_RUN = 10  # samples
-ROUNDING = 1e-9  # of the range of a channel
 LIMIT_TOLERANCE = 0.05
-FEW_LEVELS = 16  # a commanded effort of few levels is no clipped one
-PILE_UP = 5  # times as many samples at the extreme as at the next level
-ENTRY_SPEED = 0.05  # of the largest speed: nothing stops from it within one sample
-ENTRY_STEPS = 5  # quantisation steps
-BRAKING, BRAKED = 7, 0.7  # samples before a stop, and the share of their largest speed below which the axis brakes
 
 
 def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
@@ -140,7 +134,7 @@ def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN)
     a commanded one or that of a simulated Coulomb friction, or that moves over a few steps of its resolution, is no clipped
     one.
     """
-    rounding = ROUNDING * float(np.ptp(values))
+    rounding = 1e-9 * float(np.ptp(values))  # of the range of a channel
     for extreme in (float(values.max()), float(values.min())):
         at_extreme = np.abs(values - extreme) <= rounding
         if limit is not None and abs(extreme) >= (1 - 1e-6) * limit:
@@ -149,12 +143,13 @@ def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN)
         if length < run or extreme == 0:
             continue
         levels, counts = np.unique(np.round(values[~at_extreme] / rounding), return_counts=True)
-        if levels.size < FEW_LEVELS:
+        if levels.size < 16:  # a commanded effort of few levels is no clipped one
             continue
         next_level = counts[-1] if values[at_extreme][0] > values.mean() else counts[0]
         elsewhere = (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
         still = np.append(np.abs(np.diff(values)) <= rounding, False) & elsewhere
-        if at_extreme.sum() >= PILE_UP * next_level and longest_run(still)[1] < length / 2:
+        # 5 times as many samples at the extreme as at the next level
+        if at_extreme.sum() >= 5 * next_level and longest_run(still)[1] < length / 2:
             return Cut(extreme, start, length, int(at_extreme.sum()))
     return None
 
@@ -167,11 +162,13 @@ def _saturated(gathered: Gathered, channel: Channel) -> str:
     """
     values, reference = channel.values, gathered.channels.get("reference")
     speeds = np.abs(np.diff(values))
-    abrupt = max(ENTRY_SPEED * float(speeds.max()), ENTRY_STEPS * quantisation(values))
+    # 0.05 of the largest speed: nothing stops from it within one sample
+    abrupt = max(0.05 * float(speeds.max()), 5 * quantisation(values))  # quantisation steps
     for extreme in (values.max(), values.min()) if np.ptp(values) >= SMALLEST else ():
         start, length = longest_run(values == extreme)
-        before = speeds[max(start - BRAKING, 0) : max(start - 1, 0)]
-        if length < LONG_RUN or not before.size or before[-1] <= max(abrupt, BRAKED * before.max()):
+        # 7 and 0.7, samples before a stop, and the share of their largest speed below which the axis brakes
+        before = speeds[max(start - 7, 0) : max(start - 1, 0)]
+        if length < LONG_RUN or not before.size or before[-1] <= max(abrupt, 0.7 * before.max()):
             continue
         if reference is not None and reference.values.size == values.size:
             beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
@@ -183,14 +180,9 @@ def _saturated(gathered: Gathered, channel: Channel) -> str:
 
 LONGEST = 5  # samples
 AROUND = 10  # samples on each side that tell what the motion allows
-STEP_FACTOR = 3.0  # over the largest step nearby
-BEND_FACTOR = 10.0  # over the largest change of step nearby
-USUAL_BEND_FACTOR = 20.0  # over the change of step that one sample in twenty exceeds
-QUANTA = 10.0  # resolution steps
 # No axis is larger or finer in any unit, and what is in between can be multiplied a few times over: native solvers
 # of least squares write beyond their memory, or never return, on what overflows in them.
 LARGEST, SMALLEST = 1e30, 1e-30
-FAR = 1e6  # over the range that holds 98 % of the samples
 
 
 class Spike(NamedTuple):
@@ -211,7 +203,8 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:
         return []
-    least = max(USUAL_BEND_FACTOR * float(np.quantile(bends, 0.95)), QUANTA * resolution)
+    # 10.0 resolution steps
+    least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)  # over the change of step that one sample in twenty exceeds
     chosen: list[Spike] = []
     covered = np.zeros(values.size, dtype=bool)
     for length in range(1, LONGEST + 1):
@@ -235,8 +228,8 @@ def _stands_out(values: np.ndarray, start: int, length: int) -> float:
     stands_out = (
         before.size + after.size >= AROUND
         and (np.all(off > 0.0) or np.all(off < 0.0))
-        and np.abs(off).min() > BEND_FACTOR * bend
-        and edges.min() > STEP_FACTOR * step
+        and np.abs(off).min() > 10.0 * bend  # over the largest change of step nearby
+        and edges.min() > 3.0 * step  # over the largest step nearby
     )
     return float(off[0]) if stands_out else 0.0
 
@@ -249,7 +242,7 @@ def far_outside(values: np.ndarray) -> np.ndarray:
     low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
     if high == low:
         return huge
-    far = np.flatnonzero(np.abs(values - middle) > FAR * (high - low))
+    far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))  # over the range that holds 98 % of the samples
     # A channel that rests for most of the log and then moves is legitimate; it moves for more than a few samples.
     runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)
     return far if all(run.size <= LONGEST for run in runs) else huge

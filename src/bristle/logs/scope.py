@@ -29,8 +29,6 @@ KEYS = frozenset(
 NO_UNIT = ("", "(none)", "none", "-", "1")
 END = "eof"
 DELIMITERS = ("\t", ";", ",", "|")
-DIGITS_OF_TICKS = 16  # of counts of 100 ns since 1601; milliseconds since the start have fewer
-HEAD_LINES = 120
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class Head:
 def head_of(lines: Sequence[str]) -> Head | None:
     """Return the head of a trace of TwinCAT Scope; None where these lines are something else."""
     for delimiter in DELIMITERS:
-        rows = [cells_of(line, delimiter) for line in lines[:HEAD_LINES]]
+        rows = [cells_of(line, delimiter) for line in lines[:120]]
         filled = [index for index, cells in enumerate(rows) if any(cells)]
         for place, index in enumerate(filled[:-1]):
             below = rows[filled[place + 1]][0].lower()
@@ -119,7 +117,7 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
     if not any(cells):
         period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
         return None if period is None else period[0] * np.arange(sum(map(bool, columns[place])))
-    if len(cells[0]) >= DIGITS_OF_TICKS and cells[0].isdigit():
+    if len(cells[0]) >= 16 and cells[0].isdigit():  # of counts of 100 ns since 1601; milliseconds since the start have fewer
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
@@ -134,17 +132,14 @@ _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
 # Name first, or time first; what follows the value is its state.
 _NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
 _TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
-LOOKED_AT = 60  # lines
-FEWEST = 10
-ENOUGH = 0.8  # of the lines looked at
 MOST_SIGNALS = 1000
 
 
 def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
     """Return the pattern of lines that are values of named signals, one each; None where they are something else."""
-    filled = [line for line in lines[:LOOKED_AT] if line.strip() and not line.lstrip().startswith("#")]
+    filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]  # lines
     for pattern in (_NAMED, _TIMED):
-        if len(filled) >= FEWEST and sum(bool(pattern.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
+        if len(filled) >= 10 and sum(bool(pattern.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
             return pattern
     return None
 

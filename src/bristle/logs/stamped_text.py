@@ -16,10 +16,8 @@ from bristle.logs.table import Request, Table, split_unit
 from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import is_time, unit_in_name, unit_of_time
 
-LONG = 10  # digits of a time that counts from long ago
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
 OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
-LONGEST_FACT = 200
 PERIOD_NAMES = listed(
     "sampletime | sample time | sampling time | sampling period | sampling interval | abtastzeit | abtastintervall | abtasttakt | "
     "takt | sample period | sample interval | sampleinterval | samplingtime | samplingperiod | tsample | t sample | delta x | "
@@ -32,7 +30,7 @@ _FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(
 def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     """Return what stands above the header of a text file, as names and what is said of them."""
     above = [line for line in lines[: layout.first] if line.strip()][: -1 if layout.first else None]
-    matches = (_FACT.fullmatch(line[:LONGEST_FACT]) for line in above)
+    matches = (_FACT.fullmatch(line[:200]) for line in above)
     between = r"[;\t,]+" if layout.delimiter == "," and not layout.decimal_comma else r"[;\t]+"
     return {match[1].strip(): re.sub(between, " ", match[2]).strip() for match in matches if match}
 
@@ -80,7 +78,8 @@ def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarra
     stamps: dict[int, np.ndarray] = {}
     for index, (cell, numeric, name) in enumerate(zip(first, layout.numeric, layout.names, strict=False)):
         is_date = not numeric and (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell))
-        if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= LONG):
+        # 10 digits of a time that counts from long ago
+        if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= 10):
             continue
         try:
             cells = [cells_of(line, layout.delimiter)[index].replace(",", ".") for line in lines]

@@ -17,7 +17,6 @@ from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, close_names, said_by_library, shortened
 
-LONGEST_SHOWN = 60
 NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
 _INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
@@ -115,7 +114,7 @@ def some_of(names: Iterable[str], most: int = 8) -> str:
     """Return the first of several names, and how many more there are."""
     listed = list(names)
     left = len(listed) - most
-    return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
+    return ", ".join(shortened(text, 60) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def spellings(name: str) -> tuple[str, ...]:

@@ -16,7 +16,6 @@ from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
 LEAD_IN_BYTES = 28
-BIG_ENDIAN = 1 << 6
 NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
@@ -79,7 +78,7 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
         lead_in = data[at : at + LEAD_IN_BYTES]
         if len(lead_in) == LEAD_IN_BYTES and lead_in[:4] != b"TDSm":
             raise InputError(f"is damaged, or no TDMS file (at byte {at})", path=str(source))
-        order = "big" if int.from_bytes(lead_in[4:8], "little") & BIG_ENDIAN else "little"
+        order = "big" if int.from_bytes(lead_in[4:8], "little") & (1 << 6) else "little"
         at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
             mend = "Copy it again, or let LabVIEW close the file before it is copied"

@@ -39,7 +39,6 @@ REFERENCE = listed(
     "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
 ACTUAL = listed("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
-SHORTEST_PART = 3  # letters of a word for a reference that begins or ends a name
 WITHIN = 4  # letters from which on a word counts within another one
 # Parts of longer words that mean something else than they say.
 NOT_WITHIN = {
@@ -131,7 +130,8 @@ def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
 def without_part(joined: str) -> str:
     """Return the letters of a name without the part that says whether it is a reference or was measured."""
     for word in sorted((*REFERENCE, *ACTUAL), key=len, reverse=True):
-        if SHORTEST_PART <= len(word) < len(joined) and (joined.startswith(word) or joined.endswith(word)):
+        # 3 letters of a word for a reference that begins or ends a name
+        if 3 <= len(word) < len(joined) and (joined.startswith(word) or joined.endswith(word)):
             return joined.removeprefix(word) if joined.startswith(word) else joined.removesuffix(word)
     return joined
 
@@ -143,8 +143,6 @@ def is_time(name: str) -> bool:
 
 
 NANOMETERS, LENGTHS = "nm", ("position", "error")  # or newton meters; roles that are lengths
-SLOWEST = 0.05  # s between samples of an axis
-LONG_AGO = 1e8  # s
 ENDINGS = spelt(
     {
         "s": "s | sec | seconds",
@@ -212,4 +210,5 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
+    # 1e8 s
+    return "ms" if largest < 1e8 and step > 0.05 else "s"  # s between samples of an axis
