@@ -21,7 +21,6 @@ from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroun
 from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import read_toml
 
-SOUGHT = (None, "identify")  # a delay that an identification is to find
 PLACES = {
     "table": "log.table",
     "span": "log.span",
@@ -83,7 +82,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     drive = _drive_of(file)
     places = PLACES | {"mass": f"plant.{_mass_of(file)}"}
     raw = {name: getattr(getattr(file, place.split(".")[0]), place.split(".")[1]) for name, place in places.items()}
-    seeks_delay, seeks_lag = raw["delay"] in SOUGHT, raw["lag"] == "identify"
+    seeks_delay, seeks_lag = raw["delay"] in (None, "identify"), raw["lag"] == "identify"  # a delay that an identification is to find
     columns = {
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference", "following_error")
@@ -253,9 +252,6 @@ def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
     return tuple(columns)
 
 
-HEAD = "# The axis that these results were made with, in SI.\n"
-
-
 def axis_text(axis: Axis) -> bytes | None:
     """Return an axis file that says what an axis says."""
     if axis.text and read_axis(axis.text) == axis:
@@ -336,7 +332,7 @@ def _text_of(axis: Axis) -> bytes:
     }
     document |= {name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()}
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
-    return (HEAD + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
+    return ("# The axis that these results were made with, in SI.\n" + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
 
 
 def _entry(column: Column | Injected | KnownColumn, **keys: Any) -> dict[str, Any]:

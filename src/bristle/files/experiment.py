@@ -163,7 +163,6 @@ def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 # What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.
 OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches", "bench"}
-OF_LOOPS = {"controller", "reference", "run"}
 
 
 def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Experiment:
@@ -198,7 +197,7 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:
     """Return the experiment that the content of a file describes."""
-    if OF_CONTACTS & data.keys() and not OF_LOOPS & data.keys():
+    if OF_CONTACTS & data.keys() and not {"controller", "reference", "run"} & data.keys():
         named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
         told = f"bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}"
         raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: {told}")

@@ -21,7 +21,6 @@ from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
 from bristle.logs.log import Log
 
-FORMAT = "%.12g"
 COLUMNS = 3
 INJECTED = ",injected"
 
@@ -42,7 +41,7 @@ def loop_text(record: LoopRecord) -> str:
     columns, header = [time, record.reference, record.unexplained], _header(record.kind)
     if record.injected is not None:
         columns, header = [*columns, record.injected], f"{header}{INJECTED} [{unit_of('force', record.kind)}]"
-    np.savetxt(out, np.column_stack(columns), fmt=FORMAT, delimiter=",", header=header, comments="")
+    np.savetxt(out, np.column_stack(columns), fmt="%.12g", delimiter=",", header=header, comments="")
     return out.getvalue()
 
 
@@ -182,6 +181,6 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
         f'offset = "{0.5 * (low + high):.4g} {unit}"\n'
         f'frequency = "{frequency:.3g} Hz"\n'
     )
-    duration, settle = 4 / frequency, 1.0 / frequency  # of a sine, where the log has no reference
+    duration, settle = 4 / frequency, 1.0 / frequency
     run = f'[run]\nduration = "{duration:.4g} s"\nsample_time = "{log.sample_time:.9g} s"\nsettle = "{settle:.3g} s"\n'
     return reference, run

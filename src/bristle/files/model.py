@@ -36,7 +36,6 @@ FITTED_TO = "fitted to"
 
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
 # What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.
-BESIDES = {"s", "lag"}
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
@@ -223,7 +222,7 @@ def read_model(path: Readable, *, related: bool = True, allow_code: bool = False
         place: dict[str, Any] = {"kind": kind, "folder": source.parent, "path": "friction"}
         friction = friction_from(data["friction"], **place, related=related, allow_code=allow_code)
         plant = model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant) if "plant" in data else None
-        parameters = set(friction.values) | set(plant.values if plant else ()) | BESIDES
+        parameters = set(friction.values) | set(plant.values if plant else ()) | {"s", "lag"}
         info: dict[str, Any] = {name: table_at(data.get(name, {}), name) for name in ("uncertainty", "provenance", "treatment")}
         check_keys(info["uncertainty"], [key_of(name) for name in parameters], "uncertainty")
         check_keys(info["treatment"], TREATMENT, "treatment")

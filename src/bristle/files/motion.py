@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from bristle.excitation.motion import Move
 
 
-DIGITS = "%.12g"
 QUANTITIES = {"time": "time", "position": "length", "velocity": "length/time", "acceleration": "length/time^2"}
 RECORDED = {"time": "time", "position": "length", "effort": "force", "reference": "length"}
 PER = {"velocity": "/s", "acceleration": "/s^2"}
@@ -63,7 +62,7 @@ def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np
 
 def _write(path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> None:
     table, out = np.column_stack([signals[name] / scale for name, (_, scale) in columns.items()]), io.StringIO()
-    np.savetxt(out, table, fmt=DIGITS, delimiter=",", header=",".join(head for head, _ in columns.values()), comments="")
+    np.savetxt(out, table, fmt="%.12g", delimiter=",", header=",".join(head for head, _ in columns.values()), comments="")
     write_whole(path, out.getvalue())
 
 

@@ -17,7 +17,6 @@ from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
 
-KEYS = ("schema", "kind", "provenance", "operator", "output")
 OFFSET = Variable("force", "constant output beside the operator")
 
 
@@ -62,7 +61,7 @@ def read_operator(path: Readable) -> OperatorFile:
     """Return the operator in a model file."""
     data, source, _ = read_toml(path, path="model", what="a model file")
     with located(source):
-        check_keys(data, KEYS, "")
+        check_keys(data, ("schema", "kind", "provenance", "operator", "output"), "")
         check_schema(data)
         kind = kind_at(data.get("kind", KINDS[0]), "kind", (*KINDS, "magnetic", "piezo"))
         operator = model_from(data.get("operator", {}), OPERATORS, kind=kind, path="operator")

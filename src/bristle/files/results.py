@@ -45,7 +45,6 @@ SUMMARY = "summary.json"
 _UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
-PAUSES_OF_REMOVAL = (0.0, 0.02, 0.2)  # [s]
 _open: set[Results] = set()
 _removing = threading.Lock()
 
@@ -308,7 +307,7 @@ def _publish(results: Results, target: Path, force: bool) -> None:
     _open.discard(results)
     sync_folder(target.parent)
     results.close()
-    for pause in PAUSES_OF_REMOVAL if old is not None else ():
+    for pause in (0.0, 0.02, 0.2) if old is not None else ():  # [s]
         time.sleep(pause)
         # Another process that succeeds here may be removing them, too, and is waited for.
         if remove_own(old) or not os.path.lexists(old):

@@ -100,7 +100,7 @@ def _refuse_value(path: str, value: Any) -> None:
     if isinstance(value, str):
         if _CONTROLS.search(value):
             raise InputError("holds control characters", path=path, value=value, mend="Write letters")
-    elif isinstance(value, int) and abs(value) > (2**63 - 1):  # what TOML promises to hold
+    elif isinstance(value, int) and abs(value) > 2**63 - 1:  # what TOML promises to hold
         raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
         raise InputError("must be a finite number", path=path, value=value)

@@ -92,7 +92,7 @@ def serve() -> None:
     with suppress(ImportError):  # not on this system: whoever waits ends it
         import resource
 
-        most = (3 * 2**29) + 4 * head["limit"]  # of addresses, beside what is read
+        most = 3 * 2**29 + 4 * head["limit"]  # of addresses, beside what is read
         for name, soft, hard in (("CPU", head["seconds"], head["seconds"] + 1), ("AS", most, most), ("CORE", 0, 0)):
             # Some systems know a limit and do not take it, or have a smaller one already.
             with suppress(AttributeError, ValueError, OSError):

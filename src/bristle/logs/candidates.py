@@ -43,7 +43,7 @@ class Candidate:
 def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None:
     """Return a column as a candidate; None for times of other columns and for what is too short or no numbers."""
     values = table.columns[name]
-    if name in table.stamps.values() or values.size < 20:  # samples
+    if name in table.stamps.values() or values.size < 20:
         return None
     finite = np.isfinite(values)
     if not finite.any():
@@ -80,7 +80,6 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
     return (named[0], "its name" if named[0] in called else "it rises evenly") if named else None
 
 
-SMOOTHING = (3, 15)  # samples
 EDGE = 20
 
 
@@ -88,7 +87,7 @@ def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
     """Return the smoothed rate of a signal over time, or over its samples where there is no time."""
     from scipy.ndimage import uniform_filter1d
 
-    width = int(np.clip(position.size // 2000, *SMOOTHING))  # samples for each of them
+    width = int(np.clip(position.size // 2000, 3, 15))
     smooth = uniform_filter1d(position, width)
     if times is None or times.size != position.size:
         return np.gradient(smooth)

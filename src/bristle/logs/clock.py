@@ -151,7 +151,6 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
 
 
 GAP = 1.5  # sample times: half of the least that a lost row adds is for jitter
-RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are in time again
 SHORTEST_SEGMENT = 10  # samples
 SHORTEST, LONGEST = 1e-12, 1e9  # sample time [s]: beyond them its square or its inverse is no number to reckon with
 DEVIATES = 0.05  # of the sample time: stamps that tell whether they or the samples are off
@@ -251,7 +250,7 @@ def clock_of(
     gaps, uneven, counts, bridged = np.zeros(steps.size, dtype=bool), False, np.ones(steps.size), []
     if not step:
         gaps, uneven = _gaps(stamps, steps, usual)
-    # 0.1 how far the median step may be off the usual one: else more is missing than a few rows
+    # Where the median step is off the usual one by more, more is missing than a few rows.
     if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < 0.1:
         gaps, counts, bridged = samples_between(stamps, usual)
     mean = float(np.diff(even).mean()) if step else float(steps[~gaps].sum() / counts[~gaps].sum())
@@ -298,7 +297,7 @@ def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarr
     """Return which steps are gaps, and whether the samples are so uneven that only long pauses are."""
     gaps = steps > GAP * usual
     candidates = np.flatnonzero(gaps)
-    for rows in RECOVERY:
+    for rows in (1, 2, 4, 8, 16):  # rows after which stamps that were only late are in time again
         # A sample that was stamped late is made up for by the next ones; a gap is not.
         at = candidates[candidates + 1 + rows < stamps.size]
         gaps[at[stamps[at + 1 + rows] - stamps[at] < (rows + GAP) * usual]] = False

@@ -42,7 +42,6 @@ TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are
 LONGEST_LINE = 4 * 2**20
 UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
-_FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 _ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in a SINUMERIK, which names its column
 PIECE = 2**20
@@ -229,7 +228,7 @@ def _plain(body: bytes, layout: Layout) -> bytes:
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
     if b"D" in body or b"d" in body:
-        body = re.sub(_FORTRAN, b"e", body)
+        body = re.sub(rb"(?<=[\d.])[dD](?=[+-]?\d)", b"e", body)
     separator = (layout.delimiter or "").encode()
     if separator and (b"\n" + separator in body or body.startswith(separator)):
         body = re.sub(rb"(?m)^" + separator + rb"[" + separator + rb"\t ]*$", b"", body)

@@ -19,8 +19,6 @@ from bristle.logs.problems import LARGEST, SMALLEST
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
-STARTS = ("virgin", "saturated")
-
 
 class Curve(NamedTuple):
     """One path of the input and the output along it.
@@ -37,7 +35,7 @@ class Curve(NamedTuple):
 
 @guarded(
     curves=many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1),
-    start=among(*STARTS),
+    start=among(*("virgin", "saturated")),
     kind=among(*KINDS, "magnetic", "piezo"),
     source=instance(Path, "a path", read=Path),
     origin=instance(Origin, "an Origin"),
@@ -118,22 +116,7 @@ class CurveColumns:
 
 
 def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZE_LIMIT) -> Curves:
-    """Return the curves in a file.
-
-    Parameters
-    ----------
-    given : path-like, bytes, file object or Content
-        Any file that a log can be in.
-    columns : CurveColumns
-        Where they are in it.
-    size_limit : int
-        Largest file, and largest content that a file announces [byte].
-
-    Raises
-    ------
-    InputError
-        If a table or column is missing, of the wrong unit or not finite, or no curve is long enough.
-    """
+    """Return the curves in a file; `bristle.files.curves.read_curves` tells more."""
     table = read_table(given, size_limit=size_limit)
     notes, place, candidates = list(table.notes), str(table.source), []
     names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]

@@ -17,8 +17,6 @@ from bristle.logs.log import CHANNELS, Channel
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
 from bristle.logs.words import other_unit_in
 
-FOLLOWING = ("reference", "following_error")  # they count as the position does
-
 
 @dataclass
 class Gathered:
@@ -54,7 +52,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
         if implied:
             gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
     for name, column in axis.columns.items():
-        if name in FOLLOWING:
+        if name in ("reference", "following_error"):  # they count as the position does
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
         if not (name == "time" and implied) and (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel

@@ -13,7 +13,6 @@ from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
-MAT_73 = b"MATLAB 7.3"
 UNIT_ATTRIBUTES = ("unit", "units")
 
 
@@ -21,7 +20,7 @@ def read(data: bytes, request: Request) -> Table:
     """Return the columns of a group, or of a matrix, of an HDF5 file."""
     import h5py
 
-    separator = "." if data.startswith(MAT_73) else "/"
+    separator = "." if data.startswith(b"MATLAB 7.3") else "/"
     values: dict[str, Stored] = {}
     units: dict[str, str] = {}
     notes: list[str] = []

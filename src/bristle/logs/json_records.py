@@ -178,7 +178,7 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
     filled = [value for value in values if value is not None]
     if not filled:
         return None
-    if may_count and all(type(value) is int for value in values) and abs(values[0]) > (10**15):  # of a count of µs or less since long ago
+    if may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15:  # of a count of µs or less since long ago
         # Counts from long ago: as numbers they would lose their end.
         size = next(size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least)
         return np.array([value - values[0] for value in values], dtype=np.int64) / size

@@ -146,7 +146,6 @@ def _is_text(cells: Sequence[str], decimal_comma: bool) -> bool:
 
 
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
-DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
@@ -173,7 +172,7 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     """Return the layout that makes most numbers of the first lines of a file."""
     bare = [without_comments(line) for line in lines]
     best, best_score = None, (0.0, 0)
-    for delimiter in DELIMITERS:
+    for delimiter in ("\t", ";", ",", None):
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
             beside = table_beside(rows, decimal_comma)

@@ -103,9 +103,9 @@ class Look:
         size = np.abs(values)
         if values.min() < 0.0 < values.max() or not size.any():
             return False
-        # An effort that stays at zero is that of a drive that is off.
-        near = size < 0.02 * float(np.quantile(size, 0.95))  # of the largest effort; of the log near it, from which on a drive is off
-        return int(np.sum(np.diff(near.astype(np.int8)) == 1)) >= 8 and float(np.mean(near)) < 0.2  # of an effort to zero
+        # A magnitude visits zero often; an effort that stays there for a fifth of the log is that of a drive that is off.
+        near = size < 0.02 * float(np.quantile(size, 0.95))
+        return int(np.sum(np.diff(near.astype(np.int8)) == 1)) >= 8 and float(np.mean(near)) < 0.2
 
     @cached_property
     def velocity(self) -> tuple[float, float, float] | None:

@@ -14,9 +14,7 @@ from bristle.core.errors import InputError
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-JOINT = ("position", "velocity", "effort")
 SECOND = 1_000_000_000  # [ns]
-ENCODINGS = ("cdr", "json")
 
 
 def read(data: bytes, request: Request) -> Table:
@@ -32,7 +30,7 @@ def read(data: bytes, request: Request) -> Table:
     unknown: set[str] = set()
     decoders, factory, count = {}, DecoderFactory(), 0
     for schema, channel, message in make_reader(io.BytesIO(data)).iter_messages():
-        if channel.message_encoding not in ENCODINGS or (schema is None and channel.message_encoding == "cdr"):
+        if channel.message_encoding not in ("cdr", "json") or (schema is None and channel.message_encoding == "cdr"):
             unknown.add(f"{channel.topic} ({channel.message_encoding or 'unknown'})")
             continue
         if channel.message_encoding == "json":
@@ -70,7 +68,7 @@ def _numbers(content: Any) -> Iterator[tuple[str, float]]:
     if not (isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names)):
         yield from _flat(content, "", 0)
         return
-    for quantity in JOINT:
+    for quantity in ("position", "velocity", "effort"):
         values = _field(content, quantity)
         if values is not None and len(values) == len(names):
             yield from ((f"{name}.{quantity}", float(value)) for name, value in zip(names, values, strict=True))

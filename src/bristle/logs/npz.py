@@ -16,13 +16,12 @@ from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
-ARRAY = b"\x93NUMPY"
 MOST_ARRAYS = 100_000
 
 
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of an array with several of them, or of an archive of single columns."""
-    if data.startswith(ARRAY):
+    if data.startswith(b"\x93NUMPY"):
         return _table({request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}, [], request)
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]

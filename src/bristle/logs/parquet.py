@@ -12,7 +12,6 @@ from bristle.logs.names import distinct
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-UNIT_KEYS = (b"unit", b"units")
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -37,7 +36,7 @@ def read(data: bytes, request: Request) -> Table:
             notes.append(f"column {name!r} holds no numbers and was left out")
         elif may_be_numbers:
             metadata, is_time = part.metadata or {}, types.is_timestamp(part.type) or types.is_time(part.type)
-            unit = next((metadata[key].decode("utf-8", "replace") for key in UNIT_KEYS if key in metadata), "")
+            unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
             series.append(Series(name, values, unit=unit or ("s" if is_time else "")))
     return table_of_series(series, request.source, "Parquet", notes=notes)
 

@@ -157,7 +157,7 @@ class Stretch:
     def _settled(self, leg: Leg) -> bool | None:
         """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
         # What is left of speeding up and slowing down at either end of a cruise is not for friction to answer.
-        edge = round(0.1 * (leg.cruise.stop - leg.cruise.start))  # of a cruise
+        edge = round(0.1 * (leg.cruise.stop - leg.cruise.start))
         begin, end = leg.cruise.start + edge, leg.cruise.stop - edge
         if end - begin < SAMPLES * NINTHS:
             return None

@@ -20,7 +20,6 @@ from bristle.logs.log import Channel, quantisation
 from bristle.logs.turns import runs
 
 FEWEST_SAMPLES = 100
-MOVES = ("position", "velocity", "effort", "reference")  # what tells nothing where it is constant
 LONG_RUN = 10  # samples
 LIMIT_TOLERANCE = 0.05
 
@@ -65,7 +64,7 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
     """Yield where a channel stands still, is cut off or lacks readings, of samples that are measurements."""
     values, unit = channel.values, channel.unit
-    if name in MOVES and np.ptp(values) < SMALLEST:
+    if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # what tells nothing where it is constant
         mend = "Is it the right column, did the axis move? Leave out of [columns] what is not needed"
         yield f"is constant ({values[0]:.6g} {unit}), which tells nothing as the {name}", mend
     if name != "position":
@@ -163,7 +162,7 @@ def _saturated(gathered: Gathered, channel: Channel) -> str:
     values, reference = channel.values, gathered.channels.get("reference")
     speeds = np.abs(np.diff(values))
     # 0.05 of the largest speed: nothing stops from it within one sample
-    abrupt = max(0.05 * float(speeds.max()), 5 * quantisation(values))  # quantisation steps
+    abrupt = max(0.05 * float(speeds.max()), 5 * quantisation(values))
     for extreme in (values.max(), values.min()) if np.ptp(values) >= SMALLEST else ():
         start, length = longest_run(values == extreme)
         # 7 and 0.7, samples before a stop, and the share of their largest speed below which the axis brakes
@@ -203,7 +202,6 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:
         return []
-    # 10.0 resolution steps
     least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)  # over the change of step that one sample in twenty exceeds
     chosen: list[Spike] = []
     covered = np.zeros(values.size, dtype=bool)

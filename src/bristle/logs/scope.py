@@ -28,7 +28,6 @@ KEYS = frozenset(
 )
 NO_UNIT = ("", "(none)", "none", "-", "1")
 END = "eof"
-DELIMITERS = ("\t", ";", ",", "|")
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Head:
 
 def head_of(lines: Sequence[str]) -> Head | None:
     """Return the head of a trace of TwinCAT Scope; None where these lines are something else."""
-    for delimiter in DELIMITERS:
+    for delimiter in ("\t", ";", ",", "|"):
         rows = [cells_of(line, delimiter) for line in lines[:120]]
         filled = [index for index, cells in enumerate(rows) if any(cells)]
         for place, index in enumerate(filled[:-1]):
@@ -137,7 +136,7 @@ MOST_SIGNALS = 1000
 
 def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
     """Return the pattern of lines that are values of named signals, one each; None where they are something else."""
-    filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]  # lines
+    filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
     for pattern in (_NAMED, _TIMED):
         if len(filled) >= 10 and sum(bool(pattern.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
             return pattern

@@ -204,21 +204,9 @@ def damage_refused(source: Path) -> Iterator[None]:
 
 
 class Request(NamedTuple):
-    """What is read of a file; its reader takes it beside the bytes, ``read(data, request)``.
-
-    Parameters
-    ----------
-    source : Path
-        The file.
-    table : str or None
-        A table in it. Files of most kinds are one table, and do not use it.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of what is read, unpacked [byte].
-    """
+    """What is read of a file; its reader takes it beside the bytes, ``read(data, request)``."""
 
     source: Path
-    table: str | None
-    choice: Choice
-    limit: int
+    table: str | None  # in it; files of most kinds are one table, and do not use it
+    choice: Choice  # of columns
+    limit: int  # of what is read, unpacked [byte]

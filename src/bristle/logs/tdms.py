@@ -16,7 +16,6 @@ from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
 LEAD_IN_BYTES = 28
-NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
@@ -63,7 +62,7 @@ def _remarks_kept() -> list[str]:
 
     def keep(record: logging.LogRecord) -> bool:
         message = record.getMessage()
-        if not message.startswith(NAME_REMARK):
+        if not message.startswith("Error decoding string"):  # a name or remark in another alphabet, not damage
             remarks.append(message)
         return False
 

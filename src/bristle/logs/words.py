@@ -210,5 +210,4 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    # 1e8 s
-    return "ms" if largest < 1e8 and step > 0.05 else "s"  # s between samples of an axis
+    return "ms" if largest < 1e8 and step > 0.05 else "s"
