@@ -52,7 +52,7 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
         start_new_session=sys.platform != "win32",
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
     )
-    out, ending = b"", ""
+    out, ending = b"", None
     with process:
         try:
             out, stderr = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
@@ -69,7 +69,7 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
                 ending = "takes too long"
             elif code != 0:
                 ending = f"the library that reads it ended with signal {-code}" if code < 0 else last
-    if ending:
+    if ending is not None:
         message = f"is damaged, or of a kind that is not read ({ending})"
         raise InputError(message, path=str(request.source), mend="Copy or save it again")
     line, _, rest = out.partition(b"\n")
