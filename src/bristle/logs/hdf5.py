@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Arrays, Stored, table_from
+from bristle.logs.tables import Stored, table_from
 
 UNIT_ATTRIBUTES = ("unit", "units")
 
@@ -22,7 +22,6 @@ def read(data: bytes, request: Request) -> Table:
 
     separator = "." if data.startswith(b"MATLAB 7.3") else "/"
     values: dict[str, Stored] = {}
-    units: dict[str, str] = {}
     notes: list[str] = []
     with h5py.File(io.BytesIO(data), "r") as content:
         for path, node in _data_sets(content, request.source):
@@ -31,12 +30,11 @@ def read(data: bytes, request: Request) -> Table:
             if not stored.holds_columns or _text(node, "MATLAB_class") in ("char", "cell", "function_handle"):
                 notes.append(f"{name} holds no column of numbers and was left out")
                 continue
-            values[name] = stored
-            if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), ""):
-                units[name] = unit
-            elif any(key in node.attrs for key in UNIT_ATTRIBUTES):
+            unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), "")
+            values[name] = stored._replace(unit=unit)
+            if not unit and any(key in node.attrs for key in UNIT_ATTRIBUTES):
                 notes.append(f"the unit of {name} is no text and was left out")
-        return table_from(Arrays(values, units, separator, tuple(notes)), request, "HDF5")
+        return table_from(values, request, "HDF5", separator=separator, notes=notes)
 
 
 def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:

@@ -14,7 +14,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Arrays, Stored, table_from
+from bristle.logs.tables import Stored, table_from
 
 MOST_ARRAYS = 100_000
 
@@ -38,7 +38,7 @@ def read(data: bytes, request: Request) -> Table:
 def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Table:
     columns = {name: array for name, array in stored.items() if array.holds_columns}
     remarks = (f"{name} holds no column of numbers and was left out" for name in stored if name not in columns)
-    return table_from(Arrays(columns, notes=(*notes, *remarks)), request, "NPZ")
+    return table_from(columns, request, "NPZ", notes=(*notes, *remarks))
 
 
 def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:

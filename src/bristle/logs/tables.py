@@ -6,7 +6,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -38,6 +38,7 @@ class Stored(NamedTuple):
     shape: tuple[int, ...]
     dtype: np.dtype
     read: Callable[[], Any]
+    unit: str = ""
 
     @property
     def size(self) -> int:
@@ -55,72 +56,54 @@ class Stored(NamedTuple):
         return (self.dtype.kind in "fiub" or bool(self.fields)) and len(self.shape) <= 2 and self.size > 0
 
 
-@dataclass(frozen=True)
-class Arrays:
-    """What a file of named arrays holds."""
-
-    values: Mapping[str, Stored]
-    units: Mapping[str, str] = field(default_factory=dict)
-    separator: str = "/"
-    notes: tuple[str, ...] = ()
-
-
-def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
+def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, separator: str = "/", notes: Sequence[str] = ()) -> Table:
     """Return the columns of one table of a file, or of all of them, each under its full name.
 
     A group of columns is a table, and so is an array of several columns; those without a name are ``column_1`` and
     so on. A file that holds one table only is understood whatever that table is called. Only the columns chosen are
     read, and only if what the file announces is not too large.
     """
-    tables, constants = _tables_of(arrays)
-    names, notes, chosen = list(tables), list(arrays.notes), request.table
+    groups: dict[str, dict[str, tuple[Stored, int | str | None]]] = {}  # each column as its array and the part of it
+    constants: dict[str, Stored] = {}
+    for full, stored in arrays.items():
+        group, _, name = full.rpartition(separator)
+        if stored.dtype.names:
+            groups[full] = {field: (stored, field) for field in stored.fields}
+        elif stored.size == 1:
+            constants[full] = stored
+        elif len(stored.shape) == 1 or 1 in stored.shape:
+            groups.setdefault(group, {})[name] = (stored, None)
+        else:
+            groups[full] = {f"column_{k + 1}": (stored, k) for k in range(min(stored.shape))}
+    tables = {name: columns for name, columns in groups.items() if columns}
+    names, remarks, chosen = list(tables), list(notes), request.table
     if not names:
         raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
     if chosen not in tables:
         if chosen is not None and len(names) > 1:
             raise no_such_table(chosen, names, request.source)
         if chosen is not None and names[0]:
-            notes.append(f"there is no table {chosen!r} in this log: {names[0]!r}, its only one, was taken")
+            remarks.append(f"there is no table {chosen!r} in this log: {names[0]!r}, its only one, was taken")
         chosen = names[0] if len(names) == 1 else None
-    full = {(table, name): f"{table}{arrays.separator}{name}" if table else name for table in names for name in tables[table]}
     if chosen is None:
-        available = {full[table, name]: column for table in names for name, column in tables[table].items()}
-        units = {name: arrays.units[name] for name in available if name in arrays.units}
+        available = {f"{table}{separator}{name}" if table else name: column for table in names for name, column in tables[table].items()}
     else:
         available = tables[chosen]
-        units = {name: arrays.units[full[chosen, name]] for name in available if full[chosen, name] in arrays.units}
-        constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
+        constants = {name.removeprefix(f"{chosen}{separator}"): array for name, array in constants.items()}
     columns = {name: column for name, column in available.items() if request.choice(name)}
-    needed = {array: arrays.values[array] for array, _ in columns.values()}
-    announced = sum(stored.size * max(stored.dtype.itemsize, NUMBER_BYTES) for stored in needed.values())
+    needed = dict.fromkeys(stored for stored, _ in columns.values())
+    announced = sum(stored.size * max(stored.dtype.itemsize, NUMBER_BYTES) for stored in needed)
     refuse_larger(announced, request.limit, request.source)
-    read = {name: np.asarray(stored.read()) for name, stored in needed.items()}
+    read = {stored: np.asarray(stored.read()) for stored in needed}
     return Table(
-        {name: _numbers_of(read[array], part) for name, (array, part) in columns.items()},
-        units,
+        {name: _numbers_of(read[stored], part) for name, (stored, part) in columns.items()},
+        {name: stored.unit for name, (stored, part) in available.items() if stored.unit and part is None},
         {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},
-        notes=tuple(notes),
+        notes=tuple(remarks),
         format=kind,
         tables=() if chosen is not None else tuple(names),
         names=tuple(available),
     )
-
-
-def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, tuple[str, int | str | None]]], dict[str, Stored]]:
-    """Return the columns of each table, each as its array and the part of it, and the single numbers of the file."""
-    tables: dict[str, dict[str, tuple[str, int | str | None]]] = {}
-    constants: dict[str, Stored] = {}
-    for full, stored in arrays.values.items():
-        group, _, name = full.rpartition(arrays.separator)
-        if stored.dtype.names:
-            tables[full] = {field: (full, field) for field in stored.fields}
-        elif stored.size == 1:
-            constants[full] = stored
-        elif len(stored.shape) == 1 or 1 in stored.shape:
-            tables.setdefault(group, {})[name] = (full, None)
-        else:
-            tables[full] = {f"column_{k + 1}": (full, k) for k in range(min(stored.shape))}
-    return {name: columns for name, columns in tables.items() if columns}, constants
 
 
 def _numbers_of(values: np.ndarray, part: int | str | None) -> np.ndarray:
@@ -141,9 +124,6 @@ def no_such_table(table: str, names: list[str], source: Path) -> InputError:
     close = close_names(table, names)
     mend = f"Did you mean {close[0]!r}?" if close else "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
-
-
-TIME = "time"
 
 
 class Series(NamedTuple):
@@ -168,7 +148,7 @@ def table_of_series(
     source: Path,
     kind: str,
     *,
-    time: str = TIME,
+    time: str = "time",
     time_unit: str = "s",
     notes: Sequence[str] = (),
     texts: Mapping[str, InputError] | None = None,
@@ -187,7 +167,7 @@ def table_of_series(
             continue
         name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
         if name is None:
-            name = time if not clocks else f"{TIME} of {channel.name}"
+            name = time if not clocks else f"time of {channel.name}"
             while name in names_used:
                 name = f"{name}_"
             clocks[name] = np.asarray(channel.times, dtype=float)
