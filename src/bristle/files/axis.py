@@ -149,8 +149,8 @@ def _drive_of(file: AxisFile) -> Drive:
         constant = Constant.of(getattr(effort, keys[0]), spoken_of, f"effort.{keys[0]}")
     # What a quantity is told for, such as one turn, may stand behind it.
     lead, raw = (
-        "".join(told.split()).removesuffix(suffix) if isinstance(told, str) and "".join(told.split()).endswith(suffix) else told
-        for told, suffix in ((transmission.lead, "/rev"), (encoder.resolution, "/count"))
+        text.removesuffix(suffix) if (text := "".join(raw.split()) if isinstance(raw, str) else "").endswith(suffix) else raw
+        for raw, suffix in ((transmission.lead, "/rev"), (encoder.resolution, "/count"))
     )
     lead = _positive(lead, Variable("length", "lead"), "translational", "transmission.lead")
     drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
@@ -324,8 +324,8 @@ def _text_of(axis: Axis) -> bytes:
         "schema": 1,
         "name": axis.name,
         "kind": axis.kind,
-        "injected": [_entry(known, column=known.column, gain=known.gain) for known in axis.injected],
-        "known": [_entry(known, column=known.column, name=known.name) for known in axis.regressors],
+        "injected": [_entry(column, column=column.column, gain=column.gain) for column in axis.injected],
+        "known": [_entry(column, column=column.column, name=column.name) for column in axis.regressors],
         "cogging": [
             {"turn": term.turner, "harmonics": "identify" if term.harmonics is None else list(term.harmonics)} for term in axis.cogging
         ],

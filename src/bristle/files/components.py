@@ -30,8 +30,8 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
     names = list(expected)
     for key, value in table.items():
         if key not in names:
-            full, said = f"{path}.{key}" if path else key, None if isinstance(value, dict) else value
-            raise InputError("unknown key", path=full, value=said, allowed=", ".join(names), mend=did_you_mean(key, names))
+            full, scalar = f"{path}.{key}" if path else key, None if isinstance(value, dict) else value
+            raise InputError("unknown key", path=full, value=scalar, allowed=", ".join(names), mend=did_you_mean(key, names))
 
 
 def check_schema(data: Mapping[str, Any]) -> None:

@@ -199,8 +199,8 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
     """Return the experiment that the content of a file describes."""
     if OF_CONTACTS & data.keys() and not {"controller", "reference", "run"} & data.keys():
         named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
-        told = f"bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}"
-        raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: {told}")
+        command = f"bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}"
+        raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: {command}")
     refuse_open(data)
     check_keys(data, KEYS, "")
     check_schema(data)

@@ -119,9 +119,9 @@ def write_model(
         table = tomlkit.table()
         for name, variable in TREATMENT.items():
             if name in treatment:
-                whole = name == "decimation"
-                item = tomlkit.item(int(treatment[name]) if whole else float(treatment[name]))
-                item.comment(variable.description if whole else f"{variable.unit(friction.kind)}: {variable.description}")
+                is_count = name == "decimation"
+                item = tomlkit.item(int(treatment[name]) if is_count else float(treatment[name]))
+                item.comment(variable.description if is_count else f"{variable.unit(friction.kind)}: {variable.description}")
                 table.add(name, item)
         document.add("treatment", table)
     if plant is not None:

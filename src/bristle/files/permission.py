@@ -87,5 +87,5 @@ def allow(content: Content) -> None:
         if record is not None:  # half of it, on a full disk, would allow it as well
             with suppress(OSError):
                 record.unlink()
-        said = f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})"
-        warnings.warn(said, InputWarning, stacklevel=2)
+        remark = f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})"
+        warnings.warn(remark, InputWarning, stacklevel=2)

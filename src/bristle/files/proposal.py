@@ -18,7 +18,7 @@ from bristle.files.components import FILL_IN, open_in
 from bristle.files.drive import EFFORTS, MOVEMENTS
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
-from bristle.logs.log import clear_step
+from bristle.logs.channel import clear_step
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in
@@ -120,8 +120,8 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
         HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
         "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
     ]
-    said = "; ".join(filter(None, remarks))
-    return f"{channel} = {{ {body} }}  # {said}" if said else f"{channel} = {{ {body} }}"
+    comment = "; ".join(filter(None, remarks))
+    return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"
 
 
 def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:

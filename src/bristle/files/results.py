@@ -197,19 +197,19 @@ def _check_free(target: Path, force: bool) -> None:
 
 def _check_own(folder: Folder, target: Path) -> None:
     note, present = note_in(folder), folder.names()
-    another, foreign, changed = "Name another folder", [], []
+    rename, foreign, changed = "Name another folder", [], []
     if note is None and not present:
         message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
     elif note is None and SUMMARY in present:
         message = (
             f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle 0.1: they are not replaced"
         )
-        mend = f"{another}, or remove by hand what is no longer needed: {listed(present)}"
+        mend = f"{rename}, or remove by hand what is no longer needed: {listed(present)}"
     elif note is None:
-        message, mend = f"holds something else than results: {listed(present)}", another
+        message, mend = f"holds something else than results: {listed(present)}", rename
     elif note.kind:
         message = f"holds a {note.kind}, which grew over many runs and is replaced by nothing"
-        mend = f"{another}, or remove this one by hand"
+        mend = f"{rename}, or remove this one by hand"
     else:
         foreign, changed = strangers_in(folder, note)
         if not foreign and not changed:

@@ -115,8 +115,8 @@ def load_component_file(path: Readable, *families: type[Own]) -> Own:
 def _as_written(family: type[Documented]) -> str:
     """Return the call of a descriptor with what it cannot do without."""
     needed = [field.name for field in fields(family) if field.default is MISSING and field.default_factory is MISSING]
-    said = ("name", "description", "channel")
-    return f"{family.__name__}({', '.join(f'{name}=...' if name in said else f'{name}={name}' for name in needed)})"
+    free = ("name", "description", "channel")
+    return f"{family.__name__}({', '.join(f'{name}=...' if name in free else f'{name}={name}' for name in needed)})"
 
 
 def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead) -> Own:

@@ -110,8 +110,8 @@ def serve() -> None:
         value = error.value if isinstance(error.value, (str, int, float)) else None
         out.write(json.dumps({"refused": parts | {"value": value}}).encode() + b"\n")
     else:
-        told = ("units", "constants", "sample_time", "notes", "format", "tables", "names", "stamps", "facts", "about")
-        record = {name: getattr(table, name) for name in told}
+        attributes = ("units", "constants", "sample_time", "notes", "format", "tables", "names", "stamps", "facts", "about")
+        record = {name: getattr(table, name) for name in attributes}
         sizes = {name: int(values.size) for name, values in table.columns.items()}
         out.write(json.dumps({"sizes": sizes} | record).encode() + b"\n")
         for values in table.columns.values():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,14 +13,14 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
+from bristle.logs.channel import CHANNELS, Channel, LogData
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
-from bristle.logs.log import CHANNELS, Channel, Log
 from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.table import Table
 
 
-def record_of(table: Table, axis: Axis) -> Log:
+def record_of(table: Table, axis: Axis) -> LogData:
     """Return what was recorded in a table, in SI of the axis, on a uniform grid of time."""
     gathered = gather(table, axis)
     for problem in (*gathered.problems, *problems_of(gathered, str(table.source))):
@@ -65,7 +66,7 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
     yield Diagnostic("stamps_jitter", "", "warning", numbers, axis.kind)
 
 
-def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log:
+def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> LogData:
     """Return the log of channels that were examined, on the grid of `clock`."""
 
     def on_grid(name: str, lag: float = 0.0) -> Channel | None:
@@ -90,7 +91,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         notes.append(_remark_on(velocity.column, axis, follows=reference is not None))
     if axis.delay:
         notes.append(f"effort was moved by its delay of {axis.delay:g} s")
-    return Log(
+    return LogData(
         time=Channel(clock.time, "s", time.column if time else ""),
         position=position,
         velocity=velocity,
@@ -137,14 +138,17 @@ def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Itera
 STRIDE = 20  # samples over which the position is differentiated, against quantisation
 
 
-def within(log: Log, span: tuple[float, float]) -> Log:
+R = TypeVar("R", bound=LogData)
+
+
+def within(log: R, span: tuple[float, float]) -> R:
     """Return the part of a log between two times [s] of its own clock."""
     time = log.time.values
     first, last = (int(index) for index in np.searchsorted(time, span))
-    told = f"{span[0]:g} to {span[1]:g} s"
+    extent = f"{span[0]:g} to {span[1]:g} s"
     if last - first < 10:
         allowed = f"within {time[0]:g} to {time[-1]:g} s"
-        raise InputError("holds next to nothing of the log", path="log.span", value=told, allowed=allowed)
+        raise InputError("holds next to nothing of the log", path="log.span", value=extent, allowed=allowed)
 
     def part(channel: Channel) -> Channel:
         return replace(channel, values=channel.values[first:last])

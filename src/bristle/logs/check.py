@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,15 +14,16 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.edge import guarded, instance, optional
+from bristle.logs.channel import LogData, clear_step
 from bristle.logs.legs import CHUNKS, CRUISING, FAST, graininess
 from bristle.logs.lines import Line, lost_in
-from bristle.logs.log import Log, clear_step
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
 from bristle.logs.names import plain_unit
 from bristle.logs.turns import period_of
 from bristle.logs.words import other_unit_in
 
 Numbers = dict[str, Number]
+AnyLog = TypeVar("AnyLog", bound=LogData)
 
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 PAIRS = (
@@ -207,11 +209,11 @@ RECORDED = (
 
 
 @guarded(
-    log=instance(Log, "a log", "Write read_log(...)"),
+    log=instance(LogData, "a log", "Write read_log(...)"),
     axis=optional(instance(Axis, "an axis")),
     settings=instance(CheckThresholds, "thresholds"),
 )
-def checked(log: Log, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
+def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
     """Return what a log says against itself and against what is told of its axis, before anything is fitted.
 
     Parameters
@@ -236,13 +238,13 @@ def checked(log: Log, axis: Axis | None = None, settings: CheckThresholds = DEFA
     return (*log.findings, *(Diagnostic(code, "", SEVERITIES.get(code, "warning"), numbers, log.kind) for code, numbers in measured))
 
 
-def parted(log: Log, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> Log:
+def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> AnyLog:
     """Return a log with the places where rows are missing between its segments, so that nothing goes across them."""
     resolution = (axis and axis.resolution) or log.position.step
     return _parted(log, lost_in(log, resolution, settings.lost_step))
 
 
-def _parted(log: Log, starts: np.ndarray) -> Log:
+def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:
     """Return a log whose segments end at the samples `starts`, before missing rows."""
     segments = []
     for segment in log.segments if starts.size else ():

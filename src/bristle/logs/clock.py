@@ -267,8 +267,8 @@ def clock_of(
     notes, jitter = list(order.notes), None
     if len(raws) > 1:
         ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
-        said = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
-        notes.append(f"{said} (the first after {ends}): split into {len(usable)} segments")
+        pauses = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
+        notes.append(f"{pauses} (the first after {ends}): split into {len(usable)} segments")
         if lost := stamps.size - sum(raw.stop - raw.start for raw in usable):
             notes.append(f"{lost} samples in segments shorter than {SHORTEST_SEGMENT} samples were left out")
     notes += bridged

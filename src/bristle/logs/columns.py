@@ -19,7 +19,7 @@ from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.values import looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.logs.assembly import record_of
-from bristle.logs.log import Log
+from bristle.logs.channel import LogData
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
 # What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
@@ -31,7 +31,7 @@ MEND = 'Give a data frame or a dictionary with the columns "time", "position" an
 PERIOD = optional(amount(Variable("time", "time between samples", min=0.0), exclusive=True))
 
 
-def log_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
+def record_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> LogData:
     """Return what was recorded in a table of columns; `Log.from_columns` tells more."""
     described: Axis | None = looked_at(optional(instance(Axis, "an axis")), axis, "axis", None)
     chosen: Kind | None = looked_at(optional(KIND), kind, "kind", None)

@@ -12,8 +12,8 @@ from bristle.core.axis import COLUMNS, Axis, Column
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.clock import median_step
-from bristle.logs.log import CHANNELS, Channel
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
 from bristle.logs.words import other_unit_in
 

@@ -47,9 +47,9 @@ def read(data: bytes, request: Request) -> Table:
             raise no_such_table(name, list(tables), source)
         name = max(tables, key=lambda table: max(map(len, tables[table][0].values())))
     facts = dict(_facts(content, "", 0))
-    said = {key: value for key, value in facts.items() if isinstance(value, str)}
+    remarks = {key: value for key, value in facts.items() if isinstance(value, str)}
     constants = {key: float(value) for key, value in facts.items() if not isinstance(value, str)}
-    return _table(*tables[name], request, said, constants)
+    return _table(*tables[name], request, remarks, constants)
 
 
 def _parsed(data: bytes, source: Path) -> Any:

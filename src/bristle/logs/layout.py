@@ -132,11 +132,11 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
     left = {index: [*cells[:keep], *[""] * (width - keep)] for index, cells in recorded if any(cells[start:]) or len(cells) > width}
     pairs = ([cell for cell in cells[start:] if cell] for _, cells in aside)
     facts = {name: " ".join(values) for name, *values in pairs if values}
-    said = [cell for _, row in reversed(aside) for cell in row[start:] if cell]
+    cells_aside = [cell for _, row in reversed(aside) for cell in row[start:] if cell]
     count_above = sum(index <= aside[0][0] for index, _ in recorded)
     first = f"first {count_above} rows" if count_above > 1 else "first row"
-    shown = printable(", ".join(said[:MOST_SHOWN])) + (" and others" if len(said) > MOST_SHOWN else "")
-    return Beside(left, facts, f"what stands beside the {first} was left out: {shown}")
+    excerpt = printable(", ".join(cells_aside[:MOST_SHOWN])) + (" and others" if len(cells_aside) > MOST_SHOWN else "")
+    return Beside(left, facts, f"what stands beside the {first} was left out: {excerpt}")
 
 
 def _is_text(cells: Sequence[str], decimal_comma: bool) -> bool:

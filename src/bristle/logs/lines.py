@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
-from bristle.logs.log import Log
+from bristle.logs.channel import LogData
 from bristle.logs.problems import Cut, longest_run
 
 WINDOWS = (2, 4, 8, 16, 32, 64, 128)  # samples of one moving mean
@@ -83,7 +83,7 @@ class Line:
         return float(self.coefficients[-1]), float(self.deviations[-1])
 
 
-def rows_of(log: Log, resolution: float) -> Rows:
+def rows_of(log: LogData, resolution: float) -> Rows:
     """Return the rows of a log, through twice the shortest filter that its position allows."""
     # 0.05 [s] of one moving mean: beyond, ramps of velocity are blurred
     windows = [w for w in WINDOWS if w * log.sample_time <= 0.05] or [WINDOWS[0]]
@@ -112,7 +112,7 @@ def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
     return values
 
 
-def _filtered(log: Log, window: int) -> Rows:
+def _filtered(log: LogData, window: int) -> Rows:
     stride, h = max(window // 2, len(log) // 6000, 1), window * log.sample_time  # more tell nothing more
     parts = []
     for segment in log.segments:
@@ -137,7 +137,7 @@ def _filtered(log: Log, window: int) -> Rows:
     return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True))) if parts else Rows(*[np.empty(0)] * 7)
 
 
-def lost_in(log: Log, resolution: float, factor: float) -> np.ndarray:
+def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
     """Return the samples before steps of the position that the velocity around does not explain, shape (place,).
 
     A step stands out where it differs from the steps next to it by far more than those do among themselves, and by
@@ -162,7 +162,7 @@ def lost_in(log: Log, resolution: float, factor: float) -> np.ndarray:
     return np.concatenate(places)
 
 
-def work_share(log: Log) -> float:
+def work_share(log: LogData) -> float:
     """Return the work that the effort does over closed motion, over what it would be if all of it were friction.
 
     The integral of effort over way from one sample to a later one at the same place and speed: inertia, gravity and
@@ -202,7 +202,7 @@ def _closed(position: np.ndarray) -> slice:
     return slice(at[first], at[last] + 1) if fastest and length[first, last] >= 0.25 * position.size else slice(0)
 
 
-def piled_up(log: Log, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
+def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
     """Return where an effort piles up near its extreme although the motion takes more of it; None where none does.
 
     A drive at its limit piles up too, and its effort is the one that acts: there inertia times acceleration is what it

@@ -2,127 +2,19 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.lib.mixins import NDArrayOperatorsMixin
-
-from bristle.core.axis import CHANNELS, Axis
-from bristle.core.content import NOWHERE, Origin
+from bristle.core.axis import Axis
+from bristle.core.content import Origin
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import KIND, TEXT, Converter, amount, array, guarded, instance, many, mapping, optional
-from bristle.core.errors import InputError
-from bristle.core.motion import RECORDED
-from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
-from bristle.core.typography import with_unit
-from bristle.core.variable import KINDS, Kind, Variable, unit_of
+from bristle.core.edge import KIND, TEXT, amount, guarded, instance, many, mapping, optional
+from bristle.core.variable import Variable
+from bristle.logs.channel import CHANNELS, Channel, LogData, channel
+from bristle.logs.columns import record_of_columns
 
-OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
-
-
-def quantisation(values: np.ndarray) -> float:
-    """Return the smallest difference between two values that differ, zero if none do."""
-    steps = np.diff(np.unique(values))
-    steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]  # of the largest value: less is no step
-    return float(steps.min()) if steps.size else 0.0
-
-
-# 20 between samples that differ: half of them are no farther apart where steps are clear
-def clear_step(values: np.ndarray, *, most: float = 20) -> float:
-    """Return the step that all values are multiples of, where few lie between samples; 0 where there is none."""
-    finite = np.asarray(values, dtype=float)[np.isfinite(values)]
-    step = quantisation(finite)
-    if not step:
-        return 0.0
-    multiples = (finite - finite.min()) / step
-    moves = np.abs(np.diff(multiples))
-    is_clear = np.median(moves[moves > OFF_STEP]) <= most
-    return step if is_clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
-
-
-COLUMN = array(finite=False)  # what a file holds is looked at, and its place told, before it becomes a log
-
-
-@guarded(values=COLUMN, unit=TEXT, column=TEXT)
-@dataclass(frozen=True, eq=False)
-class Channel(NDArrayOperatorsMixin):
-    """One recorded signal; to numpy, to plots and in calculations it is the array of its samples.
-
-    Parameters
-    ----------
-    values : ndarray, shape (sample_count,)
-        The samples, read-only, in `unit`.
-    unit : str
-        SI of the kind of axis.
-    column : str
-        Name of the column in the file.
-    recorded_step : float, optional
-        The smallest difference between two samples that differ, as they were recorded, where `values` are others: of
-        samples between them it says nothing.
-    """
-
-    values: np.ndarray
-    unit: str
-    column: str
-    recorded_step: float | None = None
-
-    def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=float)
-        values.flags.writeable = False
-        object.__setattr__(self, "values", values)
-
-    @property
-    def step(self) -> float:
-        """The smallest difference between two samples that differ, which is that of an encoder; 0 where none do."""
-        return quantisation(self.values) if self.recorded_step is None else self.recorded_step
-
-    # Two channels are one or not; what their samples are is asked of `values`.
-    def __eq__(self, channel: object) -> bool:
-        return self is channel
-
-    def __ne__(self, channel: object) -> bool:
-        return self is not channel
-
-    def __hash__(self) -> int:
-        return id(self)
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        return np.array(self.values, dtype=dtype) if copy else np.asarray(self.values, dtype=dtype)
-
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **arguments: Any) -> Any:
-        plain = (operand.values if isinstance(operand, Channel) else operand for operand in inputs)
-        return getattr(ufunc, method)(*plain, **arguments)
-
-    def __len__(self) -> int:
-        return self.values.size
-
-    def __getitem__(self, place: Any) -> Any:
-        return self.values[place]
-
-    def __iter__(self) -> Iterator[float]:
-        return iter(self.values)
-
-    def __repr__(self) -> str:
-        return f"Channel({len(self)} samples, {ranged(self.values, self.unit)}, column {self.column!r})"
-
-
-def channel(name: str) -> Converter:
-    """Return what takes a `Channel`, or the numbers of one in SI of the kind of axis."""
-
-    def convert(value: Any, path: str, kind: Kind | None) -> Channel:
-        unit = unit_of(CHANNELS[name], kind or KINDS[0])
-        candidate = value if isinstance(value, Channel) else Channel(COLUMN(value, path, kind), unit, name)
-        array()(candidate.values, path, kind)
-        return candidate
-
-    return convert
-
-
-_PART = re.compile(r"columns (.*), (\S+) to (\S+) s", re.DOTALL)
+__all__ = ["CHANNELS", "Channel", "Log", "log_of"]
 
 
 @guarded(
@@ -139,7 +31,7 @@ _PART = re.compile(r"columns (.*), (\S+) to (\S+) s", re.DOTALL)
     further=mapping(instance(Channel, "a Channel")),
 )
 @dataclass(frozen=True, eq=False)
-class Log(Tabular):
+class Log(LogData):
     """What was recorded of a motion axis, in SI of its kind, on a uniform grid of time.
 
     Made by `read_log` from a file, by `Log.from_columns` from a data frame or a dictionary, which look at what they
@@ -183,39 +75,6 @@ class Log(Tabular):
         Further channels, for slots of your own, by name.
     """
 
-    time: Channel
-    position: Channel
-    velocity: Channel | None = None
-    effort: Channel | None = None
-    reference: Channel | None = None
-    load: Channel | None = None
-    temperature: Channel | None = None
-    injected: tuple[Channel, ...] = ()
-    sample_time: float = 0.0
-    segments: tuple[slice, ...] = ()
-    source: Path = Path()
-    origin: Origin = NOWHERE
-    notes: tuple[str, ...] = ()
-    kind: Kind = "translational"
-    findings: tuple[Diagnostic, ...] = ()
-    regressors: tuple[Channel, ...] = ()
-    further: Mapping[str, Channel] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for name, signal in self.channels():
-            if signal.values.size != len(self):
-                raise InputError("has another length than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
-        if len(self) == 0:
-            raise InputError("has no samples", path="time")
-        if not self.sample_time:  # of a grid that nobody told
-            steps = np.diff(self.time.values)
-            typical = float(np.median(steps)) if steps.size else 0.0
-            if not (typical > 0.0 and np.all(steps > 0.0)):
-                raise InputError("must rise from sample to sample", path="time", mend="Sort the samples, or give sample_time")
-            object.__setattr__(self, "sample_time", typical)
-        if not self.segments:
-            object.__setattr__(self, "segments", (slice(0, len(self)),))
-
     @classmethod
     def from_columns(cls, columns: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
         """Return the log in a data frame, a data set or a dictionary of arrays.
@@ -256,82 +115,9 @@ class Log(Tabular):
         >>> len(log), log.position.unit, log.sample_time
         (200, 'm', 0.001)
         """
-        from bristle.logs.columns import log_of_columns
+        return log_of(record_of_columns(columns, axis=axis, kind=kind, sample_time=sample_time))
 
-        return log_of_columns(columns, axis=axis, kind=kind, sample_time=sample_time)
 
-    def __len__(self) -> int:
-        return self.time.values.size
-
-    @property
-    def duration(self) -> float:
-        """Time covered by samples, gaps left out [s]."""
-        return len(self) * self.sample_time
-
-    @property
-    def part(self) -> str:
-        """Which columns of its file it is, and from when to when: two parts of one file are two logs."""
-        columns = ", ".join(channel.column for channel in (self.position, self.effort) if channel is not None)
-        return f"columns {columns}, {self.time.values[0]:.6g} to {self.time.values[-1]:.6g} s"
-
-    def is_part(self, part: str) -> bool:
-        """Return whether another part of its file, as `part` tells it, has columns and a time in common with it."""
-        found, own = (_PART.fullmatch(text) for text in (part, self.part))
-        if found is None or own is None:
-            return True
-        (columns, *ends), (own_columns, *own_ends) = found.groups(), own.groups()
-        (first, last), (own_first, own_last) = (map(float, pair) for pair in (ends, own_ends))
-        return columns == own_columns and first <= own_last and own_first <= last
-
-    @property
-    def injected_effort(self) -> np.ndarray:
-        """Sum of the known inputs, shape (sample_count,) [N or N*m]."""
-        return sum((channel.values for channel in self.injected), np.zeros(len(self)))
-
-    @property
-    def surroundings(self) -> dict[str, Channel]:
-        """What was recorded of the surroundings of the axis, by name."""
-        of_motion = {name: getattr(self, name) for name in RECORDED}
-        return {name: channel for name, channel in of_motion.items() if channel is not None} | dict(self.further)
-
-    def channels(self) -> Iterator[tuple[str, Channel]]:
-        """Yield the name and the channel of all that was recorded, known inputs last."""
-        for name in CHANNELS:
-            channel = getattr(self, name)
-            if channel is not None:
-                yield name, channel
-        yield from self.further.items()
-        for channel in self.injected:
-            yield f"injected.{channel.column}", channel
-        for channel in self.regressors:
-            yield f"known.{channel.column}", channel
-
-    def _signals(self) -> dict[str, Signal]:
-        return {
-            name: Signal(
-                channel.values,
-                channel.unit,
-                SIGNALS[name].description if name in SIGNALS else "known column" if name.startswith("known.") else "known input",
-            )
-            for name, channel in self.channels()
-        }
-
-    def _facts(self) -> dict[str, Any]:
-        return {
-            "kind": self.kind,
-            "sample_time": self.sample_time,
-            "source": self.origin.name or self.source.name,
-            "checksum": self.origin.checksum,
-            "columns": {name: channel.column for name, channel in self.channels()},
-            "segments": [[segment.start, segment.stop] for segment in self.segments],
-            "notes": list(self.notes),
-        }
-
-    def _title(self) -> str:
-        source = self.origin.name or self.source.name
-        extent = f"{with_unit(self.duration, 's')} at {with_unit(1.0 / self.sample_time, 'Hz')}"
-        return f"Log of {len(self)} samples, {extent}, {self.kind}{f', from {source}' if source else ''}"
-
-    def _remarks(self) -> list[str]:
-        parts = [f"{len(self.segments)} segments without a gap"] if len(self.segments) > 1 else []
-        return [*parts, *self.notes]
+def log_of(record: LogData) -> Log:
+    """Return what was recorded as a log."""
+    return Log(**{field.name: getattr(record, field.name) for field in fields(LogData)})

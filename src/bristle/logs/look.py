@@ -15,9 +15,9 @@ from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.values import Thresholds, threshold
+from bristle.logs.channel import LogData
 from bristle.logs.legs import graininess
 from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share
-from bristle.logs.log import Log
 from bristle.logs.problems import Cut, clipped
 from bristle.logs.turns import turning_points
 
@@ -68,7 +68,7 @@ DEFAULT = CheckThresholds()
 class Look:
     """A log with what several rules measure of it, each once."""
 
-    log: Log
+    log: LogData
     axis: Axis
     settings: CheckThresholds
     resolution: float

@@ -15,8 +15,8 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
+from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
-from bristle.logs.log import Channel, quantisation
 from bristle.logs.turns import runs
 
 FEWEST_SAMPLES = 100

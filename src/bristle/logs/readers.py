@@ -17,7 +17,7 @@ from bristle.core.typography import escaped
 from bristle.logs.assembly import record_of
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
 from bristle.logs.gather import axis_of
-from bristle.logs.log import Log
+from bristle.logs.log import Log, log_of
 from bristle.logs.names import names_and_units, with_plain_names
 from bristle.logs.stamped_text import period_told
 from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
@@ -58,8 +58,8 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
         period = period_told({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
     counted = {} if read.stamps or read.tables else {f"column_{i + 1}": name for i, name in enumerate(read.names)}
     source = Path(escaped(place))  # it is read: from here on it is a name that is shown
-    kept = {"notes": notes, "sample_time": period, "numbers": counted | read.numbers, "source": source, "origin": content.origin}
-    return with_plain_names(dataclasses.replace(read, **kept))
+    changes = {"notes": notes, "sample_time": period, "numbers": counted | read.numbers, "source": source, "origin": content.origin}
+    return with_plain_names(dataclasses.replace(read, **changes))
 
 
 def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
@@ -90,8 +90,8 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     table = table_of(read)
     names, units, notes = names_and_units(table.columns, table.units)
     columns = dict(zip(names, table.columns.values(), strict=True))
-    kept = {"columns": columns, "units": units, "notes": (*table.notes, *notes), "names": tuple(columns)}
-    return dataclasses.replace(table, **kept, format=log_format.title, source=content.source)
+    changes = {"columns": columns, "units": units, "notes": (*table.notes, *notes), "names": tuple(columns)}
+    return dataclasses.replace(table, **changes, format=log_format.title, source=content.source)
 
 
 def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:
@@ -114,4 +114,4 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
         or time makes no order; it names the column and the sample.
     """
     table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
-    return record_of(table, axis or axis_of(table))
+    return log_of(record_of(table, axis or axis_of(table)))

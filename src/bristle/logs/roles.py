@@ -218,9 +218,9 @@ def roles_of(table: Table) -> Roles:
     velocity = _velocity(left, position, stamps)
     reference = _reference([column for column in left if column is not velocity], position)
     if reference is not None and position.values.size == reference.values.size and not position.meaning.role:
-        told = any(column.meaning.reference or column.meaning.actual for column in (position, reference))
+        is_told = any(column.meaning.reference or column.meaning.actual for column in (position, reference))
         # Of two columns that nothing tells apart, that which is measured is rougher.
-        if not told and roughness(reference.values) > roughness(position.values):
+        if not is_told and roughness(reference.values) > roughness(position.values):
             position, reference = reference, position
     left = [column for column in left if all(column is not used for used in (position, velocity, reference))]
     error = None
@@ -303,9 +303,9 @@ def _reference(columns: list[Candidate], position: Candidate) -> Candidate | Non
     alike = [(column, correlation(column.values, position.values)) for column in fit]  # 0 where they differ in size
     named = [column for column, likeness in alike if column.meaning.reference and likeness > ALIKE]
     stems = {id(column): without_part("".join(words_of(column.name))) for column in (*fit, position)}
-    same = [column for column in fit if column.values.size == position.values.size]
+    in_step = [column for column in fit if column.values.size == position.values.size]
     # As the position is called, but for the word, in a unit of its own: an axis that sticks follows it badly.
-    called = [column for column in same if column.meaning.reference and column.unit and stems[id(column)] == stems[id(position)]]
+    called = [column for column in in_step if column.meaning.reference and column.unit and stems[id(column)] == stems[id(position)]]
     close = [
         column
         for column, likeness in alike
@@ -326,8 +326,8 @@ def _effort(table: Table, columns: list[Candidate], position: Candidate) -> dict
         ranks = {"N": 0.8, "N*m": 0.8, "A": 0.6, "rated": 0.6, "V": 0.1}
         unit = next((rank for base, rank in ranks.items() if column.is_one_of((base,))), 0.2)
         named = column.meaning.sure if column.meaning.role == "effort" else 0.0
-        said = named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference
-        return said + _kinship(column, position) + 0.5 * max(0.0, moves(column))
+        meaning = named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference
+        return meaning + _kinship(column, position) + 0.5 * max(0.0, moves(column))
 
     effort = max(fit, key=score, default=None)
     if effort is None:

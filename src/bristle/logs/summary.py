@@ -12,9 +12,10 @@ from bristle.core.edge import guarded, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.logs.assembly import assembled, clock_for
+from bristle.logs.channel import Channel, quantisation
 from bristle.logs.check import CheckThresholds, checked
 from bristle.logs.gather import axis_of, gather
-from bristle.logs.log import Channel, Log, quantisation
+from bristle.logs.log import Log, log_of
 from bristle.logs.passages import Passage, passages
 from bristle.logs.problems import problems_of
 from bristle.logs.readers import read_table
@@ -112,7 +113,7 @@ def _as_log(table: Table, axis: Axis) -> Summary:
         part |= {"duration": clock.time.size * clock.sample_time, "notes": [*gathered.notes, *clock.notes]}
     log, experiments = None, ()
     if clock is not None and not problems:
-        log = assembled(table, axis, gathered, clock)
+        log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
         if "position" not in gathered.channels:
             entry = _entry("position", log.position) | {"step": log.position.step or None}
