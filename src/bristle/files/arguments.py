@@ -38,12 +38,8 @@ def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
     if len(described) == 1:
         return described * count
     if len(described) != count:
-        raise InputError(
-            f"{len(described)} for {count} logs",
-            path="axis",
-            allowed=f"1, or {count}",
-            mend="Give one axis file for all logs, or one for each, in their order",
-        )
+        mend = "Give one axis file for all logs, or one for each, in their order"
+        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}", mend=mend)
     return described
 
 

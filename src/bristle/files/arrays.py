@@ -25,7 +25,11 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
         np.savez_compressed(out, **plain)  # type: ignore[arg-type]
         name = f"{stem}.npz"
     else:
-        columns = [_column(pyarrow, values) for values in plain.values()]
+        columns = []
+        for values in plain.values():  # of one dimension or two; without a look at pandas, which takes as long to import
+            flat = np.ascontiguousarray(values).reshape(-1)
+            cells = pyarrow.Array.from_buffers(pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)])
+            columns.append(cells if values.ndim == 1 else pyarrow.FixedSizeListArray.from_arrays(cells, values.shape[1]))
         parquet.write_table(pyarrow.Table.from_arrays(columns, list(plain)), out)
         name = f"{stem}.parquet"
     folder.write(name, out.getvalue())
@@ -34,24 +38,13 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
 
 def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
     """Return the arrays of such a file, by name; nothing where there is no file."""
-    parquet, npz = folder / f"{stem}.parquet", folder / f"{stem}.npz"
-    if parquet.is_file():
-        table: Any = _read(parquet, library("pyarrow.parquet", str(parquet)).read_table)
-        return {name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names}
-    if npz.is_file():
-        return dict(_read(npz, np.load))
-    return {}
-
-
-def _read(path: Path, read: Any) -> Any:
+    path = folder / f"{stem}.parquet"
+    path = path if path.is_file() else folder / f"{stem}.npz"
+    parquet = library("pyarrow.parquet", str(path)) if path.suffix == ".parquet" else None
     try:
-        return read(path)
+        if parquet is not None:
+            table: Any = parquet.read_table(path)
+            return {name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names}
+        return dict(np.load(path)) if path.is_file() else {}
     except Exception as error:  # noqa: BLE001  (libraries raise what they like for a broken file)
         raise InputError(f"cannot be read: {error}", path=str(path), mend="Save the results again") from None
-
-
-def _column(pyarrow: Any, values: np.ndarray) -> Any:
-    """Return an array of one dimension or two for a table, without a look at pandas, which takes as long to import."""
-    flat = np.ascontiguousarray(values).reshape(-1)
-    cells = pyarrow.Array.from_buffers(pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)])
-    return cells if values.ndim == 1 else pyarrow.FixedSizeListArray.from_arrays(cells, values.shape[1])

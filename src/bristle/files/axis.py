@@ -12,17 +12,15 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis, Cogging, Column, Injected, KnownColumn
 from bristle.core.content import Readable
-from bristle.core.contracts import Model
 from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.files.components import check_schema, key_of, refuse_open
 from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
-from bristle.files.schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry, validated
+from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import read_toml
 
-SOUGHT = (None, "identify")  # a delay that an identification is to find
 PLACES = {
     "table": "log.table",
     "span": "log.span",
@@ -83,8 +81,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         raise InputError("is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')
     drive = _drive_of(file)
     places = PLACES | {"mass": f"plant.{_mass_of(file)}"}
-    raw = {name: _raw(file, place) for name, place in places.items()}
-    seeks_delay, seeks_lag = raw["delay"] in SOUGHT, raw["lag"] == "identify"
+    raw = {name: getattr(getattr(file, place.split(".")[0]), place.split(".")[1]) for name, place in places.items()}
+    seeks_delay, seeks_lag = raw["delay"] in (None, "identify"), raw["lag"] == "identify"  # a delay that an identification is to find
     columns = {
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference", "following_error")
@@ -93,17 +91,29 @@ def axis_from(data: dict[str, Any]) -> Axis:
     is_of_rated = drive.rated is not None or (drive.constant is not None and drive.constant.drive == "rated")
     # One radian of the motor moves an axis that is told to turn, or has a lead.
     is_turned = file.kind == "rotational" or drive.transmission.lead is not None
+    rate = _positive(file.timing.sample_rate, Variable("frequency", "sample rate"), file.kind, "timing.sample_rate")
+    if rate is not None and file.timing.sample_time is not None:
+        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep one of them")
+    limit, held, hold = file.effort.limit, file.effort.held, file.effort.hold
+    if held is not None and hold is not None and held != (hold == "zero"):
+        raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
+    if file.plant.gravity is not None and file.kind != "rotational":
+        message, mend = (
+            "turns with the angle of a link, and this axis is translational",
+            "A weight on a vertical axis is the offset, which is identified",
+        )
+        raise InputError(message, path="plant.gravity", value=file.plant.gravity, mend=mend)
     fields = raw | {
         "name": file.name,
         "kind": file.kind,
         "columns": columns | surroundings_of(file),
         "injected": tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
-        "sample_time": _sample_time(file),
+        "sample_time": 1.0 / rate if rate else file.timing.sample_time,
         "delay": 0.0 if seeks_delay else raw["delay"],
         "seeks_delay": seeks_delay,
         "resolution": drive.count,
-        "effort_limit": _limit(file, drive),
-        "held": _held(file),
+        "effort_limit": None if limit is None else _above_zero(abs(_effort(limit, file, drive, "effort.limit")), "effort.limit", limit),
+        "held": held if hold is None else hold == "zero",
         "lag": 0.0 if seeks_lag else raw["lag"],
         "seeks_lag": seeks_lag,
         "at_rest": file.log.start == "rest",
@@ -112,7 +122,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         "arm": drive.transmission.travel("rotational", "motor") if is_turned else None,
         "rated": abs(_effort("100 %", file, drive, "effort.rated")) if is_of_rated else None,
         "keeps_rests": file.identification.rests == "keep",
-        "gravity": _gravity(file),
+        "gravity": file.plant.gravity is not None,
         "cogging": _cogging(file, drive.transmission),
         "regressors": _known_columns(file),
     }
@@ -128,14 +138,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
     return replace(axis, controller=controller_of(file.controller, axis))
 
 
-def _raw(file: AxisFile, place: str) -> Any:
-    """Return what a file says at a key."""
-    table, key = place.split(".")
-    return getattr(getattr(file, table), key)
-
-
 def _drive_of(file: AxisFile) -> Drive:
-    effort, transmission = file.effort, file.transmission
+    effort, transmission, encoder = file.effort, file.transmission, file.encoder
     keys = [key for key in ("force_constant", "torque_constant", "constant") if getattr(effort, key)]
     if len(keys) > 1:
         raise InputError(f"has both a {keys[0]} and a {keys[1]}", path="effort", mend="Keep one of them")
@@ -143,30 +147,31 @@ def _drive_of(file: AxisFile) -> Drive:
     if keys:
         spoken_of = {"force_constant": "N", "torque_constant": "N*m"}.get(keys[0])
         constant = Constant.of(getattr(effort, keys[0]), spoken_of, f"effort.{keys[0]}")
-    lead = _positive(_without(transmission.lead, "/rev"), Variable("length", "lead"), "translational", "transmission.lead")
+    # What a quantity is told for, such as one turn, may stand behind it.
+    lead, raw = (
+        text.removesuffix(suffix) if (text := "".join(raw.split()) if isinstance(raw, str) else "").endswith(suffix) else raw
+        for raw, suffix in ((transmission.lead, "/rev"), (encoder.resolution, "/count"))
+    )
+    lead = _positive(lead, Variable("length", "lead"), "translational", "transmission.lead")
     drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
-    return replace(drive, count=_resolution(file.encoder, drive))
-
-
-def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
-    """Return the movement of the axis for one count [m or rad]."""
-    path, raw = "encoder.resolution", _without(encoder.resolution, "/count")
     if raw is not None and encoder.counts_per_rev is not None:
         raise InputError("has both a resolution and counts_per_rev", path="encoder", mend="Keep one of them")
     if encoder.counts_per_rev is not None:
         turn = drive.movement("rad", encoder.side, "encoder.counts_per_rev")
-        return 2 * math.pi * turn.factor / encoder.counts_per_rev
+        return replace(drive, count=2 * math.pi * turn.factor / encoder.counts_per_rev)
     if raw is None:
-        return None
+        return drive
+    path = "encoder.resolution"
     unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
     with located(value=raw):
-        return _above_zero(drive.movement(unit, encoder.side, path).of(str(raw), path) if unit else float(raw), path, raw)
+        count = drive.movement(unit, encoder.side, path).of(str(raw), path) if unit else float(raw)
+        return replace(drive, count=_above_zero(count, path, raw))
 
 
-def _without(raw: Any, suffix: str) -> Any:
-    """Leave out what a quantity is told for, such as one turn."""
-    short = "".join(raw.split()) if isinstance(raw, str) else ""
-    return short.removesuffix(suffix) if short.endswith(suffix) else raw
+def _above_zero(value: float, path: str, raw: Any) -> float:
+    if not 0 < value < math.inf:
+        raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0")
+    return value
 
 
 def _column(name: str, entry: ColumnEntry, drive: Drive) -> Column:
@@ -193,18 +198,6 @@ def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> 
     return Injected(entry.column, value, entry.optional)
 
 
-def _limit(file: AxisFile, drive: Drive) -> float | None:
-    raw, path = file.effort.limit, "effort.limit"
-    return None if raw is None else _above_zero(abs(_effort(raw, file, drive, path)), path, raw)
-
-
-def _held(file: AxisFile) -> bool | None:
-    held, hold = file.effort.held, file.effort.hold
-    if held is not None and hold is not None and held != (hold == "zero"):
-        raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
-    return held if hold is None else hold == "zero"
-
-
 def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
     """Return an effort in SI of the axis, from any unit that its column may have; a bare number is SI already."""
     unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
@@ -214,13 +207,6 @@ def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
     side = None if units.compatible(unit, "N", path=path) else measured_side or ("motor" if drive.constant else None)
     with located(value=raw):
         return drive.effort(unit, side, path).of(str(raw), path)
-
-
-def _sample_time(file: AxisFile) -> Any:
-    rate = _positive(file.timing.sample_rate, Variable("frequency", "sample rate"), file.kind, "timing.sample_rate")
-    if rate is not None and file.timing.sample_time is not None:
-        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep one of them")
-    return 1.0 / rate if rate else file.timing.sample_time
 
 
 def _mass_of(file: AxisFile) -> str:
@@ -240,42 +226,17 @@ def _positive(raw: Any, variable: Variable, kind: Kind, path: str) -> float | No
     return None if raw is None else _above_zero(units.quantity(raw, variable, kind, path=path), path, raw)
 
 
-def _above_zero(value: float, path: str, raw: Any) -> float:
-    if not 0 < value < math.inf:
-        raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0")
-    return value
-
-
-def _gravity(file: AxisFile) -> bool:
-    if file.plant.gravity is not None and file.kind != "rotational":
-        raise InputError(
-            "turns with the angle of a link, and this axis is translational",
-            path="plant.gravity",
-            value=file.plant.gravity,
-            mend="A weight on a vertical axis is the offset, which is identified",
-        )
-    return file.plant.gravity is not None
-
-
 def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
-    turners = [entry.turn for entry in file.cogging]
-    for place, turner in enumerate(turners):
-        if turner in turners[:place]:
-            raise InputError(
-                "is there twice", path=f"cogging[{place}].turn", value=turner, mend="Write all its harmonics into one [[cogging]]"
-            )
-    coggings = []
+    coggings: list[Cogging] = []
     for place, entry in enumerate(file.cogging):
+        path = f"cogging[{place}].turn"
+        if entry.turn in [term.turner for term in coggings]:
+            raise InputError("is there twice", path=path, value=entry.turn, mend="Write all its harmonics into one [[cogging]]")
         try:
-            side = "motor" if entry.turn == "motor" else "load"
-            turn = 2.0 * math.pi * transmission.travel("rotational", side)
+            turn = 2.0 * math.pi * transmission.travel("rotational", "motor" if entry.turn == "motor" else "load")
         except InputError:
-            raise InputError(
-                "needs to know how far a turn moves the axis",
-                path=f"cogging[{place}].turn",
-                value=entry.turn,
-                mend='Write lead = "10 mm" (and gear_ratio, where there is a gear) under [transmission]',
-            ) from None
+            message, mend = "needs to know how far a turn moves the axis", 'Write lead = "10 mm" (and gear_ratio, where there is a gear)'
+            raise InputError(message, path=path, value=entry.turn, mend=f"{mend} under [transmission]") from None
         harmonics = None if entry.harmonics == "identify" else tuple(sorted(set(entry.harmonics)))
         coggings.append(Cogging(entry.turn, turn, harmonics))
     return tuple(coggings)
@@ -289,9 +250,6 @@ def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
             raise InputError("is there twice", path=f"known[{place}].name", value=name, mend="Give each known column a name of its own")
         columns.append(KnownColumn(entry.column, name, entry.optional))
     return tuple(columns)
-
-
-HEAD = "# The axis that these results were made with, in SI.\n"
 
 
 def axis_text(axis: Axis) -> bytes | None:
@@ -308,10 +266,23 @@ def axis_text(axis: Axis) -> bytes | None:
 def _text_of(axis: Axis) -> bytes:
     import tomlkit
 
-    start = "rest" if axis.at_rest else "cycle" if axis.in_cycle else "moving"
+    linear, effort, unit = axis.kind == "translational", axis.columns.get("effort"), unit_of("force", axis.kind)
+    constant = {}  # what turns the unit of the effort column into a force or a torque, where it is neither
+    if effort is not None and effort.base != unit:
+        constant = {"force_constant" if linear else "torque_constant": f"{abs(effort.scale)!r} {unit}/{effort.base}"}
+    law = {} if axis.controller is None else axis.controller.values  # of which what has no end is left to its default
+    endless = [name for name, value in law.items() if isinstance(value, float) and math.isinf(value)]
+    gains = {key_of(name): np.asarray(value).tolist() for name, value in law.items() if name not in endless}
     tables = {
-        "columns": {name: _column_entry(column) for name, column in axis.columns.items()},
-        "log": {"table": axis.table, "span": list(axis.span) if axis.span else None, "start": start},
+        "columns": {
+            name: _entry(column, column=column.name, unit=column.unit or None, sign=-1 if column.scale < 0.0 else None)
+            for name, column in axis.columns.items()
+        },
+        "log": {
+            "table": axis.table,
+            "span": list(axis.span) if axis.span else None,
+            "start": "rest" if axis.at_rest else "cycle" if axis.in_cycle else "moving",
+        },
         "effort": {
             "limit": axis.effort_limit,
             "held": axis.held,
@@ -319,10 +290,10 @@ def _text_of(axis: Axis) -> bytes:
             "periodic": axis.periodic,
             "lag": "identify" if axis.seeks_lag else axis.lag or None,
         }
-        | _constant(axis),
+        | constant,
         "plant": {
             "model": axis.plant,
-            "mass" if axis.kind == "translational" else "inertia": axis.mass,
+            "mass" if linear else "inertia": axis.mass,
             "stiffness": axis.stiffness,
             "damping": axis.damping,
             "offset": axis.offset,
@@ -347,49 +318,23 @@ def _text_of(axis: Axis) -> bytes:
             "global_search": axis.global_search or None,
             "settings": dict(axis.settings) or None,
         },
-        "controller": _controller(axis.controller),
+        "controller": {} if axis.controller is None else {"model": axis.controller.name} | gains,
     }
     document = {
         "schema": 1,
         "name": axis.name,
         "kind": axis.kind,
-        "injected": [_entry(known_input, "column", "gain") for known_input in axis.injected],
-        "known": [_entry(column, "column", "name") for column in axis.regressors],
+        "injected": [_entry(column, column=column.column, gain=column.gain) for column in axis.injected],
+        "known": [_entry(column, column=column.column, name=column.name) for column in axis.regressors],
         "cogging": [
             {"turn": term.turner, "harmonics": "identify" if term.harmonics is None else list(term.harmonics)} for term in axis.cogging
         ],
     }
     document |= {name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()}
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
-    return (HEAD + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
+    return ("# The axis that these results were made with, in SI.\n" + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
 
 
-def _column_entry(column: Column) -> dict[str, Any]:
+def _entry(column: Column | Injected | KnownColumn, **keys: Any) -> dict[str, Any]:
     """Return the entry of a column; what its numbers are multiplied by beyond their unit stands elsewhere."""
-    entry: dict[str, Any] = {"column": column.name} | ({"unit": column.unit} if column.unit else {})
-    return entry | ({"sign": -1} if column.scale < 0.0 else {}) | ({"optional": True} if column.optional else {})
-
-
-def _constant(axis: Axis) -> dict[str, Any]:
-    """Return what turns the unit of the effort column into a force or a torque, where it is neither."""
-    effort, unit = axis.columns.get("effort"), unit_of("force", axis.kind)
-    if effort is None or effort.base == unit:
-        return {}
-    key = "force_constant" if axis.kind == "translational" else "torque_constant"
-    return {key: f"{abs(effort.scale)!r} {unit}/{effort.base}"}
-
-
-def _entry(column: Injected | KnownColumn, *names: str) -> dict[str, Any]:
-    return {name: getattr(column, name) for name in names} | ({"optional": True} if column.optional else {})
-
-
-def _controller(controller: Model | None) -> dict[str, Any]:
-    """Return the table of a control law; what has no end is left to its default."""
-    if controller is None:
-        return {}
-    values: dict[str, Any] = {
-        key_of(name): np.asarray(value).tolist()
-        for name, value in controller.values.items()
-        if not (isinstance(value, float) and math.isinf(value))
-    }
-    return {"model": controller.name} | values
+    return {key: value for key, value in keys.items() if value is not None} | ({"optional": True} if column.optional else {})

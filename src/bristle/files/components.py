@@ -30,13 +30,8 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
     names = list(expected)
     for key, value in table.items():
         if key not in names:
-            raise InputError(
-                "unknown key",
-                path=f"{path}.{key}" if path else key,
-                value=None if isinstance(value, dict) else value,
-                allowed=", ".join(names),
-                mend=did_you_mean(key, names),
-            )
+            full, scalar = f"{path}.{key}" if path else key, None if isinstance(value, dict) else value
+            raise InputError("unknown key", path=full, value=scalar, allowed=", ".join(names), mend=did_you_mean(key, names))
 
 
 def check_schema(data: Mapping[str, Any]) -> None:
@@ -74,16 +69,16 @@ def model_from(
 ) -> Model:
     """Return the component that a table names, with the parameters that it gives."""
     entries = table_at(table, path)
-    if own is not None:
-        return make_model(own, parameters_in(entries, own, path, beside=("file",)), kind=kind, validate=True, path=path)
-    if "model" not in entries and not default:
-        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]')
     named = entries.get("model", default)
-    if find is not None and isinstance(named, str) and "+" in named:
+    if own is not None:
+        component = own
+    elif named == "" and "model" not in entries:
+        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]')
+    elif find is not None and isinstance(named, str) and "+" in named:
         component = find(named, entries, f"{path}.model")
     else:
         component = component_named(named, registry, f"{path}.model")
-    values = parameters_in(entries, component, path, beside=("model",))
+    values = parameters_in(entries, component, path, beside=("model" if own is None else "file",))
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
@@ -97,21 +92,20 @@ def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
 FILL_IN = "?"
 
 
-def _open_in(tables: Any, path: str) -> Iterator[str]:
+def open_in(tables: Any, path: str = "") -> Iterator[str]:
+    """Yield the keys of tables that are still to be filled in."""
     if isinstance(tables, Mapping):
         for key, value in tables.items():
-            yield from _open_in(value, f"{path}.{key}" if path else str(key))
+            yield from open_in(value, f"{path}.{key}" if path else str(key))
     elif tables == FILL_IN:
         yield path
 
 
 def refuse_open(tables: Mapping[str, Any]) -> None:
     """Refuse a file in which something is still to be filled in."""
-    keys = list(_open_in(tables, ""))
-    if not keys:
-        return
-    more = f" So are {', '.join(keys[1:])}" if len(keys) > 1 else ""
-    raise InputError("is still to be filled in", path=keys[0], value=FILL_IN, mend=f"The comment behind it says what to write.{more}")
+    if keys := list(open_in(tables)):
+        more = f" So are {', '.join(keys[1:])}" if len(keys) > 1 else ""
+        raise InputError("is still to be filled in", path=keys[0], value=FILL_IN, mend=f"The comment behind it says what to write.{more}")
 
 
 def numbers_in(
@@ -127,11 +121,10 @@ def numbers_in(
     for name in needs:
         if name not in table:
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {variables[name].description}, under [{path}]")
-    values: dict[str, Any] = {
-        name: number_at(table[key], variable, kind, f"{path}.{key}")
-        for name, variable in variables.items()
-        if (key := key_of(name)) in table
-    }
+    values: dict[str, Any] = {}
+    for name, variable in variables.items():
+        if (key := key_of(name)) in table:
+            values[name] = number_at(table[key], variable, kind, f"{path}.{key}")
     for name in values.keys() & set(integers):
         if not values[name].is_integer():
             raise InputError("must be a whole number", path=f"{path}.{name}", value=table[name])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import product
 from typing import Any
 
@@ -38,20 +37,15 @@ def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: s
     for name, value in values.items():
         values[name] = in_effort(value, component.variables[name].quantity, kind, axis, f"{path}.{name}")
     if by_time and INTEGRAL_TIME in entries:
-        values["k_i"] = _integral_gain(entries, values, component.variables["k_v"], kind, path)
+        place, raw = f"{path}.{INTEGRAL_TIME}", entries[INTEGRAL_TIME]
+        if "k_i" in values:
+            raise InputError("tells the integral, and so does k_i", path=place, value=raw, mend="Keep one of them")
+        if "k_v" not in values:
+            raise InputError("needs the velocity gain", path=place, value=raw, mend=f"Write k_v under [{path}]")
+        time = number_at(raw, Variable("time", "integral time", min=0.0), kind, place)
+        gain = units.quantity(values["k_v"], component.variables["k_v"], kind, path=f"{path}.k_v")
+        values["k_i"] = gain / time if time else 0.0  # a time of 0 switches the integral off
     return make_model(component, values, kind=kind, validate=True, path=path)
-
-
-def _integral_gain(entries: Mapping[str, Any], values: Mapping[str, Any], velocity_gain: Variable, kind: Kind, path: str) -> float:
-    """Return the integral gain that a velocity gain and an integral time make; a time of 0 switches it off."""
-    place = f"{path}.{INTEGRAL_TIME}"
-    if "k_i" in values:
-        raise InputError("tells the integral, and so does k_i", path=place, value=entries[INTEGRAL_TIME], mend="Keep one of them")
-    if "k_v" not in values:
-        raise InputError("needs the velocity gain", path=place, value=entries[INTEGRAL_TIME], mend=f"Write k_v under [{path}]")
-    time = number_at(entries[INTEGRAL_TIME], Variable("time", "integral time", min=0.0), kind, place)
-    gain = units.quantity(values["k_v"], velocity_gain, kind, path=f"{path}.k_v")
-    return gain / time if time else 0.0
 
 
 def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: str) -> Any:
@@ -67,18 +61,15 @@ def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: st
         return value
     # An inertia too may be told as what it is a product of: an effort over an acceleration.
     expanded = "*".join(f"{name}^{power:g}" for name, power in powers.items())
-    forces, lengths = _counted("force", "effort", kind, axis), _counted("length", "position", kind, axis)
+    forces, lengths = [(unit_of("force", kind), 1.0)], [(unit_of("length", kind), 1.0)]
+    for counted, channel in ((forces, "effort"), (lengths, "position")):
+        if axis is not None and (column := axis.columns.get(channel)) is not None:
+            counted.append((column.base, abs(column.scale)))  # a sign in the scale is a matter of wiring; a gain has none
     if axis is not None and axis.arm is not None and kind == "translational":  # on a rotational axis N*m and rad are its own
-        forces, lengths = [*forces, ("N*m", 1.0 / axis.arm)], [*lengths, ("rad", axis.arm)]
+        forces.append(("N*m", 1.0 / axis.arm))
+        lengths.append(("rad", axis.arm))
     for (force, effort), (length, position) in product(forces, lengths):
         unit = unit_of(expanded, kind, force=force, length=length)
         if units.compatible(own_unit, unit, path=path):
             return units.convert(value, unit, path=path) * effort ** powers["force"] * position ** powers.get("length", 0.0)
     return value
-
-
-def _counted(name: str, channel: str, kind: Kind, axis: Axis | None) -> list[tuple[str, float]]:
-    """Return the units in which an effort or a position is counted, and SI for one of each."""
-    in_si, column = (unit_of(name, kind), 1.0), axis.columns.get(channel) if axis is not None else None
-    # A sign in the scale is a matter of wiring; a gain has none.
-    return [in_si] if column is None else [in_si, (column.base, abs(column.scale))]

@@ -11,7 +11,7 @@ from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import located
 from bristle.core.variable import Kind, unit_of
 from bristle.files.components import check_schema
-from bristle.files.schema import ColumnName, Signal, SignalEntry, Strict, validated
+from bristle.files.schema import ColumnName, Signal, Strict, validated
 from bristle.files.toml import read_toml
 from bristle.logs.curves import CurveColumns, Curves, SignalColumn
 from bristle.logs.curves import read_curves as curves_in
@@ -63,22 +63,16 @@ def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:
     with located(source):
         check_schema(data)
         file = validated(HysteresisFile, data)
+        signals = {}
+        for name, quantity in (("input", "length"), ("output", "force")):
+            entry = getattr(file.columns, name)
+            if entry.unit is not None:
+                units.factor(entry.unit, unit_of(quantity, file.kind), path=f"columns.{name}.unit")
+            signals[name] = SignalColumn(entry.column, entry.unit or "", float(entry.sign))
+        begun, log, curve = file.curves, file.log, file.columns.curve
         return CurveColumns(
-            input=_signal(file.columns.input, "length", file.kind, "columns.input.unit"),
-            output=_signal(file.columns.output, "force", file.kind, "columns.output.unit"),
-            kind=file.kind,
-            start=file.curves.start,
-            tables=file.log.tables,
-            curve=file.columns.curve,
-            shortest=file.curves.shortest,
-            name=file.name,
+            **signals, kind=file.kind, start=begun.start, tables=log.tables, curve=curve, shortest=begun.shortest, name=file.name
         )
-
-
-def _signal(entry: SignalEntry, quantity: str, kind: Kind, path: str) -> SignalColumn:
-    if entry.unit is not None:
-        units.factor(entry.unit, unit_of(quantity, kind), path=path)
-    return SignalColumn(entry.column, entry.unit or "", float(entry.sign))
 
 
 def read_curves(path: Readable, axis: CurveColumns | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT) -> Curves:

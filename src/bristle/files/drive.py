@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from bristle.core import units
 from bristle.core.axis import COLUMNS, Column
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.motion import Side, Transmission
-from bristle.core.variable import KINDS, Kind, Variable
+from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.files.schema import AxisFile, ColumnEntry
 
 MOVEMENTS: dict[str, Kind] = {"m": KINDS[0], "rad": KINDS[1]}
@@ -45,16 +45,15 @@ class Constant:
         """Return the constant that a text such as ``"0.12 N*m/A"`` tells; without `effort` its unit says which it is of."""
         unit = units.split(text, path)[1]
         bases = [f"{spoken_of}/{drive}" for spoken_of in (EFFORTS if effort is None else (effort,)) for drive in DRIVE_UNITS]
-        if (base := units.like(unit, bases, path=path)) is not None:
-            value = units.convert(text, base, path=path)
-            if value == 0 or not math.isfinite(value):
-                raise InputError("must be finite and not zero", path=path, value=text)
-            spoken_of, _, drive = base.rpartition("/")
-            return cls(drive, spoken_of, value)
-        allowed = 'a force or a torque for one unit of the drive, such as "61.2 N/A"'
-        if effort is not None:
-            allowed = f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count"
-        raise InputError("is not the constant of a drive", path=path, value=text, allowed=allowed)
+        if (base := units.like(unit, bases, path=path)) is None:
+            allowed = 'a force or a torque for one unit of the drive, such as "61.2 N/A"'
+            allowed = allowed if effort is None else f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count"
+            raise InputError("is not the constant of a drive", path=path, value=text, allowed=allowed)
+        value = units.convert(text, base, path=path)
+        if value == 0 or not math.isfinite(value):
+            raise InputError("must be finite and not zero", path=path, value=text)
+        spoken_of, _, drive = base.rpartition("/")
+        return cls(drive, spoken_of, value)
 
 
 @dataclass(frozen=True)
@@ -69,77 +68,53 @@ class Drive:
     def effort(self, unit: str | None, side: Side | None, path: str) -> Scale:
         """Return the scale of an effort in `unit`; None is the unit that the constant speaks of, else SI."""
         if unit is None:
-            unit = self.constant.drive if self.constant else self._si(EFFORTS)
+            unit = self.constant.drive if self.constant else unit_of("force", self.transmission.kind)
         if (base := units.like(unit, EFFORTS, path=path)) is not None:
             units.factor(unit, base, path=path)
-            return Scale(base, self._carried(path, EFFORTS[base], self._side(EFFORTS[base], side, path), effort=True))
+            return Scale(base, self._carried(path, EFFORTS[base], side, effort=True))
         if (base := units.like(unit, DRIVE_UNITS, path=path)) is None:
-            raise InputError(
-                "is not the unit of an effort", path=path, value=unit, allowed="N, N*m, or with a constant under [effort] V, A, %, count"
-            )
-        if base == "rated" and self.rated is not None:
-            return self._percent(side)
+            allowed = "N, N*m, or with a constant under [effort] V, A, %, count"
+            raise InputError("is not the unit of an effort", path=path, value=unit, allowed=allowed)
+        if base == "rated" and self.rated is not None:  # which a drive tells for its motor
+            path, text = "effort.rated", self.rated
+            _, own = units.split(text, path)
+            if not own or units.compatible(own, "rated", path=path):
+                raise InputError("is no effort", path=path, value=text, mend='Write it as "2.4 N*m" or "3 A"')
+            value = self.effort(own, None if units.compatible(own, "N", path=path) else side or "motor", path).of(text, path)
+            if not 0 < abs(value) < math.inf:
+                raise InputError("must be finite and not zero", path=path, value=text)
+            return Scale("rated", value)
         if self.constant is None:
             mend = 'Write rated = "2.4 N*m"' if base == "rated" else f'Write constant = "0.12 N*m/{base}"'
             raise InputError("is no effort by itself", path=path, value=unit, mend=f"{mend} under [effort]")
         if base != self.constant.drive:
-            raise InputError(
-                "does not match the constant under [effort]",
-                path=path,
-                value=unit,
-                allowed=f"{self.constant.drive.replace('rated', '%')} or a multiple",
-            )
+            allowed = f"{self.constant.drive.replace('rated', '%')} or a multiple"
+            raise InputError("does not match the constant under [effort]", path=path, value=unit, allowed=allowed)
         measured = EFFORTS[self.constant.effort]
-        return Scale(base, self.constant.value * self._carried(path, measured, side or "motor", effort=True))
+        return Scale(base, self.constant.value * self._carried(path, measured, side or "motor", effort=True, of_drive=True))
 
     def movement(self, unit: str | None, side: Side | None, path: str, *, per: str = "") -> Scale:
         """Return the scale of a position in `unit`, or with ``per="/s"`` a velocity; None is SI of the axis."""
-        unit = unit if unit is not None else self._si(MOVEMENTS) + per
+        si = unit_of("length", self.transmission.kind) + per
+        unit = si if unit is None else unit
         if (base := units.like(unit, MOVEMENTS, per=per, path=path)) is not None:
-            return Scale(base + per, self._carried(path, MOVEMENTS[base], self._side(MOVEMENTS[base], side, path), effort=False))
-        if units.compatible(unit, "count" + per, path=path):
-            if self.count is None:
-                raise InputError(
-                    "needs to know what a count is",
-                    path=path,
-                    value=unit,
-                    mend='Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]',
-                )
-            return Scale("count" + per, self.count)
-        units.factor(unit, self._si(MOVEMENTS) + per, path=path)
-        raise InputError("is not the unit of a movement", path=path, value=unit)
+            return Scale(base + per, self._carried(path, MOVEMENTS[base], side, effort=False))
+        if not units.compatible(unit, "count" + per, path=path):
+            units.factor(unit, si, path=path)
+            raise InputError("is not the unit of a movement", path=path, value=unit)
+        if self.count is None:
+            mend = 'Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]'
+            raise InputError("needs to know what a count is", path=path, value=unit, mend=mend)
+        return Scale("count" + per, self.count)
 
-    def _percent(self, side: Side | None) -> Scale:
-        """Return the scale of percent of the rated effort, which a drive tells for its motor."""
-        path, text = "effort.rated", self.rated or ""
-        _, unit = units.split(text, path)
-        if not unit or units.compatible(unit, "rated", path=path):
-            raise InputError("is no effort", path=path, value=text, mend='Write it as "2.4 N*m" or "3 A"')
-        linear = units.compatible(unit, "N", path=path)
-        value = self.effort(unit, None if linear else side or "motor", path).of(text, path)
-        if not 0 < abs(value) < math.inf:
-            raise InputError("must be finite and not zero", path=path, value=text)
-        return Scale("rated", value)
-
-    def _si(self, table: dict[str, Kind]) -> str:
-        return next(unit for unit, kind in table.items() if kind == self.transmission.kind)
-
-    def _side(self, measured: Kind, side: Side | None, path: str) -> Side:
-        if measured == "translational" and side == "motor":
+    def _carried(self, path: str, measured: Kind, side: Side | None, *, effort: bool, of_drive: bool = False) -> float:
+        if measured == "translational" and side == "motor" and not of_drive:
             raise InputError("is linear, so it is not on the motor's side of a gear", path=path, mend="Leave side out")
         if measured == "rotational" and side is None and self.transmission.gear_ratio != 1:
-            raise InputError(
-                "does not say on which side of the gear it is measured",
-                path=path,
-                allowed="motor or load",
-                mend='Write side = "motor" or side = "load"',
-            )
-        return side or "load"
-
-    def _carried(self, path: str, measured: Kind, side: Side, *, effort: bool) -> float:
+            message, mend = "does not say on which side of the gear it is measured", 'Write side = "motor" or side = "load"'
+            raise InputError(message, path=path, allowed="motor or load", mend=mend)
         try:
-            carry = self.transmission.effort if effort else self.transmission.travel
-            return carry(measured, side)
+            return (self.transmission.effort if effort else self.transmission.travel)(measured, side or "load")
         except InputError as error:
             message = error.message.replace("an angle", "a torque").replace("a travel", "a force") if effort else error.message
             raise InputError(message, path=path, mend=error.mend) from None
@@ -149,80 +124,46 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of an axis file with the kind of axis that its units speak of, where it names none."""
     if "kind" in data:
         return dict(data)
-    kind = (
-        _of_movement(_entry_at(data, "columns", "position", "unit"))
-        or _of_movement(_unit_of(_entry_at(data, "encoder", "resolution")))
-        or _of_movement(_entry_at(data, "columns", "velocity", "unit"), per="/s")
-    )
-    if kind is None and _entry_at(data, "encoder", "counts_per_rev") is not None:
-        kind = KINDS[0] if _entry_at(data, "transmission", "lead") is not None else KINDS[1]
-    return dict(data) if kind is None else {**data, "kind": kind}
 
+    def entry_at(*path: str) -> Any:
+        entry: Any = data
+        for key in path:
+            entry = entry.get(key) if isinstance(entry, Mapping) else None
+        return entry
 
-def _entry_at(data: Any, *path: str) -> Any:
-    for key in path:
-        data = data.get(key) if isinstance(data, Mapping) else None
-    return data
-
-
-def _unit_of(quantity: Any) -> str | None:
+    resolution = entry_at("encoder", "resolution")
     try:
-        return units.split(quantity.removesuffix("/count"))[1] if isinstance(quantity, str) else None
+        step = units.split(resolution.removesuffix("/count"))[1] if isinstance(resolution, str) else None
     except ValueError:
-        return None
+        step = None
+    named = (entry_at("columns", "position", "unit"), ""), (step, ""), (entry_at("columns", "velocity", "unit"), "/s")
+    for unit, per in named:
+        if isinstance(unit, str) and units.is_unit(unit) and (base := units.like(unit, MOVEMENTS, per=per)):
+            return {**data, "kind": MOVEMENTS[base]}
+    if entry_at("encoder", "counts_per_rev") is None:
+        return dict(data)
+    return {**data, "kind": KINDS[0] if entry_at("transmission", "lead") is not None else KINDS[1]}
 
 
-def _of_movement(unit: Any, per: str = "") -> Kind | None:
-    is_unit = isinstance(unit, str) and units.is_unit(unit)
-    return MOVEMENTS.get(units.like(unit, MOVEMENTS, per=per) or "") if is_unit else None
-
-
-LOAD = Variable("force", "nominal load")
 CELSIUS = ("degC", "°C", "celsius")
-ZERO_CELSIUS = 273.15  # [K]
 
 
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
     """Return the columns of load and temperature that an axis file names, and those of further channels."""
-    return {
-        name: OF_BRISTLE[name](entry, file) if name in OF_BRISTLE else _further(name, entry)
-        for name, entry in (file.columns.model_extra or {}).items()
-    }
+    columns = {}
+    for name, entry in (file.columns.model_extra or {}).items():
+        if name == "load":
+            columns[name] = _load(entry, file)
+        else:
+            columns[name] = _in_kelvin(entry, "columns.temperature.unit") if name == "temperature" else _further(name, entry)
+    return columns
 
 
 def refuse_misspelt(columns: object) -> None:
     """Refuse a column whose name is nearly one of those that bristle knows, before one of those is told to be missing."""
     for name in columns if isinstance(columns, Mapping) else ():
-        if name not in COLUMNS and _is_misspelt(name):
-            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=did_you_mean(name, COLUMNS))
-
-
-def _is_misspelt(name: str) -> bool:
-    return bool(did_you_mean(name, COLUMNS)) and not any(channel in name for channel in COLUMNS)
-
-
-def _further(name: str, entry: ColumnEntry) -> Column:
-    """Return the column of a channel that bristle knows nothing of; a misspelt one is told from it by its unit."""
-    path, close = f"columns.{name}", did_you_mean(name, COLUMNS)
-    if entry.unit is None or _is_misspelt(name) or not name.isidentifier():
-        raise InputError(
-            "unknown key",
-            path=path,
-            allowed=", ".join(COLUMNS),
-            mend=close
-            or f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}',
-        )
-    if entry.unit in CELSIUS:
-        return _in_kelvin(entry, f"{path}.unit")
-    base = units.si_of(entry.unit, path=f"{path}.unit")
-    _refuse_zero_elsewhere(entry.unit, base, f"{path}.unit")
-    return Column(entry.column, entry.unit, base, float(entry.sign), entry.optional)
-
-
-def _refuse_zero_elsewhere(unit: str, base: str, path: str) -> None:
-    """Refuse a unit whose zero is not that of its SI unit: no factor makes one of the other."""
-    if units.convert(f"0 {unit}", base, path=path) != 0.0:
-        raise InputError("has a zero of its own", path=path, value=unit, allowed=f"degC, or a multiple of {base}")
+        if name not in COLUMNS and not any(channel in name for channel in COLUMNS) and (close := did_you_mean(name, COLUMNS)):
+            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=close)
 
 
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
@@ -230,7 +171,7 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     if raw is None:
         raise InputError("is missing: a load counts as a multiple of it", path=path, mend='Write nominal_load = "500 N" under [plant]')
     # A load is a force on a rotational axis too.
-    nominal = units.quantity(raw, LOAD, "translational", path=path)
+    nominal = units.quantity(raw, Variable("force", "nominal load"), "translational", path=path)
     if not 0.0 < nominal < math.inf:
         raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0 N")
     if entry.unit is not None:
@@ -238,18 +179,27 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     return Column(entry.column, entry.unit or "", "N", entry.sign / nominal, entry.optional)
 
 
-def _temperature(entry: ColumnEntry, file: AxisFile) -> Column:
-    return _in_kelvin(entry, "columns.temperature.unit")
-
-
-OF_BRISTLE: dict[str, Callable[[ColumnEntry, AxisFile], Column]] = {"load": _load, "temperature": _temperature}
-"""Channels whose numbers count otherwise than in their unit."""
+def _further(name: str, entry: ColumnEntry) -> Column:
+    """Return the column of a channel that bristle knows nothing of; a misspelt one is told from it by its unit."""
+    path = f"columns.{name}.unit"
+    if entry.unit is None or not name.isidentifier():
+        mend = f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
+        mend = did_you_mean(name, COLUMNS) or mend
+        raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=mend)
+    if entry.unit in CELSIUS:
+        return _in_kelvin(entry, path)
+    base = units.si_of(entry.unit, path=path)
+    # No factor makes one unit of another whose zero is not that of its SI unit.
+    if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
+        raise InputError("has a zero of its own", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
+    return Column(entry.column, entry.unit, base, float(entry.sign), entry.optional)
 
 
 def _in_kelvin(entry: ColumnEntry, path: str) -> Column:
     if entry.unit in CELSIUS:
-        return Column(entry.column, "", "", 1.0, entry.optional, ZERO_CELSIUS)
+        return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
     if entry.unit is not None:
         units.factor(entry.unit, "K", path=path)
-        _refuse_zero_elsewhere(entry.unit, "K", path)
+        if units.convert(f"0 {entry.unit}", "K", path=path) != 0.0:
+            raise InputError("has a zero of its own", path=path, value=entry.unit, allowed="degC, or a multiple of K")
     return Column(entry.column, entry.unit or "", "K", 1.0, entry.optional)

@@ -65,11 +65,8 @@ class Planned:
             mend = f"Remove {self.folder}: it is identified anew"
             raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
         if MODEL in changed:
-            raise InputError(
-                "was changed since it was identified",
-                path=str(self.folder / MODEL),
-                mend=f'Name it with file = "..." under another name, or remove {self.folder}',
-            )
+            mend = f'Name it with file = "..." under another name, or remove {self.folder}'
+            raise InputError("was changed since it was identified", path=str(self.folder / MODEL), mend=mend)
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
 
@@ -82,13 +79,11 @@ def planned_in(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[
 def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Any]:
     """Return the content of an experiment file with the files of its models in place of their names."""
     planned = planned_in(data, source, sources)
-    used = dict.fromkeys(name for _, name in _uses(data))
-    for name in used:
+    for name in dict.fromkeys(name for _, name in _uses(data)):
         if name in planned and not planned[name].is_current:
             is_stale = planned[name].folder.exists()
-            reason = "was identified from something else than what the file says now"
-            reason = reason if is_stale else "is not identified"
-            raise InputError(reason, path=planned[name].path, mend=MEND)
+            reason = "was identified from something else than what the file says now" if is_stale else "is not identified"
+            raise InputError(reason, path=f"identify.{name}", mend=MEND)
     learning = {model.excited.name for model in planned.values() if model.excited is not None}
     judged = {key: value for key, value in data.items() if key != "identify"}
     if "compare" in judged:
@@ -97,66 +92,49 @@ def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict
 
 
 def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sources: Sources) -> Planned:
+    from bristle import __version__
+
     path = f"identify.{name}"
     check_keys(table_at(table, path), OF_IDENTIFIED, path)
     if not name.isidentifier():
         raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
     if ("log" in table) == ("excite" in table):
-        raise InputError(
-            "needs something to be fitted to", path=path, mend='Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]'
-        )
-    raw = table.get("log", [])
+        mend = 'Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]'
+        raise InputError("needs something to be fitted to", path=path, mend=mend)
+    raw, origins = table.get("log", []), []
     logs = tuple(sources.folder / str(file) for file in (raw if isinstance(raw, list) else [raw]))
     axis = sources.folder / str(table["axis"]) if "axis" in table else None
-    origins = [_origin(file, f"{path}.log", sources) for file in logs]
-    origins += [_origin(axis, f"{path}.axis", sources)] if axis is not None else []
+    for file in logs:
+        with located(f"{path}.log"):
+            origins.append(content_of_log(file, limit=sources.size_limit).origin)
+    if axis is not None:
+        with located(f"{path}.axis"):
+            origins.append(content_of(axis, limit=TOML_LIMIT).origin)
     tables, excited = {}, None
     if "excite" in table:
         tables, excited, read = _excited(str(table["excite"]), data, f"{path}.excite", sources)
         origins += read
+    facts = {"identify": table, "rig": tables, "files": sorted(origin.checksum for origin in origins), "bristle": __version__}
+    digest = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
     folder = source.parent.absolute() / f"{source.stem}_identified" / name
-    options = {key: table[key] for key in OPTIONS if key in table}
-    return Planned(name, folder, _digest(table, tables, origins), logs, axis, excited, options)
-
-
-def _origin(file: Path, path: str, sources: Sources) -> Origin:
-    with located(path):
-        is_log = path.endswith(".log")
-        return (content_of_log(file, limit=sources.size_limit) if is_log else content_of(file, limit=TOML_LIMIT)).origin
+    return Planned(name, folder, digest, logs, axis, excited, {key: table[key] for key in OPTIONS if key in table})
 
 
 def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) -> tuple[dict[str, Any], Variant, list[Origin]]:
     """Return the tables of the loop that is excited, the loop, and the files that these name."""
     variants = table_at(data.get("compare", {}), "compare")
     if name not in variants:
-        raise InputError(
-            "is no variant of this file",
-            path=path,
-            value=name,
-            allowed=", ".join(variants),
-            mend=did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]",
-        )
+        mend = did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]"
+        raise InputError("is no variant of this file", path=path, value=name, allowed=", ".join(variants), mend=mend)
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     override = table_at(variants[name], f"compare.{name}")
     tables = merged(base, override)
     for place, model in _uses(tables):
-        raise InputError(
-            "is excited before there is a model",
-            path=f"compare.{name}.{place}",
-            value=model,
-            mend=f'Write friction = "none" under [compare.{name}.controller.feedforward]',
-        )
+        mend = f'Write friction = "none" under [compare.{name}.controller.feedforward]'
+        raise InputError("is excited before there is a model", path=f"compare.{name}.{place}", value=model, mend=mend)
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
     return tables, variant, [origin for origins in own.origins.values() for origin in origins]
-
-
-def _digest(table: Mapping[str, Any], tables: Mapping[str, Any], origins: list[Origin]) -> str:
-    from bristle import __version__
-
-    checksums = sorted(origin.checksum for origin in origins)
-    facts = {"identify": table, "rig": tables, "files": checksums, "bristle": __version__}
-    return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def _uses(level: Any, place: str = "") -> Iterator[tuple[str, str]]:
@@ -177,20 +155,14 @@ def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
         return inner
     name = inner.pop(IDENTIFIED)
     if name not in planned:
-        raise InputError(
-            "is not identified in this file",
-            path=f"{place}.{IDENTIFIED}",
-            value=name,
-            allowed=", ".join(planned),
-            mend=did_you_mean(name, planned),
-        )
+        path, mend = f"{place}.{IDENTIFIED}", did_you_mean(name, planned)
+        raise InputError("is not identified in this file", path=path, value=name, allowed=", ".join(planned), mend=mend)
     return {"file": str(planned[name].folder / MODEL), **inner}
 
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 # What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.
 OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches", "bench"}
-OF_LOOPS = {"controller", "reference", "run"}
 
 
 def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Experiment:
@@ -225,7 +197,10 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:
     """Return the experiment that the content of a file describes."""
-    _refuse_contact(data, source)
+    if OF_CONTACTS & data.keys() and not {"controller", "reference", "run"} & data.keys():
+        named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
+        command = f"bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}"
+        raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: {command}")
     refuse_open(data)
     check_keys(data, KEYS, "")
     check_schema(data)
@@ -234,21 +209,10 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
         raise InputError("must be text", path="name", value=name)
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     as_it_stands = variant_from("base", Tables(base), sources)
-    variants = []
-    for label, override in table_at(data.get("compare", {}), "compare").items():
+    overrides = table_at(data.get("compare", {}), "compare")
+    variants = [as_it_stands] if all(override and label != "base" for label, override in overrides.items()) else []
+    for label, override in overrides.items():
         path = f"compare.{label}"
         check_keys(table_at(override, path), SECTIONS, path)
         variants.append(variant_from(label, Tables(merged(base, override), override, path), sources))
-    named = any(not override or label == "base" for label, override in data.get("compare", {}).items())
-    if not named:
-        variants.insert(0, as_it_stands)
     return Experiment(name=name, kind=as_it_stands.plant.kind, variants=tuple(variants), source=source)
-
-
-def _refuse_contact(data: Mapping[str, Any], source: Path) -> None:
-    """Refuse an experiment on a contact, and tell what runs it: no loop is in it."""
-    if not OF_CONTACTS & data.keys() or OF_LOOPS & data.keys():
-        return
-    named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
-    folder, figure = shlex.quote(str(source.parent)), named[1] if named else "N"
-    raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: bristle paper --from {folder} --figure {figure}")

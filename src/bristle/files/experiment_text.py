@@ -17,11 +17,10 @@ from bristle.core.content import Content
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import LOOP_VARIANTS, OF_A_SAMPLE, START, Variant
-from bristle.core.variable import Kind, unit_of
+from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
 from bristle.logs.log import Log
 
-FORMAT = "%.12g"
 COLUMNS = 3
 INJECTED = ",injected"
 
@@ -42,42 +41,33 @@ def loop_text(record: LoopRecord) -> str:
     columns, header = [time, record.reference, record.unexplained], _header(record.kind)
     if record.injected is not None:
         columns, header = [*columns, record.injected], f"{header}{INJECTED} [{unit_of('force', record.kind)}]"
-    np.savetxt(out, np.column_stack(columns), fmt=FORMAT, delimiter=",", header=header, comments="")
+    np.savetxt(out, np.column_stack(columns), fmt="%.12g", delimiter=",", header=header, comments="")
     return out.getvalue()
-
-
-def holds_loop(content: Content) -> bool:
-    """Return whether a file is such a table."""
-    return _kind_of(content) is not None
 
 
 def read_loop(content: Content) -> LoopRecord:
     """Return the table in a file."""
-    kind = _kind_of(content)
+    kind, name = kind_of_loop(content), content.source.name
     if kind is None:
-        raise InputError(
-            "is no loop of a log",
-            value=content.source.name,
-            allowed=_header("translational"),
-            mend="Name the loop.csv that bristle identify wrote",
-        )
+        mend = "Name the loop.csv that bristle identify wrote"
+        raise InputError("is no loop of a log", value=name, allowed=_header("translational"), mend=mend)
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:
-        raise InputError(f"cannot be read: {error}", value=content.source.name) from None
+        raise InputError(f"cannot be read: {error}", value=name) from None
     columns = COLUMNS + (INJECTED.encode() in content.data.partition(b"\n")[0])
     if rows.shape[0] < COLUMNS or rows.shape[1] != columns or not np.all(np.isfinite(rows)):
-        raise InputError("needs a finite number in each column, and three rows", value=content.source.name)
+        raise InputError("needs a finite number in each column, and three rows", value=name)
     steps = np.diff(rows[:, 0])
     dt = float(np.mean(steps))
     if not dt > 0.0 or np.max(np.abs(steps - dt)) > OF_A_SAMPLE * dt + 1e-11 * abs(rows[-1, 0]):
-        raise InputError("has samples that are not evenly spaced", value=content.source.name)
+        raise InputError("has samples that are not evenly spaced", value=name)
     return LoopRecord(kind, dt, rows[:, 1], rows[:, 2], rows[:, COLUMNS] if columns > COLUMNS else None)
 
 
-def _kind_of(content: Content) -> Kind | None:
-    kinds: tuple[Kind, ...] = ("translational", "rotational")
-    return next((kind for kind in kinds if content.data.startswith(_header(kind).encode())), None)
+def kind_of_loop(content: Content) -> Kind | None:
+    """Return the kind of axis of such a table; None where a file is none."""
+    return next((kind for kind in KINDS if content.data.startswith(_header(kind).encode())), None)
 
 
 def _header(kind: Kind) -> str:
@@ -86,9 +76,6 @@ def _header(kind: Kind) -> str:
 
 LOOP = "loop.csv"
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
-CYCLES = 4  # of a sine, where the log has no reference
-RESTING = 1e-9  # of the range: slower is no motion
-SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 # A loop to begin with, where nobody has told one: its speed is bounded by the sampling and by what most axes bear.
 FASTEST, OF_SAMPLING, FOR_POSITION = 2.0 * math.pi * 20.0, 0.1, 0.25  # [rad/s], of 1/sample time, of the velocity loop
 HEAD = """\
@@ -111,26 +98,29 @@ def next_experiment(
     plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None
 ) -> NextExperiment:
     """Return the experiment file that lies beside the model file of an axis."""
-    missing = () if axis.controller is not None else ("controller.k_p", "controller.k_v")
+    has_law, gains = axis.controller is not None, {} if axis.controller is None else axis.controller.values
+    title = f"schema = 1\nname = {json.dumps((axis.name or 'the axis') + ', without and with compensation')}\n"
+    # Without an axis file the kind stands above all tables. The variants: as it is, with what the motion takes, with friction.
+    mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
+    follows, fed = "k_ff = 1.0\n" if not has_law or "k_ff" in gains else "", f'{mass}plant = "own"'
     parts = [
         HEAD.format(name="experiment.toml"),
-        f"schema = 1\nname = {json.dumps((axis.name or 'the axis') + ', without and with compensation')}\n",
-        '[axis]\nfile = "axis.toml"\n' if has_axis_file else f'kind = "{plant.kind}"\n',
+        title if has_axis_file else f'{title}kind = "{plant.kind}"\n',
+        '[axis]\nfile = "axis.toml"\n' if has_axis_file else "",
         '[friction]\nfile = "model.toml"           # with the plant\n',
-        "" if axis.controller is not None else _open_loop(plant, log),
+        "" if has_law else _open_loop(plant, log),
         *(_motion(log, folder) if loop is None else _motion_of(loop)),
-        *_variants(plant, axis),
+        f"[compare.{AS_RECORDED}]\n",
+        f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
+        f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
     ]
-    if not has_axis_file:  # the kind stands above all tables
-        parts[1], parts[2] = parts[1] + parts[2], ""
-    record = "" if loop is None else loop_text(_record_of(loop))
+    record = ""
+    if loop is not None:
+        position = np.asarray(loop.reference.values["position"])
+        left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
+        record = loop_text(LoopRecord(loop.plant.kind, loop.run.sample_time, position, left, loop.injected))
+    missing = () if has_law else ("controller.k_p", "controller.k_v")
     return NextExperiment("\n".join(part for part in parts if part), missing, record)
-
-
-def _record_of(loop: Variant) -> LoopRecord:
-    position, run = np.asarray(loop.reference.values["position"]), loop.run
-    left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
-    return LoopRecord(loop.plant.kind, run.sample_time, position, left, loop.injected)
 
 
 def _motion_of(loop: Variant) -> tuple[str, ...]:
@@ -171,9 +161,12 @@ def _open_loop(plant: Model, log: Log) -> str:
 
 def _motion(log: Log, folder: Path) -> tuple[str, str]:
     """Return what is followed, and for how long: the reference of the log, or a sine like its motion."""
-    file = _named_from(log, folder)
+    try:
+        file = Path(os.path.relpath(log.source.resolve(), folder.resolve())).as_posix() if log.source.is_file() else ""
+    except (OSError, ValueError):  # on Windows, another drive
+        file = ""
     if file and log.reference is not None and len(log.segments) == 1:
-        settle = min(SETTLE_SHARE * log.sample_time * log.reference.values.size, SETTLE_MAX)
+        settle = min(0.05 * log.sample_time * log.reference.values.size, 0.5)  # of the duration, and in seconds
         head = '[reference]\nmodel = "recorded"            # the reference of the log\n'
         judged = f'[run]\nsettle = "{settle:.3g} s"           # at the start, left out of the statistics\n'
         return f"{head}file = {json.dumps(file)}\n", judged
@@ -181,35 +174,13 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     low, high = float(position.min()), float(position.max())
     speed = float(np.quantile(np.abs(np.gradient(position, log.sample_time)), 0.95))
     amplitude = 0.5 * (high - low)
-    frequency = max(speed, RESTING * amplitude) / (2.0 * math.pi * amplitude)
+    frequency = max(speed, 1e-9 * amplitude) / (2.0 * math.pi * amplitude)  # of the range: slower is no motion
     reference = (
         "# A sine of the range and speed of the log: write the motion of the machine instead.\n"
         f'[reference]\nmodel = "sine"\namplitude = "{amplitude:.4g} {unit}"\n'
         f'offset = "{0.5 * (low + high):.4g} {unit}"\n'
         f'frequency = "{frequency:.3g} Hz"\n'
     )
-    duration, settle = CYCLES / frequency, 1.0 / frequency
+    duration, settle = 4 / frequency, 1.0 / frequency
     run = f'[run]\nduration = "{duration:.4g} s"\nsample_time = "{log.sample_time:.9g} s"\nsettle = "{settle:.3g} s"\n'
     return reference, run
-
-
-def _named_from(log: Log, folder: Path) -> str:
-    """Return the file of a log as it is named from a folder; empty where it is no file."""
-    try:
-        is_file = log.source.is_file()
-        return Path(os.path.relpath(log.source.resolve(), folder.resolve())).as_posix() if is_file else ""
-    except (OSError, ValueError):  # on Windows, another drive
-        return ""
-
-
-def _variants(plant: Model, axis: Axis) -> tuple[str, ...]:
-    """Return the variants: as it is, with what the motion takes, and with friction as well."""
-    gains = {} if axis.controller is None else axis.controller.values
-    mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
-    follows = "k_ff = 1.0\n" if axis.controller is None or "k_ff" in gains else ""
-    fed = f'{mass}plant = "own"'
-    return (
-        f"[compare.{AS_RECORDED}]\n",
-        f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
-        f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
-    )

@@ -49,11 +49,9 @@ class Folder:
     def is_file(self, name: str) -> bool:
         """Return whether this is a regular file, and no link to one."""
         try:
-            with self._holder(name) as (holder, last):
-                status = os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
+            return stat.S_ISREG(self._status(name).st_mode)
         except OSError:
             return False
-        return stat.S_ISREG(status.st_mode)
 
     def open(self, name: str, flags: int = os.O_RDONLY) -> int:
         """Return a file opened; a link is not followed."""
@@ -62,8 +60,7 @@ class Folder:
 
     def size(self, name: str) -> int:
         """Return how large a file is [byte]."""
-        with self._holder(name) as (holder, last):
-            return os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False).st_size
+        return self._status(name).st_size
 
     def checksum(self, name: str) -> str:
         """Return the SHA-256 of a file."""
@@ -76,11 +73,14 @@ class Folder:
     def is_there(self, name: str) -> bool:
         """Return whether anything has this name, be it a link that leads nowhere."""
         try:
-            with self._holder(name) as (holder, last):
-                os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
+            self._status(name)
         except OSError:
             return False
         return True
+
+    def _status(self, name: str) -> os.stat_result:
+        with self._holder(name) as (holder, last):
+            return os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
 
     def make(self, name: str) -> None:
         """Make a folder in it, unless it is there."""
@@ -140,7 +140,6 @@ def _linked(first: str, second: str, at: int | None) -> bool:
     return True
 
 
-LONGEST_PATH = 200  # of a folder; with the names of files in it, Windows takes 260 characters
 _AS_IT_IS = "\\\\?\\"
 
 _CURRENT_FOLDER = -100  # AT_FDCWD: relative paths start from the current folder
@@ -165,7 +164,7 @@ def exchange(first: Path, second: Path) -> bool:
 
 def extended(path: str) -> str:
     """Return the path of a folder as Windows takes it whatever its length; a short one as it is."""
-    if len(path) < LONGEST_PATH or path.startswith(_AS_IT_IS):
+    if len(path) < 200 or path.startswith(_AS_IT_IS):  # of a folder; with the names of files in it, Windows takes 260 characters
         return path
     return f"{_AS_IT_IS}UNC\\{path[2:]}" if path.startswith("\\\\") else _AS_IT_IS + path
 

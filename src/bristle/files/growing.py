@@ -83,40 +83,13 @@ class Growing:
                 self._place_file(name, data)
             except OSError as error:
                 if error.errno in _NO_FOLDER:
-                    raise InputError(
-                        "is a link or a file, not a folder", path=str((self.path / name).parent), mend="Move it elsewhere"
-                    ) from error
+                    place = str((self.path / name).parent)
+                    raise InputError("is a link or a file, not a folder", path=place, mend="Move it elsewhere") from error
                 if error.errno not in _FULL:
                     raise
-                raise InputError(
-                    f"cannot be written: {os.strerror(error.errno or 0).lower()}",
-                    path=str(self.path / name),
-                    mend="What is there stays. Make room and give the same command again",
-                ) from error
+                reason, mend = os.strerror(error.errno or 0).lower(), "What is there stays. Make room and give the same command again"
+                raise InputError(f"cannot be written: {reason}", path=str(self.path / name), mend=mend) from error
         return self.path / name
-
-    def make(self, name: str) -> None:
-        """Make a folder in it, unless it is there."""
-        self._folder.make(name)
-
-    def remove(self, name: str) -> None:
-        """Remove a file that was written here, unless its content is another one by now."""
-        if self.is_whole(name):
-            self._folder.remove(name)
-
-    def set_aside(self, name: str) -> str:
-        """Give a damaged file another name, which is returned: it may be a person's."""
-        aside, count = f"{name}{DAMAGED}", 1
-        while self._folder.is_there(aside):
-            count += 1
-            aside = f"{name}{DAMAGED}-{count}"
-        self._folder.rename(name, aside)
-        return aside
-
-    def set_all_aside(self, names: Iterable[str]) -> None:
-        """Give damaged files other names, and say so: they are made anew."""
-        for name in names:
-            warnings.warn(f"{name} is damaged: it is made anew, and kept as {self.set_aside(name)}", InputWarning, stacklevel=2)
 
     def _place_file(self, name: str, data: bytes) -> None:
         holder = name.rpartition("/")[0]
@@ -124,9 +97,8 @@ class Growing:
             self._folder.make(holder)
         present = self._folder.is_there(name)
         if present and not self.is_whole(name):
-            raise InputError(
-                "was changed since, or was not written here", path=str(self.path / name), mend="Move it elsewhere: it would be replaced"
-            )
+            mend = "Move it elsewhere: it would be replaced"
+            raise InputError("was changed since, or was not written here", path=str(self.path / name), mend=mend)
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
         write_line(self._opened, {"file": partial})
         try:
@@ -145,6 +117,25 @@ class Growing:
             raise
         sync_folder((self.path / name).parent)
 
+    def make(self, name: str) -> None:
+        """Make a folder in it, unless it is there."""
+        self._folder.make(name)
+
+    def remove(self, name: str) -> None:
+        """Remove a file that was written here, unless its content is another one by now."""
+        if self.is_whole(name):
+            self._folder.remove(name)
+
+    def set_all_aside(self, names: Iterable[str]) -> None:
+        """Give damaged files other names, for they may be a person's, and say so: they are made anew."""
+        for name in names:
+            aside, count = f"{name}{DAMAGED}", 1
+            while self._folder.is_there(aside):
+                count += 1
+                aside = f"{name}{DAMAGED}-{count}"
+            self._folder.rename(name, aside)
+            warnings.warn(f"{name} is damaged: it is made anew, and kept as {aside}", InputWarning, stacklevel=2)
+
 
 @contextmanager
 def growing_folder(
@@ -156,29 +147,45 @@ def growing_folder(
 ) -> Iterator[tuple[Growing, list[str]]]:
     """Give a folder to write into, new or of an earlier start, to this process alone, and the damaged files in it."""
     path = _place(out)
-    is_new = not os.path.lexists(path)
     try:
-        if is_new:
+        if not os.path.lexists(path):
             os.mkdir(path)
         with Folder(path) as folder:
-            note, opened = _noted(folder, path, kind)
+            note = note_in(folder)
+            opened = _new_note_in(folder, path, kind) if note is None else folder.open(NOTE, os.O_RDWR | os.O_APPEND)
             try:
-                _lock(opened, path, note)
+                try:
+                    lock(opened)
+                except BlockingIOError:
+                    holder = f" (process {note.process})" if note is not None and note.process else ""
+                    mend = "Wait for it to end, or name another folder"
+                    raise InputError(f"another process{holder} writes there", path=str(path), mend=mend) from None
                 damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
                 complete(opened)
                 write_line(opened, {"process": str(os.getpid())})
-                _clear(folder, note)
+                for name in note.files if note is not None else ():
+                    # Left half written by a process that was killed: the lock says that none writes. A person's was refused.
+                    if UNFINISHED.fullmatch(name) and folder.is_file(name):
+                        with suppress(OSError):
+                            folder.remove(name)
                 yield Growing(folder, opened, note), damaged
             finally:
                 os.close(opened)
     except OSError as error:
         if isinstance(error.filename, (str, os.PathLike)) and not str(error.filename).startswith(str(path)):
             raise
-        raise InputError(
-            f"cannot be written: {(error.strerror or str(error)).lower()}",
-            path=str(path),
-            mend="Name another folder, or give the same command again",
-        ) from error
+        reason, mend = (error.strerror or str(error)).lower(), "Name another folder, or give the same command again"
+        raise InputError(f"cannot be written: {reason}", path=str(path), mend=mend) from error
+
+
+def _new_note_in(folder: Folder, path: Path, kind: str) -> int:
+    """Return the note of an empty folder, opened."""
+    if folder.names() == [NOTE] and not folder.size(NOTE):
+        folder.remove(NOTE)  # of a process that was killed before it wrote a line
+    if present := folder.names():
+        present = [inside for name in present for inside in _opened(folder, name)] or present
+        raise InputError(f"holds something else than a {kind}: {listed(present)}", path=str(path), mend="Name another folder")
+    return new_note(path, secrets.token_hex(16), path.name, kind)
 
 
 def verified(path: Path, names: list[str]) -> None:
@@ -186,25 +193,16 @@ def verified(path: Path, names: list[str]) -> None:
     with Folder(path) as folder:
         note = note_in(folder)
         if folder.is_there(NOTE) and not (note and note.is_intact):
-            raise _damaged_note(path)
-        if note is None:
-            return
-        damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())]
+            raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
+        damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
     if damaged:
-        raise InputError(
-            f"{'is' if len(damaged) == 1 else 'are'} damaged, or {'was' if len(damaged) == 1 else 'were'} not written "
-            f"here: {listed(damaged)}",
-            path=str(path),
-            mend="Give the command that wrote the folder again: it makes damaged runs anew, and keeps them beside",
-        )
+        verbs = ("is", "was") if len(damaged) == 1 else ("are", "were")
+        mend = "Give the command that wrote the folder again: it makes damaged runs anew, and keeps them beside"
+        raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {listed(damaged)}", path=str(path), mend=mend)
 
 
-def _damaged_note(path: Path) -> InputError:
-    return InputError(
-        "is damaged or was changed, and tells no more what was written",
-        path=str(path / NOTE),
-        mend="Take out what was added to it; or name another folder, and the command writes all anew",
-    )
+DAMAGED_NOTE = "is damaged or was changed, and tells no more what was written"
+MEND_NOTE = "Take out what was added to it; or name another folder, and the command writes all anew"
 
 
 def _place(out: str | os.PathLike[str]) -> Path:
@@ -222,54 +220,25 @@ def _place(out: str | os.PathLike[str]) -> Path:
     return path
 
 
-def _noted(folder: Folder, path: Path, kind: str) -> tuple[Note | None, int]:
-    """Return the note of a folder and the note opened; an empty folder gets one."""
-    note = note_in(folder)
-    if note is not None:
-        return note, folder.open(NOTE, os.O_RDWR | os.O_APPEND)
-    if folder.names() == [NOTE] and not folder.size(NOTE):
-        folder.remove(NOTE)  # of a process that was killed before it wrote a line
-    if present := folder.names():
-        present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"holds something else than a {kind}: {listed(present)}", path=str(path), mend="Name another folder")
-    return None, new_note(path, secrets.token_hex(16), path.name, kind)
-
-
-def _lock(opened: int, path: Path, note: Note | None) -> None:
-    try:
-        lock(opened)
-    except BlockingIOError:
-        holder = f" (process {note.process})" if note is not None and note.process else ""
-        raise InputError(
-            f"another process{holder} writes there", path=str(path), mend="Wait for it to end, or name another folder"
-        ) from None
-
-
 def _looked_through(
     folder: Folder, note: Note, path: Path, kind: str, made_anew: Callable[[str], bool], used: Callable[[str], bool]
 ) -> list[str]:
     """Return the damaged files that are to be made anew; refuse what a person made or changed."""
     if note.kind != kind:
-        raise InputError(
-            f"holds something else than a {kind}: {note.kind or 'results of another command'}", path=str(path), mend="Name another folder"
-        )
+        message = f"holds something else than a {kind}: {note.kind or 'results of another command'}"
+        raise InputError(message, path=str(path), mend="Name another folder")
     foreign, changed = strangers_in(folder, note)
     if NOTE in changed:
-        raise _damaged_note(path)
+        raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
     foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
     if foreign:
-        raise InputError(
-            f"holds what was not written here: {listed(foreign)}",
-            path=str(path),
-            mend="Move it elsewhere: it would be replaced, or read as if it were",
-        )
-    unfinished = {name for name in changed if UNFINISHED.fullmatch(name) and not note.sums[name]}
-    changed = [name for name in changed if name not in unfinished]
+        mend = "Move it elsewhere: it would be replaced, or read as if it were"
+        raise InputError(f"holds what was not written here: {listed(foreign)}", path=str(path), mend=mend)
+    changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]  # others are unfinished
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
-        raise InputError(
-            f"holds files that were changed since: {listed(altered)}", path=str(path), mend="Move them elsewhere: they would be replaced"
-        )
+        mend = "Move them elsewhere: they would be replaced"
+        raise InputError(f"holds files that were changed since: {listed(altered)}", path=str(path), mend=mend)
     return changed
 
 
@@ -280,11 +249,3 @@ def _opened(folder: Folder, name: str) -> list[str]:
             return [f"{name}/{child}" for child in inside.names()]
     except OSError:
         return [name]
-
-
-def _clear(folder: Folder, note: Note | None) -> None:
-    """Remove what a process left half written that was killed: the lock says that none writes."""
-    for name in note.files if note is not None else ():
-        if UNFINISHED.fullmatch(name) and folder.is_file(name):  # of a person it would have been refused
-            with suppress(OSError):
-                folder.remove(name)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.content import Content, Readable, content_of
+from bristle.core.content import Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.edge import guarded, model, optional
 from bristle.core.errors import InputError, located
@@ -34,10 +34,8 @@ if TYPE_CHECKING:
 # Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
 FITTED_TO = "fitted to"
 
-LONG_LIST = 256
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
 # What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.
-BESIDES = {"s", "lag"}
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
@@ -112,16 +110,23 @@ def write_model(
 
     target = Path(path)
     document = tomlkit.document()
-    tables: dict[str, str] = {}
+    lists: dict[str, str] = {}
     document.add("schema", tomlkit.item(1))
     document.add("kind", tomlkit.item(friction.kind))
     if provenance:
         document.add("provenance", tomlkit.item(dict(provenance)))
     if treatment:
-        document.add("treatment", _treatment_table(treatment, friction.kind))
+        table = tomlkit.table()
+        for name, variable in TREATMENT.items():
+            if name in treatment:
+                is_count = name == "decimation"
+                item = tomlkit.item(int(treatment[name]) if is_count else float(treatment[name]))
+                item.comment(variable.description if is_count else f"{variable.unit(friction.kind)}: {variable.description}")
+                table.add(name, item)
+        document.add("treatment", table)
     if plant is not None:
-        document.add("plant", _table(plant, {"model": plant.name}, tables))
-    document.add("friction", _table(friction, _name_of(friction, target.parent), tables))
+        document.add("plant", _table(plant, {"model": plant.name}, lists))
+    document.add("friction", _table(friction, _name_of(friction, target.parent), lists))
     uncertain = [estimate for estimate in estimates if estimate.std is not None or estimate.status != "identified"]
     if uncertain:
         uncertainty = tomlkit.table(is_super_table=True)
@@ -132,26 +137,11 @@ def write_model(
             uncertainty.add(key_of(estimate.name), tomlkit.item({key: value for key, value in entry.items() if value}))
         document.add("uncertainty", uncertainty)
     if bands is not None:
-        document.add("bands", bands_table(bands))
+        document.add("bands", _bands_table(bands))
     text = tomlkit.dumps(document)
-    for mark, numbers in tables.items():
+    for mark, numbers in lists.items():
         text = text.replace(f'"{mark}"', numbers, 1)
     write_whole(target, text)
-
-
-def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
-    import tomlkit
-
-    table = tomlkit.table()
-    for name, variable in TREATMENT.items():
-        if name not in treatment:
-            continue
-        value = treatment[name]
-        item = tomlkit.item(int(value) if name == "decimation" else float(value))
-        unit = "" if name == "decimation" else f"{variable.unit(kind)}: "
-        item.comment(f"{unit}{variable.description}")
-        table.add(name, item)
-    return table
 
 
 def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Table:
@@ -164,7 +154,7 @@ def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Tab
     for name, value in model.values.items():
         variable = model.component.variables[name]
         plain = value.tolist() if hasattr(value, "tolist") else value
-        if isinstance(plain, list) and len(plain) > LONG_LIST:
+        if isinstance(plain, list) and len(plain) > 256:
             mark = f"numbers {len(tables)} of {model.name}"
             plain, tables[mark] = mark, f"[{', '.join(map(repr, plain))}]"
         item = tomlkit.item(plain)
@@ -177,43 +167,31 @@ def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     """Return what names the friction model in the file: names, and files of a user's own, which are copied there."""
     base, *slots = friction.name.split("+")
     inner, over = base_of(friction.component), channel_slots_of(friction.component)
-    own = {slot.name: slot for slot in over if CHANNEL_SLOTS.get(slot.name) != slot}
-    for slot in own.values():
-        _put_beside(_code_of(slot, slot.factor), folder)
-    slots = [_code_of(own[slot], own[slot].factor).source.name if slot in own else slot for slot in slots]
+    own = {slot.name: _beside(slot, slot.factor, folder) for slot in over if CHANNEL_SLOTS.get(slot.name) != slot}
+    slots = [own.get(slot, slot) for slot in slots]
     if MODELS.get(base) is inner:
         return {"model": "+".join([base, *slots])}
-    code = _code_of(inner, inner.trial)
-    _put_beside(code, folder)
-    return {"file": code.source.name} | ({"slots": slots} if slots else {})
+    return {"file": _beside(inner, inner.trial, folder)} | ({"slots": slots} if slots else {})
 
 
-def _code_of(described: FrictionModel | Slot, function: Callable[..., Any]) -> Content:
-    """Return the file that a model or slot of a user's own is in: as it was loaded, or else as it is."""
+def _beside(described: FrictionModel | Slot, function: Callable[..., Any], folder: Path) -> str:
+    """Copy the file that a model or slot of a user's own is in, as it was loaded, or else as it is; return its name."""
     from bristle.files.user_model import code_of
 
     code = code_of(described)
-    if code is not None and code.source.suffix == ".py":
-        return code
-    try:
-        return content_of(inspect.getfile(function))
-    except (InputError, TypeError, OSError):
-        raise InputError(
-            "is in no file, so that a model file cannot name it",
-            path=described.name,
-            mend="Put it into a file of its own and load it from there",
-        ) from None
-
-
-def _put_beside(code: Content, folder: Path) -> None:
+    if code is None or code.source.suffix != ".py":
+        try:
+            code = content_of(inspect.getfile(function))
+        except (InputError, TypeError, OSError):
+            mend = "Put it into a file of its own and load it from there"
+            raise InputError("is in no file, so that a model file cannot name it", path=described.name, mend=mend) from None
     target = folder / code.source.name
-    if os.path.lexists(target):
-        if content_of(target).data != code.data:
-            raise InputError(
-                "is there already, with another content", path=str(target), mend="Write the model file elsewhere, or move that file"
-            )
-        return
-    write_whole(target, code.data, new=True)
+    if not os.path.lexists(target):
+        write_whole(target, code.data, new=True)
+    elif content_of(target).data != code.data:
+        mend = "Write the model file elsewhere, or move that file"
+        raise InputError("is there already, with another content", path=str(target), mend=mend)
+    return code.source.name
 
 
 def read_model(path: Readable, *, related: bool = True, allow_code: bool = False) -> ModelFile:
@@ -236,26 +214,20 @@ def read_model(path: Readable, *, related: bool = True, allow_code: bool = False
     """
     data, source, _ = read_toml(path, path="model", what="a friction model or a model file")
     with located(source):
-        return _model_from(data, source.parent, related, allow_code)
-
-
-def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: bool) -> ModelFile:
-    check_keys(data, KEYS, "")
-    check_schema(data)
-    kind = kind_at(data.get("kind", KINDS[0]), "kind")
-    if "friction" not in data:
-        raise InputError("is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"')
-    friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction", related=related, allow_code=allow_code)
-    plant = model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant) if "plant" in data else None
-    parameters = set(friction.values) | set(plant.values if plant else ()) | BESIDES
-    uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
-    check_keys(uncertainty, [key_of(name) for name in parameters], "uncertainty")
-    provenance = table_at(data.get("provenance", {}), "provenance")
-    entries = table_at(data.get("treatment", {}), "treatment")
-    check_keys(entries, TREATMENT, "treatment")
-    treatment = numbers_in(entries, TREATMENT, kind, "treatment", integers=("decimation",))
-    sections = {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty}
-    return ModelFile(plant, friction, sections | {"bands": bands_at(data.get("bands"), parameters)})
+        check_keys(data, KEYS, "")
+        check_schema(data)
+        kind = kind_at(data.get("kind", KINDS[0]), "kind")
+        if "friction" not in data:
+            raise InputError("is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"')
+        place: dict[str, Any] = {"kind": kind, "folder": source.parent, "path": "friction"}
+        friction = friction_from(data["friction"], **place, related=related, allow_code=allow_code)
+        plant = model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant) if "plant" in data else None
+        parameters = set(friction.values) | set(plant.values if plant else ()) | {"s", "lag"}
+        info: dict[str, Any] = {name: table_at(data.get(name, {}), name) for name in ("uncertainty", "provenance", "treatment")}
+        check_keys(info["uncertainty"], [key_of(name) for name in parameters], "uncertainty")
+        check_keys(info["treatment"], TREATMENT, "treatment")
+        info["treatment"] = numbers_in(info["treatment"], TREATMENT, kind, "treatment", integers=("decimation",))
+        return ModelFile(plant, friction, info | {"bands": _bands_at(data.get("bands"), parameters)})
 
 
 def friction_from(
@@ -287,51 +259,46 @@ def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> F
         if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
             raise InputError("must be a list of names", path=place, value=slots)
         component = component_in(table, FrictionModel, path=path, read_code=read_code)
-    else:
-        named, place = table.get("model"), f"{path}.model"
-        if not isinstance(named, str):
-            mend = f'Write model = "coulomb_viscous" under [{path}]'
-            raise InputError("names no model", path=place, value=named, allowed=", ".join(MODELS), mend=mend)
-        base, *slots = named.split("+")
-        if not any(slot.endswith(".py") for slot in slots):
-            return find(named, place)
-        component = find(base, place).inner
-    return with_slots(component, slots_in(slots, place, read_code), place)
+        return with_slots(component, slots_in(slots, place, read_code), place)
+    named, place = table.get("model"), f"{path}.model"
+    if not isinstance(named, str):
+        mend = f'Write model = "coulomb_viscous" under [{path}]'
+        raise InputError("names no model", path=place, value=named, allowed=", ".join(MODELS), mend=mend)
+    base, *slots = named.split("+")
+    if not any(slot.endswith(".py") for slot in slots):
+        return find(named, place)
+    return with_slots(find(base, place).inner, slots_in(slots, place, read_code), place)
 
 
-NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
-MEMBERS = 40
-DIGITS = 7
+NUMBERS = {
+    "scatter": "of the level of friction from reversal to reversal, a share of it",
+    "noise": "of the effort, sample by sample",
+    "unexplained": "left over beyond noise, encoder and scatter",
+    "lasting": "s over which that keeps its side",
+    "inflation": "factor set on blocks that were held out",
+    "left_in_closed_loop": "of the position in a simulation, beyond all that",
+    "left_in_open_loop": "of the position in a simulation, beyond all that",
+}
 
 
-def bands_table(bands: Any) -> Table:
+def _bands_table(bands: Any) -> Table:
     """Return the table of a model file, with as many sets of parameters as a band is drawn from."""
     import tomlkit
 
-    table = tomlkit.table()
-    for name in NUMBERS:
+    def short(value: Any) -> Any:
+        return [short(entry) for entry in value] if np.ndim(value) else float(f"{float(value):.7g}")
+
+    table, draws = tomlkit.table(), tomlkit.table()
+    for name, comment in NUMBERS.items():
         table.add(name, float(getattr(bands, name)))
-    table["scatter"].comment("of the level of friction from reversal to reversal, a share of it")
-    table["noise"].comment("of the effort, sample by sample")
-    table["unexplained"].comment("left over beyond noise, encoder and scatter")
-    table["lasting"].comment("s over which that keeps its side")
-    table["inflation"].comment("factor set on blocks that were held out")
-    for loop in ("closed", "open"):
-        table[f"left_in_{loop}_loop"].comment("of the position in a simulation, beyond all that")
-    draws = tomlkit.table()
+        table[name].comment(comment)
     for name, values in bands.draws.items():
-        draws.add(key_of(name), tomlkit.item([_short(draw) for draw in values[:MEMBERS]]))
+        draws.add(key_of(name), tomlkit.item([short(draw) for draw in values[:40]]))
     table.add("draws", draws)
     return table
 
 
-def _short(value: Any) -> Any:
-    if np.ndim(value):
-        return [_short(entry) for entry in value]
-    return float(f"{float(value):.{DIGITS}g}")
-
-
-def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
+def _bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
     """Return the table as `bristle.identification.simulated_bands.Bands` takes it; None where there is none."""
     if value is None:
         return None
@@ -339,32 +306,27 @@ def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
     check_keys(table, (*NUMBERS, "draws"), "bands")
     bands: dict[str, Any] = {}
     for name in NUMBERS:
+        number, path = table.get(name), f"bands.{name}"
         if name not in table:
             raise InputError(
-                "is missing, as from an earlier version",
-                path=f"bands.{name}",
-                mend="Identify again, or leave [bands] out to predict without bands",
+                "is missing, as from an earlier version", path=path, mend="Identify again, or leave [bands] out to predict without bands"
             )
-        number = table[name]
         if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
-            raise InputError(
-                "must be a number", path=f"bands.{name}", value=number, allowed=">= 0", mend="Leave [bands] out to predict without bands"
-            )
+            mend = "Leave [bands] out to predict without bands"
+            raise InputError("must be a number", path=path, value=number, allowed=">= 0", mend=mend)
         bands[name] = float(number)
     names = {key_of(name): name for name in parameters}
     draws = table_at(table.get("draws", {}), "bands.draws")
     check_keys(draws, names, "bands.draws")
-    bands["draws"] = {names[key]: _draws(draw, f"bands.draws.{key}") for key, draw in draws.items()}
+    bands["draws"] = {}
+    for key, draw in draws.items():
+        try:
+            numbers = np.array(draw, dtype=float)
+        except (TypeError, ValueError):
+            numbers = np.zeros(())
+        if numbers.ndim not in (1, 2) or not np.all(np.isfinite(numbers)):
+            raise InputError("must be a list of numbers, or of lists of one length", path=f"bands.draws.{key}")
+        bands["draws"][names[key]] = numbers
     if len({len(draw) for draw in bands["draws"].values()}) > 1:
         raise InputError("must have as many numbers for each parameter", path="bands.draws")
     return bands
-
-
-def _draws(value: Any, path: str) -> np.ndarray:
-    try:
-        numbers = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.zeros(())
-    if numbers.ndim not in (1, 2) or not np.all(np.isfinite(numbers)):
-        raise InputError("must be a list of numbers, or of lists of one length", path=path)
-    return numbers

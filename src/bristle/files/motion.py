@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bristle.core import units
 from bristle.core.axis import Axis, Column
 from bristle.core.content import Readable
 from bristle.core.units import factor
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from bristle.excitation.motion import Move
 
 
-DIGITS = "%.12g"
 QUANTITIES = {"time": "time", "position": "length", "velocity": "length/time", "acceleration": "length/time^2"}
 RECORDED = {"time": "time", "position": "length", "effort": "force", "reference": "length"}
 PER = {"velocity": "/s", "acceleration": "/s^2"}
@@ -31,35 +29,24 @@ PER = {"velocity": "/s", "acceleration": "/s^2"}
 
 def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
     """Return the heads of the columns of a motion, and by what each number in SI is divided there."""
-    columns = axis.columns
-    position = columns.get("reference") or columns.get("position")
+    position = axis.columns.get("reference") or axis.columns.get("position")
     heads = {}
     for name, quantity in QUANTITIES.items():
-        own = position if name == "position" else columns.get(name)
-        if own is not None:
-            heads[name] = _own(own)
-        elif name in PER and position is not None:
-            heads[name] = (f"{name} [{position.unit or position.base}{PER[name]}]", _factor(position))
+        own = position if name == "position" else axis.columns.get(name)
+        if own is None and name in PER and position is not None:
+            heads[name] = (f"{name} [{position.unit or position.base}{PER[name]}]", _head(position, "", "")[1])
         else:
-            heads[name] = (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
+            heads[name] = _head(own, name, unit_of(quantity, axis.kind))
     return heads
 
 
-def log_columns(axis: Axis) -> dict[str, tuple[str, float]]:
-    """Return the heads of the columns of a log, and by what each number in SI is divided there."""
-    return {
-        name: _own(axis.columns[name]) if name in axis.columns else (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
-        for name, quantity in RECORDED.items()
-    }
-
-
-def _own(column: Column) -> tuple[str, float]:
-    return f"{split_unit(column.name)[0]} [{column.unit or column.base}]", _factor(column)
-
-
-def _factor(column: Column) -> float:
+def _head(column: Column | None, name: str, unit: str) -> tuple[str, float]:
+    """Return the head of a column and by what a number in SI is divided there; where there is none, a name in SI."""
+    if column is None:
+        return f"{name} [{unit}]", 1.0
     unit = column.unit or column.base
-    return column.scale * (units.factor(unit, column.base) if unit != column.base else 1.0)
+    scale = column.scale * (factor(unit, column.base) if unit != column.base else 1.0)
+    return f"{split_unit(column.name)[0]} [{unit}]", scale
 
 
 def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
@@ -69,7 +56,14 @@ def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str,
 
 def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
     """Write what a drive records as CSV, so that it is read again with the same axis."""
-    _write(path, {name: column for name, column in log_columns(axis).items() if name in signals}, signals)
+    heads = {name: _head(axis.columns.get(name), name, unit_of(quantity, axis.kind)) for name, quantity in RECORDED.items()}
+    _write(path, {name: head for name, head in heads.items() if name in signals}, signals)
+
+
+def _write(path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> None:
+    table, out = np.column_stack([signals[name] / scale for name, (_, scale) in columns.items()]), io.StringIO()
+    np.savetxt(out, table, fmt="%.12g", delimiter=",", header=",".join(head for head, _ in columns.values()), comments="")
+    write_whole(path, out.getvalue())
 
 
 def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
@@ -86,23 +80,14 @@ def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
     return Axis(name=axis.name, kind=axis.kind, columns=columns, table=axis.table, sample_time=axis.sample_time)
 
 
-def _write(path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> None:
-    table = np.column_stack([signals[name] / factor for name, (_, factor) in columns.items()])
-    header = ",".join(head for head, _ in columns.values())
-    out = io.StringIO()
-    np.savetxt(out, table, fmt=DIGITS, delimiter=",", header=header, comments="")
-    write_whole(path, out.getvalue())
-
-
 NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(degrees)")}
 """By kind of axis the letter of the axis in an NC program, the unit of its positions, and what its head says."""
 
 
 def moves_table(moves: Sequence[Move], axis: Axis) -> str:
     """Return the moves as comma-separated values, in the units of the axis file."""
-    heads = {name: head for name, head in motion_columns(axis).items() if name != "time"}
-    lines = [",".join(["purpose", "dwell [s]", *(head for head, _ in heads.values())])]
-    position, velocity, acceleration = (scale for _, scale in heads.values())
+    heads, scales = zip(*(head for name, head in motion_columns(axis).items() if name != "time"), strict=True)
+    lines, (position, velocity, acceleration) = [",".join(["purpose", "dwell [s]", *heads])], scales
     lines += [
         f"{move.purpose},{move.dwell:.6g},{move.target / position:.9g},{move.velocity / abs(velocity):.6g},"
         f"{move.acceleration / abs(acceleration):.6g}"

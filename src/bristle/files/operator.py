@@ -17,7 +17,6 @@ from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
 
-KEYS = ("schema", "kind", "provenance", "operator", "output")
 OFFSET = Variable("force", "constant output beside the operator")
 
 
@@ -33,27 +32,24 @@ def write_operator(
     path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
 ) -> None:
     """Write a model file of an operator; numbers come back to the bit."""
-    lines = ["schema = 1", f"kind = {_written(operator.kind)}", ""]
+    import tomlkit
+
+    def written(value: Any) -> str:  # a library would take seconds for a table of fifty thousand numbers
+        if isinstance(value, str):
+            return tomlkit.item(value).as_string()
+        value = value.tolist() if hasattr(value, "tolist") else value
+        return f"[{', '.join(map(repr, value))}]" if isinstance(value, list) else repr(value)
+
+    lines = ["schema = 1", f"kind = {written(operator.kind)}", ""]
     if provenance:
-        lines += ["[provenance]", *(f"{key_of(name)} = {_written(text)}" for name, text in provenance.items()), ""]
-    lines += ["[operator]", f"model = {_written(operator.name)}"]
+        lines += ["[provenance]", *(f"{key_of(name)} = {written(text)}" for name, text in provenance.items()), ""]
+    lines += ["[operator]", f"model = {written(operator.name)}"]
     for name, value in operator.values.items():
         variable = operator.component.variables[name]
-        lines += [f"# {variable.unit(operator.kind)}: {variable.description}", f"{key_of(name)} = {_written(value)}"]
+        lines += [f"# {variable.unit(operator.kind)}: {variable.description}", f"{key_of(name)} = {written(value)}"]
     unit = OFFSET.unit(operator.kind)
-    lines += ["", "[output]", f"# {unit}: {OFFSET.description}", f"offset = {_written(float(offset))}", ""]
+    lines += ["", "[output]", f"# {unit}: {OFFSET.description}", f"offset = {written(float(offset))}", ""]
     write_whole(path, "\n".join(lines))
-
-
-def _written(value: Any) -> str:
-    """Return a value as TOML. A library would take seconds for a table of fifty thousand numbers."""
-    if isinstance(value, str):
-        import tomlkit
-
-        return tomlkit.item(value).as_string()
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    return f"[{', '.join(map(repr, value))}]" if isinstance(value, list) else repr(value)
 
 
 def holds_operator(path: Readable) -> bool:
@@ -65,7 +61,7 @@ def read_operator(path: Readable) -> OperatorFile:
     """Return the operator in a model file."""
     data, source, _ = read_toml(path, path="model", what="a model file")
     with located(source):
-        check_keys(data, KEYS, "")
+        check_keys(data, ("schema", "kind", "provenance", "operator", "output"), "")
         check_schema(data)
         kind = kind_at(data.get("kind", KINDS[0]), "kind", (*KINDS, "magnetic", "piezo"))
         operator = model_from(data.get("operator", {}), OPERATORS, kind=kind, path="operator")
@@ -93,17 +89,16 @@ def operator_beside(folder: Path) -> OperatorRead:
 
 def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead) -> dict[str, Any]:
     """Return the keys of a friction model, an operator that they name for the kernel being there itself."""
-    kernel = entries.get("kernel")
+    kernel, at = entries.get("kernel"), f"{path}.kernel"
     if isinstance(kernel, dict) and "file" not in kernel:
-        return entries | {"kernel": model_from(kernel, OPERATORS, kind=kind, path=f"{path}.kernel")}
+        return entries | {"kernel": model_from(kernel, OPERATORS, kind=kind, path=at)}
     if isinstance(kernel, dict):
-        check_keys(kernel, ("file",), f"{path}.kernel")
-        file, at = kernel["file"], f"{path}.kernel.file"
+        check_keys(kernel, ("file",), at)
+        described = read(kernel["file"], f"{at}.file")
     elif isinstance(kernel, str) and kernel.endswith(".toml"):
-        file, at = kernel, f"{path}.kernel"
+        described = read(kernel, at)
     else:
         return entries
-    described = read(file, at)
     offset = {"offset": described.offset} if described.offset else {}
     return offset | entries | {"kernel": described.operator}
 

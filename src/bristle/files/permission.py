@@ -40,15 +40,10 @@ def code_at(path: Readable) -> Content:
     content = content_of(path, limit=CODE_LIMIT, what="a Python file")
     source = content.source
     if not source.name.endswith(".py") and str(source) not in NAMELESS:
-        raise InputError(
-            "is not a Python file and is not run",
-            path=str(source),
-            value=source.suffix or source.name,
-            allowed="a name that ends with .py",
-            mend=f'A model file is read by bristle.read_model("{source.name}")'
-            if source.suffix == ".toml"
-            else f"If it holds Python, rename it to {source.stem.removesuffix('.py')}.py",
-        )
+        mend = f"If it holds Python, rename it to {source.stem.removesuffix('.py')}.py"
+        mend = f'A model file is read by bristle.read_model("{source.name}")' if source.suffix == ".toml" else mend
+        message, value = "is not a Python file and is not run", source.suffix or source.name
+        raise InputError(message, path=str(source), value=value, allowed="a name that ends with .py", mend=mend)
     return content
 
 
@@ -61,22 +56,13 @@ def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Conte
     except (OSError, ValueError, RuntimeError):
         inside = True  # reading it will tell what is wrong
     if not inside:
-        raise InputError(
-            "names code elsewhere, which is not run",
-            path=path,
-            value=file,
-            allowed="a file beside or below the one that names it",
-            mend="Copy it there",
-        )
+        message, beside = "names code elsewhere, which is not run", "a file beside or below the one that names it"
+        raise InputError(message, path=path, value=file, allowed=beside, mend="Copy it there")
     content = content_of(source, limit=CODE_LIMIT, path=path)
     description = f"{content.source.name} (SHA-256 {content.checksum})"
     if not allowed and not is_allowed(content.checksum):
-        raise InputError(
-            f"names code, which is not run unasked: {description}",
-            path=path,
-            mend=f"Read it. Then add --allow-code (allow_code=True in Python) for this once, or allow this very "
-            f"content from now on: bristle check {source}",
-        )
+        mend = "Read it. Then add --allow-code (allow_code=True in Python) for this once, or allow this very content from now on"
+        raise InputError(f"names code, which is not run unasked: {description}", path=path, mend=f"{mend}: bristle check {source}")
     warnings.warn(f"{path}: the code in {description} is run", InputWarning, stacklevel=2)
     return content
 
@@ -101,6 +87,5 @@ def allow(content: Content) -> None:
         if record is not None:  # half of it, on a full disk, would allow it as well
             with suppress(OSError):
                 record.unlink()
-        warnings.warn(
-            f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})", InputWarning, stacklevel=2
-        )
+        remark = f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})"
+        warnings.warn(remark, InputWarning, stacklevel=2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,19 +12,131 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind
+from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.axis import axis_from
-from bristle.files.components import FILL_IN
+from bristle.files.components import FILL_IN, open_in
 from bristle.files.drive import EFFORTS, MOVEMENTS
-from bristle.files.proposal_text import missing_of, text_of
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
-from bristle.logs.candidates import pulls_as_a_link
+from bristle.logs.channel import clear_step
 from bristle.logs.readers import read_table
-from bristle.logs.roles import Roles, roles_of
+from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in
 from bristle.logs.table import Table, some_of
 from bristle.logs.tables import content_of_log
+
+_SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
+HINTS = {
+    "columns.time.unit": "unit of the numbers: s, ms, us or ns",
+    "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
+    "columns.velocity.unit": "unit of the numbers: mm/s, m/min, rad/s, deg/s or rpm",
+    "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
+    "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
+    "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
+    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", ' + f"{_SCREW})",
+    "transmission.lead": 'travel of the load for one turn of the motor, such as "10 mm"; or of the screw, with '
+    "gear_ratio = 2 in the next line for a gear of 2:1 between both",
+    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
+    'or write counts_per_rev = 8192 and side = "motor" for it',
+    "timing.sample_time": 'time between samples, such as "1 ms"',
+}
+# Of an axis that turns, a torque is what a data sheet gives.
+HINTS_OF_TURNING = {
+    "effort.rated": 'what 100 % are, such as "1.3 N*m"',
+    "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
+}
+TOLD_BY = {
+    "name": "unit from its name",
+    "its name": "unit assumed from its name",
+    "velocity": "unit from the velocity",
+    "numbers": "unit from its numbers",
+    "drive": 'whole numbers, as drives store ‰ of rated: see that it is not "%"',
+    "position": "unit from the position",
+    "reference": "unit from the reference",
+}
+
+
+def missing_of(tables: Mapping[str, Any]) -> list[str]:
+    """Return the keys of the tables that are to be filled in."""
+    keys = list(open_in(tables))
+    following = ("columns.reference.unit", "columns.following_error.unit")
+    return [key for key in keys if not (key in following and "columns.position.unit" in keys)]
+
+
+def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> str:
+    """Return the tables as an axis file for people."""
+    lines, columns = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."], tables["columns"]
+    missing = missing_of(tables)
+    if missing:
+        lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
+    lines += ["schema = 1", f"name = {_quoted(tables['name'])}"]
+    if "kind" in tables:
+        lines.append(f"kind = {_quoted(tables['kind'])}")
+    else:
+        motion = "position" if "position" in columns else "velocity"
+        lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
+    lines += ["", "[columns]"]
+    if roles.implied_time:
+        lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
+    lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
+    for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
+        if name in tables:
+            lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
+    position = columns.get("position")
+    is_told = position is None or "encoder" in tables or position["unit"] == FILL_IN
+    if step := 0.0 if is_told else clear_step(table.columns[position["column"]]):
+        remark = "the position moves in such steps: of the encoder, or of the digits of the file"
+        lines += ["", "# [encoder]", f'# resolution = "{step:.6g} {position["unit"]}"  # {remark}']
+    if {"reference", "following_error"} & set(columns):  # the log has what a loop follows
+        gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
+        lines += ["", CONTROLLER.format(gain=gain, integral=integral)]
+    used = {entry["column"] for entry in columns.values()}
+    left = [name for name in table.names if name not in used and name not in table.stamps.values()]
+    if left:
+        lines += ["", f"# columns that are not used: {some_of(left, 20)}"]
+    return "\n".join(lines) + "\n"
+
+
+CONTROLLER = """\
+# How is the axis controlled? With the gains of the drive, bristle simulates the following error without and
+# with compensation, and states the effect of what it exports.
+# [controller]
+# model = "cascade"
+# k_p = "?"  # position loop, such as "60 1/s"
+# k_v = "?"  # velocity loop, in {gain} or in the unit of the effort column
+# k_i = "?"  # its integral, in {integral} likewise; or T_n = "10 ms"
+# k_ff = "?"  # share of the reference velocity that the drive feeds forward, 0 to 1"""
+
+
+def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
+    role, is_open = roles.channels[channel], entry["unit"] == FILL_IN
+    follows = channel in ("reference", "following_error") and is_open
+    visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
+    body = ", ".join(f"{key} = {_quoted(value)}" for key, value in visible.items())
+    remarks = [
+        "" if role.reason == "its name" else role.reason,
+        "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
+        f"the file says {_quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
+        HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
+        "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
+    ]
+    comment = "; ".join(filter(None, remarks))
+    return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"
+
+
+def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
+    hint = "  # the effort goes with sine and cosine of the angle" if key == "plant.gravity" else ""
+    if value == FILL_IN:
+        unit = tables["columns"].get("effort", {}).get("unit", "A")
+        drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
+        turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
+        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
+    return f"{key.rpartition('.')[2]} = {_quoted(value)}{hint}"
+
+
+def _quoted(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+
 
 ASSUMED_UNIT = {
     "time": dict.fromkeys(KINDS, "s"),
@@ -97,41 +210,26 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     """
     limit = size_of(size_limit)
     content = content_of_log(log, limit=limit)
-    table = read_table(content, size_limit=limit)
-    if not table.tables:
-        return _proposed_for(table)
-    name = table.tables[0]
-    return _proposed_for(read_table(content, name, size_limit=limit), name, len(table.tables))
-
-
-def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Proposal:
-    """Return the axis file that the columns of a table speak of; it is one of several where it has a name."""
+    table, name, count = read_table(content, size_limit=limit), None, 0
+    if table.tables:
+        name, count = table.tables[0], len(table.tables)
+        table = read_table(content, name, size_limit=limit)
     roles = roles_of(table)
     if not {"position", "velocity"} & set(roles.channels):
-        raise InputError(
-            "does not say which column is the position",
-            path=str(table.source),
-            allowed=some_of(table.names, 40),
-            mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
-        )
+        allowed, mend = some_of(table.names, 40), "Write an axis file that names the columns, and give it (--axis AXIS.toml)"
+        raise InputError("does not say which column is the position", path=str(table.source), allowed=allowed, mend=mend)
     tables: dict[str, Any] = _tables(table, roles)
     if name is not None:
         tables["log"] = {"table": name}
-    axis = axis_from(_assumed(tables))
-    if _reversed(table, axis):
-        tables["columns"]["effort"]["sign"] = -1
-        axis = axis_from(_assumed(tables))
     missing = tuple(missing_of(tables))
-    if set(missing) <= OF_EFFORT and _has_a_link(table, axis):
-        tables["plant"] = {"gravity": "link"}
-        axis = axis_from(_assumed(tables))
+    axis = _looked_at(table, tables, missing)
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
-    without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [
         f"the file says {text!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
         for channel, text in unknown.items()
     ]
+    without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in without_unit]
     if name is not None:
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
@@ -140,40 +238,56 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
     return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes), unknown)
 
 
-def _kind(roles: Roles) -> Kind | None:
-    """Return the kind of axis that the units speak of; None where they speak of none."""
-    position, effort = roles.channels.get("position"), roles.channels.get("effort")
-    moves, per = (position, "") if position else (roles.channels["velocity"], "/s")
-    if moves.unit:
-        return MOVEMENTS.get(units.like(moves.unit, MOVEMENTS, per=per) or "")
-    return KINDS[0] if effort is not None and units.like(effort.unit, ("N",)) else None
+def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -> Axis:
+    """Return the axis of the tables, and add to them what its log shows: an effort with a reversed sign, and a link."""
+    axis = axis_from(_assumed(tables))
+    try:
+        log = record_of(table, axis) if "effort" in axis.columns else None
+        if log is not None and any(finding.code == "sign_reversed" for finding in checked(log, axis)):
+            tables["columns"]["effort"]["sign"] = -1
+            axis = axis_from(_assumed(tables))
+    except InputError:
+        return axis
+    # The effort of a rotational axis goes with its angle as the gravity of a link does.
+    effort = log.effort if log is not None and axis.kind == KINDS[1] and set(missing) <= OF_EFFORT else None
+    if log is not None and effort is not None and pulls_as_a_link(effort.values, log.position.values):
+        tables["plant"] = {"gravity": "link"}
+        axis = axis_from(_assumed(tables))
+    return axis
 
 
 def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     """Return the content of the proposed file; what is not known is marked."""
-    kind = _kind(roles)
-    columns: dict[str, dict[str, Any]] = {}
-    for channel in ORDER:
-        if (role := roles.channels.get(channel)) is not None:
-            columns[channel] = {"column": role.column, "unit": role.unit or FILL_IN}
-    position = roles.channels.get("position")
-    for channel in ("reference", "following_error"):
-        if channel in columns and not roles.channels[channel].unit:
-            columns[channel]["unit"] = FILL_IN
+    position, effort = roles.channels.get("position"), roles.channels.get("effort")
+    motion, per = (position, "") if position else (roles.channels["velocity"], "/s")
+    kind: Kind | None = None  # that the units speak of
+    if motion.unit:
+        kind = MOVEMENTS.get(units.like(motion.unit, MOVEMENTS, per=per) or "")
+    elif effort is not None and units.like(effort.unit, ("N",)):
+        kind = KINDS[0]
+    named = {channel: role for channel in ORDER if (role := roles.channels.get(channel)) is not None}
+    columns: dict[str, dict[str, Any]] = {channel: {"column": role.column, "unit": role.unit or FILL_IN} for channel, role in named.items()}
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts = _facts_of(table.facts)
+    facts: dict[str, Any] = {}  # that the lines above the columns tell of the drive
+    for name, text in table.facts.items():
+        for key, pattern in FACTS.items():
+            amount = amount_in(name, text) if key not in facts and re.search(pattern, name.lower()) else None
+            if amount is not None and amount[0] != 0.0 and key == "encoder.counts_per_rev":
+                facts[key] = amount[0]
+            elif (
+                amount is not None and amount[0] != 0.0 and amount[1] and units.is_unit(amount[1]) and units.like(amount[1], SPOKEN_OF[key])
+            ):
+                facts[key] = f"{amount[0]:.12g} {amount[1]}"
     if position and "velocity" in columns:
         bases = ("m", "rad", "count")
         moved = [units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"), units.like(position.unit, bases)]
         if moved[0] != moved[1] and ("count" in moved or "transmission.lead" not in facts):
             del columns["velocity"]  # of the motor, and the way from there to the position is not told
-    motion = position or roles.channels["velocity"]
     if units.like(motion.unit, ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
-    effort = roles.channels.get("effort")
     if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
         key = "rated" if units.compatible(effort.unit, "rated") else "constant"
         tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
@@ -198,24 +312,6 @@ def _turns(tables: Mapping[str, Any]) -> bool | None:
     return "N*m" in bases if any(bases) else None
 
 
-def _facts_of(facts: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the lines above the columns tell of the drive."""
-    facts_found: dict[str, Any] = {}
-    for name, text in facts.items():
-        for key, pattern in FACTS.items():
-            if key in facts_found or not re.search(pattern, name.lower()):
-                continue
-            amount = amount_in(name, text)
-            if amount is None or amount[0] == 0.0:
-                continue
-            number, unit = amount
-            if key == "encoder.counts_per_rev":
-                facts_found[key] = number
-            elif unit and units.is_unit(unit) and units.like(unit, SPOKEN_OF[key]):
-                facts_found[key] = f"{number:.12g} {unit}"
-    return facts_found
-
-
 def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables with SI for what is missing, so that the log can be looked at."""
     kind: Kind = tables.get("kind") or (KINDS[1] if _turns(tables) else KINDS[0])
@@ -232,30 +328,3 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
                 key: f"1 {filled}{f'/{drive}' * (key == 'constant')}" if value == FILL_IN else value for key, value in tables[name].items()
             }
     return assumed
-
-
-def _reversed(table: Table, axis: Axis) -> bool:
-    """Return whether the effort takes work out of the axis that friction would put in."""
-    if "effort" not in axis.columns:
-        return False
-    try:
-        return any(facts_found.code == "sign_reversed" for facts_found in checked(_log(table, axis), axis))
-    except InputError:
-        return False
-
-
-def _has_a_link(table: Table, axis: Axis) -> bool:
-    """Return whether the effort of a rotational axis goes with its angle as the gravity of a link does."""
-    if axis.kind != KINDS[1] or "effort" not in axis.columns:
-        return False
-    try:
-        log = _log(table, axis)
-    except InputError:
-        return False
-    return log.effort is not None and pulls_as_a_link(log.effort.values, log.position.values)
-
-
-def _log(table: Table, axis: Axis) -> Any:
-    from bristle.logs.log import log_of
-
-    return log_of(record_of(table, axis))

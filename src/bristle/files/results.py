@@ -42,11 +42,9 @@ from bristle.files.owned import (
 SUMMARY = "summary.json"
 """The file that every folder of results of a command holds."""
 
-BEGUN_LONG_AGO = 60.0  # [s]
 _UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
-PAUSES_OF_REMOVAL = (0.0, 0.02, 0.2)  # [s]
 _open: set[Results] = set()
 _removing = threading.Lock()
 
@@ -110,7 +108,11 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: I
     What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
     """
     target = _target_of(out)
-    _restore(target)
+    for path, note, state in () if os.path.lexists(target) else _unfinished_in(target.parent):
+        # Results whose name a program had taken away as it was killed, to put others in their place, get it back.
+        if path.suffix == ".replaced" and state == "dead" and note.target == target.name:
+            with suppress(OSError):
+                rename_new(path, target)
     results = None
     try:
         with noting_what_is_read(reads):
@@ -123,10 +125,16 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: I
     except BaseException as error:
         if results is not None:
             _abandon(results)
-        if isinstance(error, OSError) and (error.errno in _WRITING or _concerns(error, results, target)):
-            raise _unwritable(target, error) from error
+        if isinstance(error, OSError):
+            prefixes = (str(target), *([str(results.path)] if results is not None else []))
+            concerns = isinstance(error.filename, (str, os.PathLike)) and os.fspath(error.filename).startswith(prefixes)
+            if error.errno in _WRITING or concerns:
+                raise _unwritable(target, error) from error
         raise
-    _clear(target.parent)
+    with suppress(OSError):  # what programs left that were killed: only theirs, only dead ones
+        for path, _, state in _unfinished_in(target.parent):
+            if state == "dead":
+                remove_own(path, half_written=True)
 
 
 def remove_unfinished() -> None:
@@ -174,51 +182,41 @@ def _check_free(target: Path, force: bool) -> None:
     try:
         with Folder(target) as folder:
             _check_own(folder, target)
-            if not force:
-                raise InputError("exists already", path=str(target), mend="Name another folder, or add --force to replace these results")
-            if used := read_in(target):
-                raise InputError(
-                    f"holds what is read here: {listed(used)}",
-                    path=str(target),
-                    mend="It would be replaced with the rest: name another folder",
-                )
-            if target.is_mount():
-                raise InputError("is a mount point and cannot be renamed", path=str(target), mend="Name a folder in it")
-            if not status.st_mode & stat.S_IWUSR:
-                raise InputError("is write-protected", path=str(target), mend="Name another folder")
+            used = read_in(target)
+            for is_so, message, mend in (
+                (not force, "exists already", "Name another folder, or add --force to replace these results"),
+                (used, f"holds what is read here: {listed(used)}", "It would be replaced with the rest: name another folder"),
+                (target.is_mount(), "is a mount point and cannot be renamed", "Name a folder in it"),
+                (not status.st_mode & stat.S_IWUSR, "is write-protected", "Name another folder"),
+            ):
+                if is_so:
+                    raise InputError(message, path=str(target), mend=mend)
     except OSError as error:
         raise _unwritable(target, error) from None
 
 
 def _check_own(folder: Folder, target: Path) -> None:
     note, present = note_in(folder), folder.names()
-    if note is None:
-        if not present:
-            raise InputError(
-                "exists already, and bristle did not make it", path=str(target), mend="Name a new folder, or remove this empty one"
-            )
-        if SUMMARY in present:
-            raise InputError(
-                f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle "
-                "0.1: they are not replaced",
-                path=str(target),
-                mend=f"Name another folder, or remove by hand what is no longer needed: {listed(present)}",
-            )
-        raise InputError(f"holds something else than results: {listed(present)}", path=str(target), mend="Name another folder")
-    if note.kind:
-        raise InputError(
-            f"holds a {note.kind}, which grew over many runs and is replaced by nothing",
-            path=str(target),
-            mend="Name another folder, or remove this one by hand",
+    rename, foreign, changed = "Name another folder", [], []
+    if note is None and not present:
+        message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
+    elif note is None and SUMMARY in present:
+        message = (
+            f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle 0.1: they are not replaced"
         )
-    foreign, changed = strangers_in(folder, note)
-    for reason, names in (("holds files besides the results", foreign), ("holds files that were changed since", changed)):
-        if names:
-            raise InputError(
-                f"{reason}: {listed(names)}",
-                path=str(target),
-                mend="Move them elsewhere, for the whole folder is replaced, or name another",
-            )
+        mend = f"{rename}, or remove by hand what is no longer needed: {listed(present)}"
+    elif note is None:
+        message, mend = f"holds something else than results: {listed(present)}", rename
+    elif note.kind:
+        message = f"holds a {note.kind}, which grew over many runs and is replaced by nothing"
+        mend = f"{rename}, or remove this one by hand"
+    else:
+        foreign, changed = strangers_in(folder, note)
+        if not foreign and not changed:
+            return
+        reason = "holds files besides the results" if foreign else "holds files that were changed since"
+        message, mend = f"{reason}: {listed(foreign or changed)}", "Move them elsewhere, for the whole folder is replaced, or name another"
+    raise InputError(message, path=str(target), mend=mend)
 
 
 def _begin(target: Path) -> Results:
@@ -265,7 +263,7 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
         with suppress(OSError), Folder(parent / name) as folder:
             note = note_in(folder)
             if note is None:
-                if os.lstat(parent / name).st_mtime < time.time() - BEGUN_LONG_AGO:
+                if os.lstat(parent / name).st_mtime < time.time() - 60.0:  # [s]
                     _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
                 continue
             if match[1] in (note.token, note.aside):  # else a person's own: a copy, or a folder that was renamed
@@ -296,16 +294,6 @@ def _refuse_two_at_once(own: Path, target: Path) -> None:
         raise InputError("another process is writing results there", path=str(target), mend="Wait for it to end, or name another folder")
 
 
-def _restore(target: Path) -> None:
-    """Give results their name back that a program had taken away as it was killed, to put others in their place."""
-    if os.path.lexists(target):
-        return
-    for path, note, state in _unfinished_in(target.parent):
-        if path.suffix == ".replaced" and state == "dead" and note.target == target.name:
-            with suppress(OSError):
-                rename_new(path, target)
-
-
 def _publish(results: Results, target: Path, force: bool) -> None:
     """Let the results appear; what a person did there meanwhile is not replaced."""
     if os.name == "nt":
@@ -319,17 +307,13 @@ def _publish(results: Results, target: Path, force: bool) -> None:
     _open.discard(results)
     sync_folder(target.parent)
     results.close()
-    if old is not None and not _removed(old):
-        warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
-
-
-def _removed(old: Path) -> bool:
-    """Remove old results; another process that succeeds here may be removing them, too, and is waited for."""
-    for pause in PAUSES_OF_REMOVAL:
+    for pause in (0.0, 0.02, 0.2) if old is not None else ():  # [s]
         time.sleep(pause)
+        # Another process that succeeds here may be removing them, too, and is waited for.
         if remove_own(old) or not os.path.lexists(old):
-            return True
-    return False
+            return
+    if old is not None:
+        warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
 
 
 def _replace(new: Path, target: Path) -> Path:
@@ -345,19 +329,6 @@ def _replace(new: Path, target: Path) -> Path:
         rename_new(aside, target)
         raise
     return aside
-
-
-def _clear(parent: Path) -> None:
-    """Remove what programs left that were killed: only theirs, only dead ones."""
-    with suppress(OSError):
-        for path, _, state in _unfinished_in(parent):
-            if state == "dead":
-                remove_own(path, half_written=True)
-
-
-def _concerns(error: OSError, results: Results | None, target: Path) -> bool:
-    prefixes = (str(target), *([str(results.path)] if results is not None else []))
-    return isinstance(error.filename, (str, os.PathLike)) and os.fspath(error.filename).startswith(prefixes)
 
 
 def _unwritable(target: Path, error: OSError | RuntimeError) -> InputError:

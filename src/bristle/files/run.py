@@ -35,22 +35,13 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         entries["effort_limit"] = in_effort(entries["effort_limit"], RUN["effort_limit"].quantity, kind, axis, f"{path}.effort_limit")
     values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), integers=("substeps", "delay", "seeds"))
     if "substeps" in values and values.get("tolerance"):
-        raise InputError(
-            "stands beside a tolerance, which chooses the steps itself",
-            path=f"{path}.substeps",
-            value=table["substeps"],
-            mend="Leave one of both out",
-        )
+        message, place = "stands beside a tolerance, which chooses the steps itself", f"{path}.substeps"
+        raise InputError(message, path=place, value=table["substeps"], mend="Leave one of both out")
     duration, settle = values["duration"], values.get("settle", 0.0)
     samples = duration / values["sample_time"]
     if not 3.0 <= samples <= SAMPLES_MAX:
-        raise InputError(
-            f"asks for {samples:.3g} samples of {values['sample_time']:g} s",
-            path=f"{path}.duration",
-            value=duration,
-            allowed=f"3 to {SAMPLES_MAX} samples",
-            mend="Change duration or sample_time",
-        )
+        message, allowed = f"asks for {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {SAMPLES_MAX} samples"
+        raise InputError(message, path=f"{path}.duration", value=duration, allowed=allowed, mend="Change duration or sample_time")
     if settle >= duration:
         raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s")
     return Run(**values)
@@ -89,20 +80,12 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     if log is not None and log.effort is not None:
         at = np.floor(time / log.sample_time + OF_A_SAMPLE).astype(int)
         if at[-1] >= len(log):
-            raise InputError(
-                f"is longer than the log of the effort, {len(log) * log.sample_time:g} s",
-                path="run.duration",
-                value=run.duration,
-                mend="Leave duration out",
-            )
+            message = f"is longer than the log of the effort, {len(log) * log.sample_time:g} s"
+            raise InputError(message, path="run.duration", value=run.duration, mend="Leave duration out")
         return Effort(log.effort.values[at], f"that of {table['file']}")
     if "model" not in table:
-        raise InputError(
-            "names no model",
-            path=path,
-            allowed=f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}",
-            mend=f'Write model = "sine" under [{path}]',
-        )
+        allowed, mend = f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}", f'Write model = "sine" under [{path}]'
+        raise InputError("names no model", path=path, allowed=allowed, mend=mend)
     numbers = ", ".join(f"{key} = {value}" for key, value in table.items() if key != "model")
     if table["model"] == CONSTANT:
         check_keys(table, ("model", "level"), path)
@@ -112,8 +95,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     component: Trajectory = component_named(table["model"], registry, f"{path}.model")
     variables = effort_variables(component.name)
     check_keys(table, ("model", *map(key_of, variables)), path)
-    values = numbers_in(table, variables, kind, path)
-    model = make_model(component, values, kind=kind, validate=True, path=path)
+    model = make_model(component, numbers_in(table, variables, kind, path), kind=kind, validate=True, path=path)
     return Effort(component.sample(time, model.parameters)[0], f"{component.name}, {numbers}")
 
 

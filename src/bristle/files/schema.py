@@ -77,25 +77,17 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
     if first["type"] == "extra_forbidden":
-        keys = _keys(_table_at(schema, loc[:-1]))
-        mend = did_you_mean(loc[-1], keys) or _elsewhere(schema, str(loc[-1])) or more
+        keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
+        inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
+        tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
+        elsewhere = f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
+        mend = did_you_mean(key, keys) or elsewhere or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
-        mend = MISSING.get(path, more)
-        return InputError("is missing", path=path, mend=mend)
-    if first["type"] in EXPECTED:
-        expected = EXPECTED[first["type"]].format_map(first.get("ctx") or {})
-    else:
-        expected = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+        return InputError("is missing", path=path, mend=MISSING.get(path, more))
+    expected = EXPECTED.get(first["type"], "").format_map(first.get("ctx") or {})
+    expected = expected or first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
     return InputError("does not fit", path=path, value=first["input"], allowed=expected, mend=more)
-
-
-def _elsewhere(schema: type[Strict], key: str) -> str:
-    """Return under which table of the file a key belongs; nothing where none or several have it."""
-    tables = [
-        name for name, field in schema.model_fields.items() if (table := _table_in(field.annotation)) is not None and key in _keys(table)
-    ]
-    return f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
 
 
 def _dotted(loc: Iterable[str | int]) -> str:

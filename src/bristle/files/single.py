@@ -18,14 +18,12 @@ _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool = False) -> Path:
     """Write a file, text in UTF-8 with plain line ends; what cannot be encoded is escaped."""
     file = Path(path)
-    data = content if isinstance(content, bytes) else _encoded(content)
+    data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
     replaces = os.path.lexists(file) and not new
-    place = file.with_name(f".{file.name}.{secrets.token_hex(8)}") if replaces else file
+    place, begun = file.with_name(f".{file.name}.{secrets.token_hex(8)}") if replaces else file, False
     try:
         opened = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
-    except OSError as error:
-        raise _unwritable(file, error) from None
-    try:
+        begun = True
         with os.fdopen(opened, "wb") as target:
             target.write(data)
             target.flush()
@@ -33,21 +31,19 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
         if replaces:
             os.replace(place, file)
     except BaseException as error:
-        with suppress(OSError):
-            os.unlink(place)
-        if isinstance(error, OSError):
-            raise _unwritable(file, error) from None
-        raise
+        if begun:
+            with suppress(OSError):
+                os.unlink(place)
+        if not isinstance(error, OSError):
+            raise
+        reason, mend = (error.strerror or str(error)).lower(), "Name a file in a folder that can be written to"
+        raise InputError(f"cannot be written: {reason}", path=str(file), mend=mend) from None
     return file
-
-
-def _encoded(text: str) -> bytes:
-    return text.encode("utf-8", "backslashreplace")
 
 
 def sealed(text: str) -> str:
     """Return a page with its checksum behind it."""
-    return text + _SEAL.format(hashlib.sha256(_encoded(text)).hexdigest())
+    return text + _SEAL.format(hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest())
 
 
 def is_sealed(path: Path) -> bool:
@@ -60,11 +56,3 @@ def is_sealed(path: Path) -> bool:
     except OSError:
         return False
     return content[-size:] == _SEAL.format(hashlib.sha256(content[:-size]).hexdigest()).encode()
-
-
-def _unwritable(file: Path, error: OSError) -> InputError:
-    return InputError(
-        f"cannot be written: {(error.strerror or str(error)).lower()}",
-        path=str(file),
-        mend="Name a file in a folder that can be written to",
-    )

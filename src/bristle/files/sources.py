@@ -14,7 +14,7 @@ from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
-from bristle.files.experiment_text import LoopRecord, holds_loop, read_loop
+from bristle.files.experiment_text import LoopRecord, kind_of_loop, read_loop
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
 from bristle.files.operator import OperatorFile, contact_over, holds_operator, read_operator
@@ -80,14 +80,10 @@ class Sources:
         file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
             return None, friction_from(entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code)
-        described = self.model(file, f"{path}.file")
+        described, place = self.model(file, f"{path}.file"), f"{path}.file"
         if described.friction.kind != kind:
-            raise InputError(
-                f"holds a {described.friction.kind} axis, and this one is {kind}",
-                path=f"{path}.file",
-                value=file,
-                mend="Name the model of an axis of the same kind",
-            )
+            message, mend = f"holds a {described.friction.kind} axis, and this one is {kind}", "Name the model of an axis of the same kind"
+            raise InputError(message, path=place, value=file, mend=mend)
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
@@ -95,9 +91,7 @@ class Sources:
     def own(self, table: Any, family: type[Own], path: str) -> Own | None:
         """Return the component of a person's own that a table names in `file`; None where it names none."""
         entries = table_at(table, path)
-        if "file" not in entries:
-            return None
-        return component_in(entries, family, path=path, read_code=self.code)
+        return component_in(entries, family, path=path, read_code=self.code) if "file" in entries else None
 
     def code(self, file: str, path: str) -> Content:
         """Return the code in a file, which may run here."""
@@ -117,40 +111,30 @@ class Sources:
     def recorded(self, table: dict[str, Any], axis: Axis | None, path: str) -> Model:
         """Return the reference that a log holds, or a motion in which nothing was recorded."""
         check_keys(table, ("model", "file", "axis"), path)
+        file, place = table["file"], f"{path}.file"
         if "axis" in table:
             axis = self.axis(table["axis"], f"{path}.axis")
-        if (record := self._loop_of(table["file"], f"{path}.file")) is not None:
+        source = self._file(file, place)
+        # The loop of a log that an identification left, or else a log.
+        is_loop = source.suffix == ".csv" and source.is_file() and kind_of_loop(content_of_log(source, limit=self.size_limit)) is not None
+        if is_loop:
+            record = self.loop_record(file, place)
             values = {"position": record.reference, "sample_time": record.sample_time}
             return make_model(recorded, values, kind=record.kind, validate=True, path=path)
-        log = self.log(table["file"], axis, f"{path}.file")
+        log = self.log(file, axis, place)
         reference = log.position if log.effort is None else log.reference
         if reference is None:
-            raise InputError(
-                "has no reference",
-                path=f"{path}.file",
-                value=table["file"],
-                mend="Name its column under [columns] of the axis file: reference = ...",
-            )
+            mend = "Name its column under [columns] of the axis file: reference = ..."
+            raise InputError("has no reference", path=place, value=file, mend=mend)
         if len(log.segments) > 1:
-            raise InputError(
-                f"has gaps, which split it into {len(log.segments)} parts",
-                path=f"{path}.file",
-                value=table["file"],
-                mend="Record the reference again, without gaps",
-            )
+            message = f"has gaps, which split it into {len(log.segments)} parts"
+            raise InputError(message, path=place, value=file, mend="Record the reference again, without gaps")
         values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
 
     def loop_record(self, file: Any, path: str) -> LoopRecord:
         """Return the loop of a log: its motion, and what pushes besides."""
         return self._once(("loop", self._file(file, path)), path, read_loop, content_of_log)
-
-    def _loop_of(self, file: Any, path: str) -> LoopRecord | None:
-        """Return the loop of a log that an identification left in a file; None where the file is another one."""
-        place = self._file(file, path)
-        if place.suffix != ".csv" or not place.is_file() or not holds_loop(content_of_log(place, limit=self.size_limit)):
-            return None
-        return self.loop_record(file, path)
 
     def _file(self, file: Any, path: str) -> Path:
         if not isinstance(file, str) or not file:

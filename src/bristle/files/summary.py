@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any, Protocol
+from typing import Any
 
 from bristle.core.content import Origin
 from bristle.core.typography import escaped, printable
@@ -39,20 +39,11 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, (int, bool)) or value is None else escaped(str(value))
 
 
-class Traced(Protocol):
-    """What knows the file that it comes from."""
-
-    @property
-    def origin(self) -> Origin:
-        """Name and checksum of the file."""
-        ...
-
-
-def provenance(command: str, **files: Traced | Sequence[Traced | Origin] | None) -> dict[str, str]:
-    """Return where results come from."""
+def provenance(command: str, **files: Any) -> dict[str, str]:
+    """Return where results come from; each of `files` is an `Origin`, or what has one, or several of these, or None."""
     record = {"bristle": version("bristle")}
     for kind, sources in files.items():
-        listed = () if sources is None else sources if isinstance(sources, Sequence) else (sources,)
+        listed = () if sources is None else sources if isinstance(sources, (list, tuple)) else (sources,)
         for number, source in enumerate(listed, 1):
             key = kind if number == 1 else f"{kind}_{number}"
             origin = source if isinstance(source, Origin) else source.origin

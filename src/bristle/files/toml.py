@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +16,6 @@ TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
 
 DEEPEST = 32  # tables in one another, and parts of a key
-LARGEST_WHOLE = 2**63 - 1  # what TOML promises to hold
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _TUPLE = re.compile(r"\(('(?:[^']|', ')*'),?\)")  # keys as the parser tells them
 _JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not those of a text
@@ -49,12 +47,16 @@ def _parsed(content: Content) -> dict[str, Any]:
         text = content.data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         raise InputError(f"is not a text file in UTF-8 (byte {error.start})", mend="Is it the right file?") from None
-    _refuse_long_keys(text)
+    before = ""
+    for match in _KEYS.finditer(text):  # keys of very many parts: the parser takes the square of their number
+        if match[0][0] in "=]" and before.count(".") > DEEPEST and len(_JOINTS.findall(before)) > DEEPEST:
+            raise _too_deep(before.strip())
+        before = match[0]
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         message = _TUPLE.sub(lambda match: match[1].replace("', '", "."), str(error))
-        raise InputError(f"is not valid TOML: {message}", mend=_mend(_quotable(content), str(error))) from None
+        raise InputError(f"is not valid TOML: {message}", mend=_mend(content, text, str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (what the parser does not foresee, such as a number of 5 000 digits)
@@ -62,14 +64,18 @@ def _parsed(content: Content) -> dict[str, Any]:
         raise InputError(f"holds what cannot be read as TOML ({message})", mend="Is it the right file?") from None
 
 
-def _refuse_long_keys(text: str) -> None:
-    """Refuse keys of very many parts: the parser takes the square of their number."""
-    before = ""
-    for match in _KEYS.finditer(text):
-        part = match[0]
-        if part[0] in "=]" and before.count(".") > DEEPEST and len(_JOINTS.findall(before)) > DEEPEST:
-            raise _too_deep(before.strip())
-        before = part
+def _mend(content: Content, text: str, message: str) -> str:
+    """Return what to do about the line that the parser names, for the two mistakes that people make most.
+
+    Nothing is quoted of a file that is none of settings, which another one may have named.
+    """
+    is_settings = content.source.suffix.lower() == ".toml" or content.source.name.startswith("<")
+    number, lines = message.partition("at line ")[2].partition(",")[0], text.splitlines() if is_settings else []
+    line = lines[int(number) - 1].strip()[:200] if number.isdigit() and int(number) <= len(lines) else ""
+    value = line.partition("=")[2].strip()
+    if value and value[0].isdigit() and not value.endswith(('"', "'")):
+        return f'A value with a unit stands in quotation marks: "{value}"'
+    return f"The line reads: {line}" if line else "Is a bracket or a quotation mark missing at its end?"
 
 
 def _refuse_absurdities(data: dict[str, Any]) -> None:
@@ -79,29 +85,22 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
         path, value, depth = waiting.pop()
         if depth > DEEPEST:
             raise _too_deep(path)
-        if isinstance(value, list) and all(type(number) is float and abs(number) <= LARGEST for number in value):
-            continue  # long tables of numbers, which is most of what large files hold
-        if isinstance(value, (dict, list)):
-            waiting += [(*inner, depth + 1) for inner in _inside(path, value)]
-        else:
+        if isinstance(value, dict):
+            for key, item in value.items():
+                if not isinstance(key, str) or _CONTROLS.search(key):
+                    raise InputError("has a key with control characters", path=path, value=key, mend="Write letters")
+                waiting.append((f"{path}.{key}" if path else key, item, depth + 1))
+        elif not isinstance(value, list):
             _refuse_value(path, value)
-
-
-def _inside(path: str, value: dict[str, Any] | list[Any]) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, list):
-        yield from ((f"{path}[{index}]", item) for index, item in enumerate(value))
-        return
-    for key, item in value.items():
-        if not isinstance(key, str) or _CONTROLS.search(key):
-            raise InputError("has a key with control characters", path=path, value=key, mend="Write letters")
-        yield (f"{path}.{key}" if path else key), item
+        elif not all(type(number) is float and abs(number) <= LARGEST for number in value):  # as long tables of numbers are
+            waiting += [(f"{path}[{index}]", item, depth + 1) for index, item in enumerate(value)]
 
 
 def _refuse_value(path: str, value: Any) -> None:
     if isinstance(value, str):
         if _CONTROLS.search(value):
             raise InputError("holds control characters", path=path, value=value, mend="Write letters")
-    elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+    elif isinstance(value, int) and abs(value) > 2**63 - 1:  # what TOML promises to hold
         raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
         raise InputError("must be a finite number", path=path, value=value)
@@ -113,20 +112,3 @@ def _too_deep(path: str) -> InputError:
     return InputError(
         "is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another", mend="Is it the right file?"
     )
-
-
-def _quotable(content: Content) -> str:
-    """Return what a message may quote: nothing of a file that is none of settings, which another one may have named."""
-    is_settings = content.source.suffix.lower() == ".toml" or content.source.name.startswith("<")
-    return content.data.decode("utf-8-sig") if is_settings else ""
-
-
-def _mend(text: str, message: str) -> str:
-    """Return what to do about the line that the parser names, for the two mistakes that people make most."""
-    number = message.partition("at line ")[2].partition(",")[0]
-    lines = text.splitlines()
-    line = lines[int(number) - 1].strip()[:200] if number.isdigit() and int(number) <= len(lines) else ""
-    value = line.partition("=")[2].strip()
-    if value and value[0].isdigit() and not value.endswith(('"', "'")):
-        return f'A value with a unit stands in quotation marks: "{value}"'
-    return f"The line reads: {line}" if line else "Is a bracket or a quotation mark missing at its end?"

@@ -52,7 +52,9 @@ class SourceText:
         name = f"{OWN_CODE}{self.content.checksum[:LETTERS]}"
         with LOADING:
             module = sys.modules.get(name) or _executed(name, self.content)
-            _show_source(module, self.content.data)
+            # Lets `inspect` find the text that was executed, whatever has become of the file that it was read from.
+            filename, lines = str(module.__file__), importlib.util.decode_source(self.content.data).splitlines(keepends=True)
+            linecache.cache[filename] = (len(self.content.data), None, lines, filename)
             return module
 
 
@@ -94,56 +96,37 @@ def load_component_file(path: Readable, *families: type[Own]) -> Own:
     model = getattr(SourceText(content).module(), "MODEL", None)
     family = next((family for family in families if isinstance(model, family)), families[0])
     if not isinstance(model, family):
-        raise InputError(
-            f"defines no {WORDS[family]}" if model is None else f"MODEL is not a {family.__name__}",
-            path=str(source),
-            value=None if model is None else type(model).__name__,
-            mend=f"End the file with MODEL = {family.__name__}({_arguments_of(family)})",
-        )
+        message = f"defines no {WORDS[family]}" if model is None else f"MODEL is not a {family.__name__}"
+        mend = f"End the file with MODEL = {_as_written(family)}"
+        raise InputError(message, path=str(source), value=None if model is None else type(model).__name__, mend=mend)
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
-        raise InputError(
-            "gives its model a name that cannot be asked for",
-            path=str(source),
-            value=model.name,
-            allowed="a name without + and comma",
-            mend=f'Write another name in {family.__name__}(name="...")',
-        )
-    _refuse_odd_quantities(model, source)
-    return model
-
-
-def _arguments_of(family: type[Documented]) -> str:
-    """Return what a descriptor cannot do without, as it is written."""
-    described = fields(family)
-    needed = (field.name for field in described if field.default is MISSING and field.default_factory is MISSING)
-    said = ("name", "description", "channel")
-    return ", ".join(f"{name}=..." if name in said else f"{name}={name}" for name in needed)
-
-
-def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead) -> Own:
-    """Return the component of a person's own that a table names, ``file = "my_law.py"``."""
-    file = table["file"]
-    if "model" in table:
-        raise InputError("has both a model and a file", path=path, mend="Keep one of them")
-    if not isinstance(file, str) or not file.endswith(".py"):
-        raise InputError(
-            f"is no file with a {WORDS[family].split()[-1]}",
-            path=f"{path}.file",
-            value=file,
-            allowed=f"a file of Python, my_{WORDS[family].split()[-1]}.py",
-        )
-    return load_component_file(read_code(file, f"{path}.file"), family)
-
-
-def _refuse_odd_quantities(model: Component, source: Path) -> None:
-    """Refuse a model with a quantity that is none; what else a description lacks, the contract says."""
-    for described in (model.Parameters, model.State):
+        allowed, mend = "a name without + and comma", f'Write another name in {family.__name__}(name="...")'
+        raise InputError("gives its model a name that cannot be asked for", path=str(source), value=model.name, allowed=allowed, mend=mend)
+    for described in (model.Parameters, model.State):  # what else a description lacks, the contract says
         try:
             variables_of(described)
         except InputError as error:
             raise error.at(_place(error, source)) from None
         except Exception:  # noqa: BLE001  (annotations may hold anything)
-            return
+            break
+    return model
+
+
+def _as_written(family: type[Documented]) -> str:
+    """Return the call of a descriptor with what it cannot do without."""
+    needed = [field.name for field in fields(family) if field.default is MISSING and field.default_factory is MISSING]
+    free = ("name", "description", "channel")
+    return f"{family.__name__}({', '.join(f'{name}=...' if name in free else f'{name}={name}' for name in needed)})"
+
+
+def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead) -> Own:
+    """Return the component of a person's own that a table names, ``file = "my_law.py"``."""
+    file, word = table["file"], WORDS[family].split()[-1]
+    if "model" in table:
+        raise InputError("has both a model and a file", path=path, mend="Keep one of them")
+    if not isinstance(file, str) or not file.endswith(".py"):
+        raise InputError(f"is no file with a {word}", path=f"{path}.file", value=file, allowed=f"a file of Python, my_{word}.py")
+    return load_component_file(read_code(file, f"{path}.file"), family)
 
 
 def load_slot_file(path: Readable) -> Slot:
@@ -168,23 +151,14 @@ def load_slot_file(path: Readable) -> Slot:
     source, module = content.source, SourceText(content).module()
     slot = getattr(module, "SLOT", None)
     if not isinstance(slot, Slot):
-        own = isinstance(getattr(module, "MODEL", None), FrictionModel)
-        raise InputError(
-            "SLOT is not a Slot" if slot is not None else "defines no slot",
-            path=str(source),
-            value=None if slot is None else type(slot).__name__,
-            mend=f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry"
-            if own
-            else f"End the file with SLOT = Slot({_arguments_of(Slot)})",
-        )
+        mend = f"End the file with SLOT = {_as_written(Slot)}"
+        if isinstance(getattr(module, "MODEL", None), FrictionModel):
+            mend = f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry"
+        message, value = ("defines no slot", None) if slot is None else ("SLOT is not a Slot", type(slot).__name__)
+        raise InputError(message, path=str(source), value=value, mend=mend)
     if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
-        raise InputError(
-            "gives its slot a name that cannot be asked for",
-            path=str(source),
-            value=slot.name,
-            allowed=f"a word that is none of {', '.join(SLOTS)}",
-            mend='Write another name in Slot(name="...")',
-        )
+        message, allowed = "gives its slot a name that cannot be asked for", f"a word that is none of {', '.join(SLOTS)}"
+        raise InputError(message, path=str(source), value=slot.name, allowed=allowed, mend='Write another name in Slot(name="...")')
     with located(source):
         refuse_unfit(slot)
     return slot
@@ -257,61 +231,43 @@ def _executed(name: str, content: Content) -> types.ModuleType:
             exec(compile(content.data, str(source), "exec", dont_inherit=True), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
+        place = _place(error, source)
         if isinstance(error, InputError):
-            raise error.at(_place(error, source)) from None
+            raise error.at(place) from None
         if isinstance(error, (BristleError, KeyboardInterrupt)):
             raise
-        raise _refusal(error, source) from None
+        if isinstance(error, SyntaxError) and error.filename == str(source):
+            raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
+        if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and place == str(source):
+            raise InputError(f"is not valid Python ({error})", path=place) from None  # what the compiler gives up on
+        raise InputError(f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": "), path=place) from None
     finally:
         sys.setrecursionlimit(deepest)
-    _let_travel(module, SourceText(content))
-    return module
-
-
-def _show_source(module: types.ModuleType, text: bytes) -> None:
-    """Let `inspect` find the text that was executed, whatever has become of the file that it was read from."""
-    filename = str(module.__file__)
-    lines = importlib.util.decode_source(text).splitlines(keepends=True)
-    linecache.cache[filename] = (len(text), None, lines, filename)
-
-
-def _refusal(error: BaseException, source: Path) -> InputError:
-    if isinstance(error, SyntaxError) and error.filename == str(source):
-        return InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}")
-    if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and not _line_of(error, source):
-        return InputError(f"is not valid Python ({error})", path=str(source))  # what the compiler gives up on
-    message = f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": ")
-    return InputError(message, path=_place(error, source))
-
-
-def _place(error: BaseException, source: Path) -> str:
-    line = _line_of(error, source)
-    return f"{source}, line {line}" if line else str(source)
-
-
-def _let_travel(module: types.ModuleType, source: SourceText) -> None:
-    """Let what a module defines travel as its text: by a name alone no other process could import it."""
+    text = SourceText(content)
 
     def reduced(value: Any) -> tuple[Any, ...]:
-        return _tuple_of, (source, type(value).__name__, tuple(value))
+        return _tuple_of, (text, type(value).__name__, tuple(value))
 
-    vars(module)["__travels_as__"] = source
+    # What a module defines travels as its text: by a name alone no other process could import it.
+    vars(module)["__travels_as__"] = text
     for member in list(vars(module).values()):
         if isinstance(member, type) and issubclass(member, tuple) and member.__module__ == module.__name__:
             member.__reduce__ = reduced  # type: ignore[method-assign]
+    return module
 
 
 def _tuple_of(source: SourceText, name: str, values: tuple[Any, ...]) -> Any:
     return getattr(source.module(), name)(*values)
 
 
-def _line_of(error: BaseException, source: Path) -> int:
+def _place(error: BaseException, source: Path) -> str:
+    """Return the file, and the line in it where an error was raised, as far as it was there."""
     line, frame = 0, error.__traceback__
     while frame is not None:
         if frame.tb_frame.f_code.co_filename == str(source):
             line = frame.tb_lineno
         frame = frame.tb_next
-    return line
+    return f"{source}, line {line}" if line else str(source)
 
 
 Declared = TypeVar("Declared")
@@ -321,11 +277,10 @@ def declared_in(path: Readable, name: str, family: type[Declared], *, title: str
     """Return what a Python file defines under a name."""
     content = code_at(path)
     declared = getattr(SourceText(content).module(), name, None)
-    if not isinstance(declared, family):
-        raise InputError(
-            f"defines no {title}", path=str(content.source), mend=mend, value=None if declared is None else type(declared).__name__
-        )
-    return declared
+    if isinstance(declared, family):
+        return declared
+    value = None if declared is None else type(declared).__name__
+    raise InputError(f"defines no {title}", path=str(content.source), mend=mend, value=value)
 
 
 MEND = "End the file with FORMAT = LogFormat(name=..., title=..., recognises=recognises, read=read)"

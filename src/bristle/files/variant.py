@@ -91,38 +91,88 @@ def merged(base: Any, override: Any) -> Any:
 
 def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
     """Return the variant that some tables describe."""
-    axis = _axis(tables, sources)
+    content, axis = tables.content, None
+    if "axis" in content:
+        check_keys(tables.table("axis"), ("file",), tables.path("axis"))
+        axis = sources.axis(tables.table("axis").get("file"), f"{tables.path('axis')}.file")
     kind = _kind(tables, axis, sources)
-    if "friction" not in tables.content:
+    if "friction" not in content:
         raise InputError("is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"')
-    identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
+    identified, friction = sources.friction(content["friction"], kind, tables.path("friction"))
     if identified is not None and axis is not None and axis.presliding:
         friction = with_presliding(friction, axis.presliding)
     plant = _plant(tables, axis, identified, kind, sources)
+    table_friction, has_screw = None, plant.component.screw is not None
+    if "table_friction" in content:  # in N and m whatever the kind of axis
+        path = tables.path("table_friction")
+        if not has_screw:
+            message, mend = (
+                "needs a plant with a table behind a screw",
+                'Write model = "ball_screw" under [plant], or put the friction under [friction]',
+            )
+            raise InputError(message, path=path, value=plant.name, allowed="ball_screw", mend=mend)
+        table_friction = sources.friction(content["table_friction"], "translational", path)[1]
+    path, sensor = tables.path("sensor"), tables.table("sensor")
+    # The sensor reads the side of the motor, unless the file says otherwise.
+    side = choice_at(sensor, "side", SIDES, path, "no such side", "motor" if has_screw else "load")
+    sensor = {key: value for key, value in sensor.items() if key != "side"}
+    if not sensor and axis is not None and axis.resolution is not None:
+        sensor = {"resolution": axis.resolution}
+    own = sources.own(sensor, Sensor, path)
     mechanism: dict[str, Any] = {
         "name": name,
         "plant": plant,
         "friction": friction,
-        "table": _table_friction(tables, plant, sources),
-        "sensor": _sensor(tables, axis, kind, sources),
-        "sensor_at": _side(tables, plant),
+        "table": table_friction,
+        "sensor": model_from(sensor, SENSORS, kind=kind, path=path, default="encoder", own=own),
+        "sensor_at": side,
         "axis": axis,
     }
-    if "effort" in tables.content:
-        return _open_loop(tables, mechanism, kind, sources)
+    return (_open_loop if "effort" in content else _closed_loop)(tables, mechanism, kind, sources)
+
+
+def _closed_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
+    axis, plant, start, learning = mechanism["axis"], mechanism["plant"], None, None
     reference = _reference(tables, axis, kind, sources)
     run = run_from(tables.table("run"), axis, reference, kind, tables.path("run"))
+    if "learning" in tables.table("controller"):
+        path = tables.path("controller", "learning")
+        entries = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
+        check_keys(entries, LEARNING, path)
+        learning = Learning(**numbers_in(entries, LEARNING, kind, path, needs=LEARNING, integers=("trials",)))
+    if "start" in tables.content:  # else the loop begins where its reference does
+        path, entries, variables = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
+        check_keys(entries, variables, path)
+        start = Start(**numbers_in(entries, variables, kind, path, needs=("position",)))
     return Variant(
         **mechanism,
         controller=_controller(tables, axis, kind, sources),
         reference=reference,
         feedforward=_feedforward(tables, plant, kind, sources),
-        learning=_learning(tables, kind),
+        learning=learning,
         disturbance=_replayed("disturbance", tables, run, sources),
         injected=_replayed("injected", tables, run, sources),
-        start=_start(tables, kind),
+        start=start,
         run=run,
     )
+
+
+def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
+    for section in ("controller", "reference"):
+        if section in tables.content:
+            mend = f"Take [{section}] or [effort] out of the file"
+            raise InputError("belongs to a loop, and [effort] drives the plant without one", path=tables.path(section), mend=mend)
+    path, entries, axis = tables.path("effort"), tables.table("effort"), mechanism["axis"]
+    log = recorded_in(entries, axis, sources, path)
+    reference = at_rest(kind, log)
+    run = run_from(tables.table("run"), axis, reference, kind, tables.path("run"))
+    effort, law = effort_from(entries, log, run, kind, path), open_loop(kind=kind)
+    return Variant(**mechanism, controller=law, reference=reference, feedforward=Feedforward(), run=run, effort=effort)
+
+
+def _values_of(model: Model) -> dict[str, Any]:
+    """Return a model as the table that would describe it."""
+    return {"model": model.name} | {key_of(name): value for name, value in model.values.items()}
 
 
 def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.ndarray | None:
@@ -134,56 +184,14 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     record = sources.loop_record(entries.get("file"), f"{path}.file")
     force = record.unexplained if section == "disturbance" else record.injected
     if force is None:
-        raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=f"Take [{path}] out of the file")
+        mend = f"Take [{path}] out of the file"
+        raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=mend)
     at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + OF_A_SAMPLE)
     if at[-1] >= force.size:
-        raise InputError(
-            f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s",
-            path=tables.path("run", "duration"),
-            value=run.duration,
-            mend=f"Leave duration out, or take [{path}] out of the file",
-        )
+        message = f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s"
+        mend = f"Leave duration out, or take [{path}] out of the file"
+        raise InputError(message, path=tables.path("run", "duration"), value=run.duration, mend=mend)
     return force[at.astype(int)]
-
-
-def _start(tables: Tables, kind: Kind) -> Start | None:
-    """Return where a loop begins; None for where its reference does."""
-    if "start" not in tables.content:
-        return None
-    path, entries, variables = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
-    check_keys(entries, variables, path)
-    return Start(**numbers_in(entries, variables, kind, path, needs=("position",)))
-
-
-def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
-    for section in ("controller", "reference"):
-        if section in tables.content:
-            raise InputError(
-                "belongs to a loop, and [effort] drives the plant without one",
-                path=tables.path(section),
-                mend=f"Take [{section}] or [effort] out of the file",
-            )
-    path, entries = tables.path("effort"), tables.table("effort")
-    log = recorded_in(entries, mechanism["axis"], sources, path)
-    reference = at_rest(kind, log)
-    run = run_from(tables.table("run"), mechanism["axis"], reference, kind, tables.path("run"))
-    return Variant(
-        **mechanism,
-        controller=open_loop(kind=kind),
-        reference=reference,
-        feedforward=Feedforward(),
-        run=run,
-        effort=effort_from(entries, log, run, kind, path),
-    )
-
-
-def _axis(tables: Tables, sources: Sources) -> Axis | None:
-    if "axis" not in tables.content:
-        return None
-    path = tables.path("axis")
-    table = tables.table("axis")
-    check_keys(table, ("file",), path)
-    return sources.axis(table.get("file"), f"{path}.file")
 
 
 def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
@@ -198,11 +206,6 @@ def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
         return sources.model(friction["file"], tables.path("friction", "file")).friction.kind
     variables = PLANTS["inertia"].variables | {name: variable for model in MODELS.values() for name, variable in model.variables.items()}
     return units.kind_of(plant | friction, variables)
-
-
-def _values_of(model: Model) -> dict[str, Any]:
-    """Return a model as the table that would describe it."""
-    return {"model": model.name} | {key_of(name): value for name, value in model.values.items()}
 
 
 def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Kind, sources: Sources) -> Model:
@@ -232,76 +235,26 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
-    own = entries.get("plant", "none")
+    own, place, friction = entries.get("plant", "none"), f"{path}.plant", entries.get("friction", "none")
     if own not in ("none", "own"):
-        raise InputError(
-            "is no plant whose gravity and cogging are fed forward",
-            path=f"{path}.plant",
-            value=own,
-            allowed='"none", or "own": those of [plant]',
-        )
+        allowed = '"none", or "own": those of [plant]'
+        raise InputError("is no plant whose gravity and cogging are fed forward", path=place, value=own, allowed=allowed)
     along: Any = choice_at(entries, "along", ALONG, path, "is no motion that a compensator follows")
     rest: Any = choice_at(entries, "rest", RESTS, path, "is no rule for the force at rest")
-    friction = entries.get("friction", "none")
-    full_path = tables.path("controller", "feedforward", "friction")
+    place = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
-        raise InputError(
-            "must be a table",
-            path=full_path,
-            value=friction,
-            allowed='"none", or a friction model as in [friction]',
-            mend=f'Write [{full_path}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
-        )
-    values = numbers_in(entries, FEEDFORWARD, kind, path)
-    compensator, fitted_to, carries = None, "", None
-    if friction != "none":
-        (identified, compensator), fitted_to = (sources.friction(friction, kind, full_path), sources.fitted_to(friction, full_path))
-        # The plant whose effort passes through a compensator that asks for it, as it was identified with it.
-        mechanism = identified or plant
-        carries = mechanism if rises_with_effort(compensator) and mechanism.component.inverse is not None else None
-    return Feedforward(
-        friction=compensator, along=along, rest=rest, fitted_to=fitted_to, plant=plant if own == "own" else None, carries=carries, **values
-    )
-
-
-def _learning(tables: Tables, kind: Kind) -> Learning | None:
-    if "learning" not in tables.table("controller"):
-        return None
-    path = tables.path("controller", "learning")
-    entries = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
-    check_keys(entries, LEARNING, path)
-    return Learning(**numbers_in(entries, LEARNING, kind, path, needs=LEARNING, integers=("trials",)))
-
-
-def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:
-    """Return the friction of the table of a plant with a screw, in N and m whatever the kind of axis."""
-    if "table_friction" not in tables.content:
-        return None
-    path = tables.path("table_friction")
-    if plant.component.screw is None:
-        raise InputError(
-            "needs a plant with a table behind a screw",
-            path=path,
-            value=plant.name,
-            allowed="ball_screw",
-            mend='Write model = "ball_screw" under [plant], or put the friction under [friction]',
-        )
-    return sources.friction(tables.content["table_friction"], "translational", path)[1]
-
-
-def _side(tables: Tables, plant: Model) -> str:
-    """Return which side of the screw the sensor reads: that of the motor, unless the file says otherwise."""
-    usual = "motor" if plant.component.screw is not None else "load"
-    return choice_at(tables.table("sensor"), "side", SIDES, tables.path("sensor"), "no such side", usual)
-
-
-def _sensor(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:
-    path = tables.path("sensor")
-    entries = {key: value for key, value in tables.table("sensor").items() if key != "side"}
-    if not entries and axis is not None and axis.resolution is not None:
-        entries = {"resolution": axis.resolution}
-    own = sources.own(entries, Sensor, path)
-    return model_from(entries, SENSORS, kind=kind, path=path, default="encoder", own=own)
+        mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
+        allowed = '"none", or a friction model as in [friction]'
+        raise InputError("must be a table", path=place, value=friction, allowed=allowed, mend=mend)
+    values: dict[str, Any] = numbers_in(entries, FEEDFORWARD, kind, path)
+    values |= {"along": along, "rest": rest, "plant": plant if own == "own" else None}
+    if friction == "none":
+        return Feedforward(friction=None, fitted_to="", carries=None, **values)
+    identified, compensator = sources.friction(friction, kind, place)
+    # The plant whose effort passes through a compensator that asks for it, as it was identified with it.
+    mechanism = identified or plant
+    carries = mechanism if rises_with_effort(compensator) and mechanism.component.inverse is not None else None
+    return Feedforward(friction=compensator, fitted_to=sources.fitted_to(friction, place), carries=carries, **values)
 
 
 def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:

@@ -31,9 +31,8 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.dataset import Alignment, Dataset, Segment
-from bristle.logs.channel import Channel
 from bristle.logs.filters import at, derivative, low_passed, through_filter
-from bristle.logs.log import Log
+from bristle.logs.log import Channel, Log
 from bristle.logs.turns import rests, whole_cycle, with_sides
 
 __all__ = ["CUTOFF_SHARE", "aligned", "calmed", "differentiated", "segment_of", "shifted", "smallest_step", "treat", "treat_all"]

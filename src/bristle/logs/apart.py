@@ -16,18 +16,14 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bristle.core.errors import InputError, shortened
 from bristle.logs.table import Choice, Request, Table, damage_refused
 
-__all__ = ["read_apart", "serve"]
-
 SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, before a file counts as one that has no end
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
-SPARE_BYTES = 3 * 2**29  # of addresses, beside what is read
 # A plugin of HDF5 is a library that a file can ask for; none is loaded. One thread of linear algebra is enough.
 # Ctrl-C in a terminal goes to whoever waits, who ends it.
 ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -56,29 +52,35 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
         start_new_session=sys.platform != "win32",
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
     )
+    out, ending = b"", None
     with process:
         try:
             out, stderr = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
         except subprocess.TimeoutExpired:
             process.kill()
-            raise _no_answer("takes too long", request) from None
+            ending = "takes too long"
         except BaseException:
             process.kill()
             raise
-    if process.returncode != 0:
-        raise _no_answer(_how_it_ended(process.returncode, stderr), request)
-    return _table_in(out)
-
-
-def _how_it_ended(code: int, stderr: bytes) -> str:
-    if code == -getattr(signal, "SIGXCPU", 0):
-        return "takes too long"
-    last = stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
-    return f"the library that reads it ended with signal {-code}" if code < 0 else shortened(last, 120)
-
-
-def _no_answer(ending: str, request: Request) -> InputError:
-    return InputError(f"is damaged, or of a kind that is not read ({ending})", path=str(request.source), mend="Copy or save it again")
+        else:
+            code = process.returncode
+            last = shortened(stderr.decode("utf-8", "replace").strip().rpartition("\n")[2], 120)
+            if code == -getattr(signal, "SIGXCPU", 0) != 0:
+                ending = "takes too long"
+            elif code != 0:
+                ending = f"the library that reads it ended with signal {-code}" if code < 0 else last
+    if ending is not None:
+        message = f"is damaged, or of a kind that is not read ({ending})"
+        raise InputError(message, path=str(request.source), mend="Copy or save it again")
+    line, _, rest = out.partition(b"\n")
+    record = json.loads(line)
+    if "refused" in record:
+        raise InputError(**record["refused"])
+    numbers, at, columns = np.frombuffer(rest, float), 0, {}
+    for name, size in record.pop("sizes").items():
+        columns[name] = numbers[at : at + size].copy()
+        at += size
+    return Table(columns, **record | {name: tuple(record[name]) for name in ("notes", "tables", "names")})
 
 
 def serve() -> None:
@@ -86,7 +88,15 @@ def serve() -> None:
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not come between
     head = json.loads(sys.stdin.buffer.readline())
-    _limit_to(head["seconds"], head["limit"])
+    # The system ends this process, should it take more, even if nobody waits any more.
+    with suppress(ImportError):  # not on this system: whoever waits ends it
+        import resource
+
+        most = 3 * 2**29 + 4 * head["limit"]  # of addresses, beside what is read
+        for name, soft, hard in (("CPU", head["seconds"], head["seconds"] + 1), ("AS", most, most), ("CORE", 0, 0)):
+            # Some systems know a limit and do not take it, or have a smaller one already.
+            with suppress(AttributeError, ValueError, OSError):
+                resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (soft, hard))
     data = sys.stdin.buffer.read()
     from importlib import import_module
 
@@ -100,38 +110,10 @@ def serve() -> None:
         value = error.value if isinstance(error.value, (str, int, float)) else None
         out.write(json.dumps({"refused": parts | {"value": value}}).encode() + b"\n")
     else:
-        out.write(json.dumps(_record_of(table)).encode() + b"\n")
+        attributes = ("units", "constants", "sample_time", "notes", "format", "tables", "names", "stamps", "facts", "about")
+        record = {name: getattr(table, name) for name in attributes}
+        sizes = {name: int(values.size) for name, values in table.columns.items()}
+        out.write(json.dumps({"sizes": sizes} | record).encode() + b"\n")
         for values in table.columns.values():
             out.write(np.ascontiguousarray(values, float).data)
     out.close()
-
-
-def _limit_to(seconds: int, limit: int) -> None:
-    """Let the system end this process, should it take more; it does so even if nobody waits any more."""
-    try:
-        import resource
-    except ImportError:  # not on this system: whoever waits ends it
-        return
-    most = SPARE_BYTES + 4 * limit
-    for resource_name, soft, hard in (("CPU", seconds, seconds + 1), ("AS", most, most), ("CORE", 0, 0)):
-        # Some systems know a limit and do not take it, or have a smaller one already.
-        with suppress(AttributeError, ValueError, OSError):
-            resource.setrlimit(getattr(resource, f"RLIMIT_{resource_name}"), (soft, hard))
-
-
-def _record_of(table: Table) -> dict[str, Any]:
-    names = ("units", "constants", "sample_time", "notes", "format", "tables", "names", "stamps", "facts", "about")
-    sizes = {name: int(values.size) for name, values in table.columns.items()}
-    return {"sizes": sizes} | {name: getattr(table, name) for name in names}
-
-
-def _table_in(out: bytes) -> Table:
-    line, _, rest = out.partition(b"\n")
-    record = json.loads(line)
-    if "refused" in record:
-        raise InputError(**record["refused"])
-    numbers, at, columns = np.frombuffer(rest, float), 0, {}
-    for name, size in record.pop("sizes").items():
-        columns[name] = numbers[at : at + size].copy()
-        at += size
-    return Table(columns, **record | {name: tuple(record[name]) for name in ("notes", "tables", "names")})

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
-from bristle.core.axis import Axis
+from bristle.core.axis import COLUMNS, Axis
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
@@ -18,10 +18,6 @@ from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
 from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.table import Table
-
-__all__ = ["assembled", "clock_for", "doubts_about_velocity", "integral_of", "record_of", "remark_on", "within"]
-
-NEGLIGIBLE = 0.1  # of the sample time: less jitter than this is told as a note, not as a warning
 
 
 def record_of(table: Table, axis: Axis) -> LogData:
@@ -35,44 +31,28 @@ def record_of(table: Table, axis: Axis) -> LogData:
 
 def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     """Return the time base of a log: from its column of time, else from the sample time that is known."""
-    time = gathered.channels.get("time")
+    time, place = gathered.channels.get("time"), str(table.source)
     if time is not None:
-        place = f"{table.source}: column {time.column!r}"
-        return clock_of(
-            time.values,
-            place,
-            delay=axis.delay,
-            sample_time=axis.sample_time,
-            position=gathered.motion.values if gathered.motion else None,
-            repeats=_repeats(gathered),
-        )
+        # Rows that hold in all channels what the row before holds.
+        values = [channel.values for name, channel in gathered.named() if name != "time"]
+        repeats = np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
+        position = gathered.motion.values if gathered.motion else None
+        place = f"{place}: column {time.column!r}"
+        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position, repeats=repeats)
     period = axis.sample_time or table.sample_time
     if period is None:
-        raise InputError(
-            "has no column of time and no sample time",
-            path=str(table.source),
-            mend='Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]',
-        )
+        mend = 'Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]'
+        raise InputError("has no column of time and no sample time", path=place, mend=mend)
     if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
-        raise InputError(
-            f"was sampled every {table.sample_time:g} s and the axis file says otherwise",
-            path=str(table.source),
-            value=period,
-            mend="Leave sample_time out of the axis file",
-        )
-    stamps = period * np.arange(len(gathered.motion or ()))
-    return clock_of(stamps, str(table.source), delay=axis.delay)
-
-
-def _repeats(gathered: Gathered) -> np.ndarray:
-    """Return which rows hold in all channels what the row before holds."""
-    values = [channel.values for name, channel in gathered.named() if name != "time"]
-    return np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
+        message = f"was sampled every {table.sample_time:g} s and the axis file says otherwise"
+        raise InputError(message, path=place, value=period, mend="Leave sample_time out of the axis file")
+    return clock_of(period * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
 
 
 def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
     """Yield what resampling does to the channels."""
-    if clock.jitter is None or clock.jitter.usual <= NEGLIGIBLE >= clock.jitter.largest:
+    # 0.1 of the sample time: less jitter than this is told as a note, not as a warning
+    if clock.jitter is None or clock.jitter.usual <= 0.1 >= clock.jitter.largest:
         return
     motion, per = gathered.motion, 1.0 if "position" in gathered.channels else clock.sample_time
     numbers: dict[str, Number] = {
@@ -87,7 +67,7 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
 
 
 def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> LogData:
-    """Return the record of channels that were examined, on the grid of `clock`."""
+    """Return the log of channels that were examined, on the grid of `clock`."""
 
     def on_grid(name: str, lag: float = 0.0) -> Channel | None:
         channel = gathered.channels.get(name)
@@ -102,13 +82,16 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
     if position is None:
         if velocity is None:
             raise InputError("has no position", path=str(table.source))
-        start = float(reference.values[0]) if reference else 0.0
-        unit = unit_of(CHANNELS["position"], axis.kind)
-        position = integral_of(velocity, unit, clock.sample_time, clock.segments, start)
-        notes.append(remark_on(velocity.column, axis, follows=reference is not None))
+        # The integral by trapezoids; each segment goes on where the one before it ended.
+        steps = 0.5 * clock.sample_time * (velocity.values[1:] + velocity.values[:-1])
+        for segment in clock.segments[1:]:
+            steps[segment.start - 1] = 0.0
+        way = (float(reference.values[0]) if reference else 0.0) + np.concatenate([[0.0], np.cumsum(steps)])
+        position = Channel(way, unit_of(CHANNELS["position"], axis.kind), velocity.column, velocity.step * clock.sample_time)
+        notes.append(_remark_on(velocity.column, axis, follows=reference is not None))
     if axis.delay:
         notes.append(f"effort was moved by its delay of {axis.delay:g} s")
-    record = LogData(
+    return LogData(
         time=Channel(clock.time, "s", time.column if time else ""),
         position=position,
         velocity=velocity,
@@ -116,7 +99,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         reference=reference,
         load=on_grid("load"),
         temperature=on_grid("temperature"),
-        further={name: channel for name in gathered.further if (channel := on_grid(name)) is not None},
+        further={name: channel for name in gathered.channels if name not in COLUMNS and (channel := on_grid(name)) is not None},
         injected=tuple(
             Channel(clock.sampled(injected.values, axis.delay, smooth=False), injected.unit, injected.column)
             for injected in gathered.injected
@@ -126,24 +109,13 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         segments=clock.segments,
         source=table.source,
         origin=table.origin,
-        notes=tuple(notes),
+        notes=(*notes, *_doubts_about_velocity(position, clock, axis)),
         kind=axis.kind,
         findings=(*gathered.findings, *_of_clock(clock, gathered, axis), *limits_exceeded(gathered, axis)),
     )
-    return replace(record, notes=(*record.notes, *doubts_about_velocity(record, axis)))
 
 
-def integral_of(velocity: Channel, unit: str, sample_time: float, segments: Sequence[slice], start: float) -> Channel:
-    """Return the integral of a velocity by trapezoids; each segment goes on where the one before it ended."""
-    speed = velocity.values
-    steps = 0.5 * sample_time * (speed[1:] + speed[:-1])
-    for segment in segments[1:]:
-        steps[segment.start - 1] = 0.0
-    way = start + np.concatenate([[0.0], np.cumsum(steps)])
-    return Channel(way, unit, velocity.column, velocity.step * sample_time)
-
-
-def remark_on(column: str, axis: Axis, *, follows: bool) -> str:
+def _remark_on(column: str, axis: Axis, *, follows: bool) -> str:
     """Return what is to be said of a position that is the integral of a column."""
     begin = "it begins at the reference" if follows else "it begins at 0"
     terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging)) if stated]
@@ -154,51 +126,40 @@ def remark_on(column: str, axis: Axis, *, follows: bool) -> str:
     )
 
 
-STRIDE = 20  # samples over which the position is differentiated, against quantisation
-BEYOND = 0.02  # of the limit: what noise may add to a velocity
-
-
-def doubts_about_velocity(log: LogData, axis: Axis) -> Iterator[str]:
+def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Iterator[str]:
     """Yield in words where the axis exceeds its limit."""
-    if axis.velocity_limit is None:
-        return
-    steps = [np.abs(np.diff(log.position.values[segment][::STRIDE])) for segment in log.segments]
-    fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * log.sample_time)
-    if fastest > (1.0 + BEYOND) * axis.velocity_limit:
-        unit = unit_of("length/time", log.kind)
-        yield (
-            f"the axis moves at up to {with_unit(fastest, unit)}, faster than its limit of "
-            f"{with_unit(axis.velocity_limit, unit)} in the axis file: is the unit of the position right?"
-        )
+    steps = [np.abs(np.diff(position.values[segment][::STRIDE])) for segment in clock.segments]
+    fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * clock.sample_time)
+    if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:  # of the limit: what noise may add to a velocity
+        speed, limit = (with_unit(value, unit_of("length/time", axis.kind)) for value in (fastest, axis.velocity_limit))
+        yield f"the axis moves at up to {speed}, faster than its limit of {limit} in the axis file: is the unit of the position right?"
+
+
+STRIDE = 20  # samples over which the position is differentiated, against quantisation
 
 
 R = TypeVar("R", bound=LogData)
-
-FEWEST = 10
 
 
 def within(log: R, span: tuple[float, float]) -> R:
     """Return the part of a log between two times [s] of its own clock."""
     time = log.time.values
     first, last = (int(index) for index in np.searchsorted(time, span))
-    if last - first < FEWEST:
-        raise InputError(
-            "holds next to nothing of the log",
-            path="log.span",
-            value=f"{span[0]:g} to {span[1]:g} s",
-            allowed=f"within {time[0]:g} to {time[-1]:g} s",
-        )
+    extent = f"{span[0]:g} to {span[1]:g} s"
+    if last - first < 10:
+        allowed = f"within {time[0]:g} to {time[-1]:g} s"
+        raise InputError("holds next to nothing of the log", path="log.span", value=extent, allowed=allowed)
 
-    def part(channel: Channel | None) -> Channel | None:
-        return None if channel is None else replace(channel, values=channel.values[first:last])
+    def part(channel: Channel) -> Channel:
+        return replace(channel, values=channel.values[first:last])
 
     segments = [(max(segment.start, first) - first, min(segment.stop, last) - first) for segment in log.segments]
     return replace(
         log,
-        **{name: part(getattr(log, name)) for name in CHANNELS},
+        **{name: part(channel) for name in CHANNELS if (channel := getattr(log, name)) is not None},
         further={name: part(channel) for name, channel in log.further.items()},
-        injected=tuple(replace(channel, values=channel.values[first:last]) for channel in log.injected),
-        regressors=tuple(replace(channel, values=channel.values[first:last]) for channel in log.regressors),
+        injected=tuple(map(part, log.injected)),
+        regressors=tuple(map(part, log.regressors)),
         segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
         notes=(*log.notes, f"only what lies between {span[0]:g} and {span[1]:g} s was used"),
     )

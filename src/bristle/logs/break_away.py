@@ -25,11 +25,6 @@ from bristle.logs.passages import Stretch
 __all__ = ["BreakAway", "Recording", "break_aways"]
 
 TURNED = 0.9  # of the change of force: where the contact counts as turned over
-PERIODS = 1.0  # of the filter, that this takes at least: faster, and the filter would tell its own distance
-ALIKE = 1.3  # ratio of rates that count as one
-COUNTS, NOISE = 2.5, 10.0  # of the encoder, of the noise of the position: no smaller motion is one
-OTHER_WAY = -0.5  # of the force at break-away, that a contact is left with by a motion the other way
-CLEAR = 3.0  # standard deviations of the sliding force, by which a peak stands out
 
 
 class Recording(NamedTuple):
@@ -78,20 +73,26 @@ def break_aways(
     recordings: Sequence[Recording], *, cutoff: float, sample_time: float, resolution: float, noise: float
 ) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate."""
-    grain = max(COUNTS * resolution, NOISE * noise)
-    measured_legs: list[_Leg] = []
+    grain = max(2.5 * resolution, 10.0 * noise)  # of the encoder, of the noise of the position: no smaller motion is one
+    legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
         for leg in stretch.of_kind("break_away"):
             rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
-            measured = _measured(leg, rest, recording, PERIODS / (sample_time * cutoff))
-            measured_legs += [measured] if measured is not None else []
-    groups = _groups(measured_legs)
-    forces = _estimates(measured_legs, groups, [leg.force for leg in measured_legs], 0.0)
-    distances = _estimates(measured_legs, groups, [leg.distance for leg in measured_legs], resolution / math.sqrt(6.0))
+            # 1.0 of the filter, that this takes at least: faster, and the filter would tell its own distance
+            measured = _measured(leg, rest, recording, 1.0 / (sample_time * cutoff))
+            legs += [measured] if measured is not None else []
+    groups: list[list[int]] = []  # of one rate, the slowest first
+    for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
+        if not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed:  # ratio of rates that count as one
+            groups.append([])
+        groups[-1].append(k)
+    speeds = [math.exp(float(np.mean(np.log([legs[k].speed for k in group])))) for group in groups]
+    forces = _estimates(legs, groups, speeds, [leg.force for leg in legs], 0.0)
+    distances = _estimates(legs, groups, speeds, [leg.distance for leg in legs], resolution / math.sqrt(6.0))
     return tuple(
-        BreakAway(_mean([measured_legs[k].speed for k in group]), len(group), *force, *distance)
-        for group, force, distance in zip(groups, forces, distances, strict=True)
+        BreakAway(speed, len(group), *force, *distance)
+        for speed, group, force, distance in zip(speeds, groups, forces, distances, strict=True)
     )
 
 
@@ -105,9 +106,10 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     sliding = side * force[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop]
     level = float(np.mean(sliding))
     peak = float(np.max(pulled[: leg.cruise.stop - rest.start]))
-    most = peak if peak - level > CLEAR * float(np.std(sliding)) else level
+    # 3.0 standard deviations of the sliding force, by which a peak stands out
+    most = peak if peak - level > 3.0 * float(np.std(sliding)) else level
     before = float(np.median(pulled[: rest.stop - rest.start]))
-    if most <= 0.0 or before > OTHER_WAY * most:
+    if most <= 0.0 or before > -0.5 * most:  # of the force at break-away, that a contact is left with by a motion the other way
         return None
     share = (pulled - before) / (most - before)
     turned = int(np.argmax(share >= TURNED))
@@ -119,25 +121,12 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     return _Leg(leg.speed, side, most, float(moved[turned]))
 
 
-def _groups(legs: Sequence[_Leg]) -> list[list[int]]:
-    """Return the legs of each rate, the slowest first."""
-    groups: list[list[int]] = []
-    for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
-        if groups and legs[k].speed <= ALIKE * legs[groups[-1][0]].speed:
-            groups[-1].append(k)
-        else:
-            groups.append([k])
-    return groups
-
-
-def _mean(values: Sequence[float]) -> float:
-    return math.exp(float(np.mean(np.log(values))))
-
-
 def _estimates(
-    legs: Sequence[_Leg], groups: Sequence[Sequence[int]], values: Sequence[float], common: float
+    legs: Sequence[_Leg], groups: Sequence[Sequence[int]], speeds: Sequence[float], values: Sequence[float], common: float
 ) -> list[tuple[float, tuple[float, float] | None]]:
     """Return the mean of both directions at each rate with its interval; `common` is an error that all legs share."""
+    from scipy.stats import t
+
     if not groups:
         return []
     columns = [np.ones(len(legs))]
@@ -149,23 +138,17 @@ def _estimates(
     weights = unbounded(regressor, target)
     spare = len(legs) - len(columns)
     estimates: list[tuple[float, tuple[float, float] | None]] = []
-    for group in groups:
+    for speed in speeds:
         row = np.zeros(len(columns))
         row[0] = 1.0
         if len(groups) > 1:
-            row[1] = math.log(_mean([legs[k].speed for k in group]))
+            row[1] = math.log(speed)
         middle = float(row @ weights)
         interval = None
         if spare > 0:
             variance = float(np.sum((target - regressor @ weights) ** 2)) / spare
-            half = _student(spare) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
+            half = float(t.ppf(0.975, spare)) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
             half = math.hypot(half, NORMAL_95 * common / math.exp(middle))
             interval = math.exp(middle - half), math.exp(middle + half)
         estimates.append((math.exp(middle), interval))
     return estimates
-
-
-def _student(freedom: int) -> float:
-    from scipy.stats import t
-
-    return float(t.ppf(0.975, freedom))

@@ -22,8 +22,6 @@ from bristle.logs.assembly import record_of
 from bristle.logs.channel import LogData
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
-__all__ = ["is_table", "record_of_columns", "table_of"]
-
 # What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
 NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
 KNOWN_INPUT = "injected."
@@ -31,17 +29,23 @@ PLACE = "columns"
 SOURCE = Path("<columns>")
 MEND = 'Give a data frame or a dictionary with the columns "time", "position" and "effort"'
 PERIOD = optional(amount(Variable("time", "time between samples", min=0.0), exclusive=True))
-AXIS = optional(instance(Axis, "an axis"))
 
 
 def record_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> LogData:
     """Return what was recorded in a table of columns; `Log.from_columns` tells more."""
-    described: Axis | None = looked_at(AXIS, axis, "axis", None)
+    described: Axis | None = looked_at(optional(instance(Axis, "an axis")), axis, "axis", None)
     chosen: Kind | None = looked_at(optional(KIND), kind, "kind", None)
     period = looked_at(PERIOD, sample_time, "sample_time", None)
     table = looked_at(lambda columns, path, kind: table_of(columns), source, PLACE, None)
     by_name = described is None or not described.columns
-    used = described or Axis(kind=chosen or _kind_of(table))
+    used = described or Axis()
+    if described is None and chosen:
+        used = Axis(kind=chosen)
+    elif described is None:
+        position = _named(table.names, "position")
+        name, base = (position, "rad") if position else (_named(table.names, "velocity"), "rad/s")
+        unit = table.units.get(name or "", "")
+        used = Axis(kind=KINDS[1] if unit and units.compatible(unit, base, path=str(SOURCE)) else KINDS[0])
     if by_name:
         used = _axis_of(table, used)
         table = replace(table, notes=tuple(_notes_on(table, used)))
@@ -67,16 +71,19 @@ def table_of(source: Any) -> Table:
     stated, series = _columns_of(source)
     texts: dict[str, InputError] = {}
     columns: dict[str, np.ndarray] = {}
-    units_: dict[str, str] = {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)}
+    stated_units: dict[str, str] = {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)}
     for name, values in series.items():
         try:
             columns[name] = _numbers(values, name)
         except InputError as error:
             texts[name] = error
-        unit = _unit_of(values)
-        if unit:
-            units_[name] = unit
-    return Table(columns, units_, texts=texts, source=SOURCE, names=tuple(columns))
+        attributes = getattr(values, "attrs", None)
+        unit = attributes.get("units") if isinstance(attributes, Mapping) else None
+        if unit is None and hasattr(values, "magnitude"):  # a quantity with units
+            unit = str(values.units).replace(" ", "").replace("**", "^")
+        if isinstance(unit, str) and unit:
+            stated_units[name] = unit
+    return Table(columns, stated_units, texts=texts, source=SOURCE, names=tuple(columns))
 
 
 def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
@@ -101,15 +108,6 @@ def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
     return stated if isinstance(stated, Mapping) else {}, series
 
 
-def _unit_of(values: Any) -> str:
-    """Return the unit that a column says itself: in its attributes, or as a quantity with units."""
-    attributes = getattr(values, "attrs", None)
-    unit = attributes.get("units") if isinstance(attributes, Mapping) else None
-    if unit is None and hasattr(values, "magnitude"):
-        unit = str(values.units).replace(" ", "").replace("**", "^")
-    return unit if isinstance(unit, str) else ""
-
-
 def _numbers(values: Any, name: str) -> np.ndarray:
     """Return a column as numbers; dates as seconds from the first."""
     place = f"{SOURCE}: column {name!r}"
@@ -126,13 +124,9 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     try:
         return samples.astype(float)
     except (TypeError, ValueError) as error:
-        odd = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
-        raise InputError(
-            f"holds no number at sample {odd} ({told_by(error)})",
-            path=place,
-            value=samples[odd],
-            mend="Repair these samples or delete their rows: a gap in time is understood",
-        ) from None
+        at = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
+        mend = "Repair these samples or delete their rows: a gap in time is understood"
+        raise InputError(f"holds no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=mend) from None
 
 
 def _is_number(sample: Any) -> bool:
@@ -160,13 +154,6 @@ def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
         yield f"columns that are not used: {some_of(left)}"
 
 
-def _kind_of(table: Table) -> Kind:
-    position = _named(table.names, "position")
-    name, base = (position, "rad") if position else (_named(table.names, "velocity"), "rad/s")
-    unit = table.units.get(name or "", "")
-    return KINDS[1] if unit and units.compatible(unit, base, path=str(SOURCE)) else KINDS[0]
-
-
 def _axis_of(table: Table, axis: Axis) -> Axis:
     """Return the axis with the columns of a table that are called as channels are, in SI unless they say otherwise."""
     columns = {}
@@ -177,14 +164,8 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
         if name is not None:
             columns[channel] = Column(name, table.units.get(name, base), base)
     if not {"position", "velocity"} & set(columns):
-        hints = (did_you_mean(name, NAMES["position"]) for name in table.names)
-        close = next(filter(None, hints), "")
-        raise InputError(
-            "has no column of the position",
-            path=PLACE,
-            value=some_of(table.names, 40) or "no columns",
-            allowed=", ".join(CHANNELS),
-            mend=close or "Rename it to position, or give an axis",
-        )
+        hints = filter(None, (did_you_mean(name, NAMES["position"]) for name in table.names))
+        mend, present = next(hints, "Rename it to position, or give an axis"), some_of(table.names, 40) or "no columns"
+        raise InputError("has no column of the position", path=PLACE, value=present, allowed=", ".join(CHANNELS), mend=mend)
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,9 +13,18 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.cells import COMMENTS, cells_of, is_number, why_no_number, without_comments
-from bristle.logs.layout import PREAMBLE_LINES, SAMPLE_ROWS, Layout, layout_of
-from bristle.logs.scope import head_of, is_archived, read_archive, read_scope
+from bristle.logs.layout import (
+    COMMENTS,
+    PREAMBLE_LINES,
+    SAMPLE_ROWS,
+    Layout,
+    cells_of,
+    is_number,
+    layout_of,
+    why_no_number,
+    without_comments,
+)
+from bristle.logs.scope import head_of, pattern_of, read_archive, read_scope
 from bristle.logs.stamped_text import (
     facts_above,
     names_beside_times,
@@ -25,18 +34,14 @@ from bristle.logs.stamped_text import (
     units_of_labview,
     with_own_times,
 )
-from bristle.logs.table import NUMBER_BYTES, Choice, Request, Table
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.words import is_time
 
-__all__ = ["read", "refuse_frames"]
-
-TAIL_ROWS = 1000
 HEAD_BYTES = 2**17
 TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are in plain text
 LONGEST_LINE = 4 * 2**20
 UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
-_FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 _ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in a SINUMERIK, which names its column
 PIECE = 2**20
@@ -50,9 +55,12 @@ def read(data: bytes, request: Request) -> Table:
     comma is understood unless commas separate, and so are ``1.5D-3`` and ``-1.#IND``.
     """
     data, encoding = _decodable(data, request.source)
-    special = _special(data, encoding, request)
-    if special is not None:
-        return special
+    head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
+    refuse_frames(head, request.source)
+    if (scope := head_of(head)) is not None:  # channels with times of their own
+        return read_scope(data.decode(encoding).split("\n"), scope, request)
+    if (archived := pattern_of(head)) is not None:
+        return read_archive(data.decode(encoding).split("\n"), archived, request)
     starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
@@ -63,43 +71,37 @@ def read(data: bytes, request: Request) -> Table:
     body, notes = _without_open_end(body, layout, request.source, encoding)
     above = units_of_labview(lines, layout)
     layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
+    program = "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
-        return replace(apart, facts=facts, format=_program_of(layout) or apart.format)
-    by_number = _asked_by_number(layout.names, request.choice)
-    chosen = [
-        i
-        for i, numeric in enumerate(layout.numeric)
-        if numeric and (request.choice(layout.names[i]) or layout.names[i] in by_number.values())
-    ]
-    values = _numbers(body, layout, request.source, chosen, request.limit, encoding)
+        return replace(apart, facts=facts, format=program or apart.format)
+    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and request.choice(layout.names[i], i + 1)]
+    values = _numbers(body, layout, request, chosen, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     has_stamps = any(not numeric or is_time(name) for name, numeric in zip(layout.names, layout.numeric, strict=True))
     dates = stamps_in(body, layout, encoding) if has_stamps else {}
     columns |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
-    numeric = [numeric or i in dates for i, numeric in enumerate(layout.numeric)]
-    left_out = [name for name, is_numeric in zip(layout.names, numeric, strict=True) if not is_numeric]
-    if left_out:
-        notes.append(f"text was left out: {', '.join(left_out[:20])}" + (" and others" if len(left_out) > 20 else ""))
+    names, texts = [], {}
+    for i, cell in enumerate(cells_of(without_comments(lines[layout.first]), layout.delimiter)):
+        name = layout.names[i]
+        if layout.numeric[i] or i in dates:
+            names.append(name)
+            continue
+        message, mend = why_no_number(cell)  # for those who ask for it
+        texts[name] = InputError(message, path=f"{request.source}: line {layout.first + 1}, column {name!r}", value=cell, mend=mend)
+    if texts:
+        notes.append(f"text was left out: {', '.join(list(texts)[:20])}" + (" and others" if len(texts) > 20 else ""))
     units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
-    names = tuple(name for name, is_numeric in zip(layout.names, numeric, strict=True) if is_numeric)
-    texts = _texts(lines[layout.first], layout, request.source)
     return Table(
         columns,
         units | {layout.names[i]: "s" for i in dates},
-        texts={name: reason for name, reason in texts.items() if name not in names},
+        texts=texts,
         notes=(*layout.notes, *notes),
-        format=_program_of(layout) or "text",
-        names=names,
+        format=program or "text",
+        names=tuple(names),
         facts=facts,
-        numbers=by_number,
+        numbers={f"column_{i + 1}": name for i, name in enumerate(layout.names)},
         sample_time=None if any(map(is_time, names)) else period_told(facts),
     )
-
-
-def _asked_by_number(names: Sequence[str], choice: Choice) -> dict[str, str]:
-    """Return the columns that are asked for by their numbers, which count those of the file."""
-    numbers = {f"column_{i + 1}": name for i, name in enumerate(names)}
-    return {number: name for number, name in numbers.items() if name != number and choice(number)}
 
 
 def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str, notes: list[str]) -> Table | None:
@@ -114,43 +116,8 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
     columns = partly_empty(body, layout, encoding) if gaps else None
     if columns is None and has_clocks:
         numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
-        columns = dict(zip(numeric, _numbers(body, layout, request.source, numeric, request.limit, encoding), strict=True))
-    if columns is None:
-        return None
-    by_number = _asked_by_number(layout.names, request.choice)
-
-    def chosen(name: str) -> bool:
-        return request.choice(name) or name in by_number.values()
-
-    apart = with_own_times(columns, layout, request.source, chosen, [*layout.notes, *notes])
-    return apart and replace(apart, numbers={number: name for number, name in by_number.items() if name in apart.names})
-
-
-def _special(data: bytes, encoding: str, request: Request) -> Table | None:
-    """Return the table of a text file whose channels bring their own times; None where it is of another kind."""
-    head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
-    refuse_frames(head, request.source)
-    if (scope := head_of(head)) is not None:
-        return read_scope(data.decode(encoding).split("\n"), scope, request)
-    if is_archived(head):
-        return read_archive(data.decode(encoding).split("\n"), request)
-    return None
-
-
-def _program_of(layout: Layout) -> str:
-    """Return what wrote a file whose columns have the addresses of a SINUMERIK for names; empty where they have not."""
-    return "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
-
-
-def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:
-    """Return why columns were left out, for those who ask for them."""
-    problems = {}
-    for name, numeric, cell in zip(layout.names, layout.numeric, cells_of(without_comments(row), layout.delimiter), strict=True):
-        if not numeric:
-            message, mend = why_no_number(cell)
-            place = f"{source}: line {layout.first + 1}, column {name!r}"
-            problems[name] = InputError(message, path=place, value=cell, mend=mend)
-    return problems
+        columns = dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
+    return None if columns is None else with_own_times(columns, layout, request, [*layout.notes, *notes])
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
@@ -160,16 +127,24 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
             data = data.decode("utf-16").encode("utf-8", "replace")
         except UnicodeDecodeError:
             raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again") from None
-    elif b"\0" in data and (order := _order_of_bytes(data[:HEAD_BYTES])):
-        data = data[: len(data) // 2 * 2].decode(order, "replace").encode("utf-8", "replace")
     elif b"\0" in data:
-        raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV")
+        order = _order_of_bytes(data[:HEAD_BYTES])
+        if not order:
+            raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV")
+        data = data[: len(data) // 2 * 2].decode(order, "replace").encode("utf-8", "replace")
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if _QUOTED_COMMA.search(data[:HEAD_BYTES]):
         data = _QUOTED_COMMA.sub(rb"\1.\2", data)
-    return data, "utf-8" if _is_utf8(data) else "cp1252" if _is_western(data) else "latin-1"
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for at in range(0, len(data), PIECE):
+            decoder.decode(data[at : at + PIECE])
+        decoder.decode(b"", final=True)
+    except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ where Latin-1 has none
+        return data, "latin-1" if any(sign in data for sign in UNUSED) else "cp1252"
+    return data, "utf-8"
 
 
 def _order_of_bytes(head: bytes) -> str:
@@ -181,33 +156,14 @@ def _order_of_bytes(head: bytes) -> str:
     return ""
 
 
-def _is_western(data: bytes) -> bool:
-    """Return whether text is in the code page of Windows, which has signs such as ‰ where Latin-1 has none."""
-    return not any(sign in data for sign in UNUSED)
-
-
-def _is_utf8(data: bytes) -> bool:
-    decoder = codecs.getincrementaldecoder("utf-8")()
-    try:
-        for at in range(0, len(data), PIECE):
-            decoder.decode(data[at : at + PIECE])
-        decoder.decode(b"", final=True)
-    except UnicodeDecodeError:
-        return False
-    return True
-
-
 def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     """Return where the first lines begin."""
     starts, at = [0], 0
     while len(starts) <= most:
         end = data.find(b"\n", at)
         if (end if end >= 0 else len(data)) - at > LONGEST_LINE:
-            raise InputError(
-                f"has a line of more than {LONGEST_LINE} characters",
-                path=f"{source}: line {len(starts)}",
-                mend="Export one row a sample: is it a log?",
-            )
+            message, mend = f"has a line of more than {LONGEST_LINE} characters", "Export one row a sample: is it a log?"
+            raise InputError(message, path=f"{source}: line {len(starts)}", mend=mend)
         if end < 0:
             break
         at = end + 1
@@ -221,38 +177,28 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
         return body, []
     end = body.rfind(b"\n") + 1
     last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
-    cells = cells_of(last, layout.delimiter)
-    tail = (line.decode(encoding) for line in _last_lines(body[:end], TAIL_ROWS))
-    before = [cells_of(line, layout.delimiter)[-1] for line in tail if line.strip()]
+    cells, before, stop = cells_of(last, layout.delimiter), [], end - 1
+    for _ in range(1000):
+        if stop < 0:
+            break
+        begin = body.rfind(b"\n", 0, stop) + 1
+        line, stop = body[begin:stop].decode(encoding), begin - 1
+        before += [cells_of(line, layout.delimiter)[-1]] if line.strip() else []
     cut = len(cells) != len(layout.numeric) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)
     if cut:
-        raise InputError(
-            "is truncated: it ends within a row",
-            path=f"{source}: line {layout.first + body.count(10) + 1}",
-            value=last,
-            mend="Copy or export the log again, or delete this row",
-        )
+        place, mend = f"{source}: line {layout.first + body.count(10) + 1}", "Copy or export the log again, or delete this row"
+        raise InputError("is truncated: it ends within a row", path=place, value=last, mend=mend)
     return body[:end], ["the file does not end with a line break: its last row may be cut and was left out"]
 
 
-def _last_lines(body: bytes, most: int) -> Iterator[bytes]:
-    end = len(body) - 1
-    for _ in range(most):
-        if end < 0:
-            return
-        begin = body.rfind(b"\n", 0, end) + 1
-        yield body[begin:end]
-        end = begin - 1
-
-
-def _numbers(body: bytes, layout: Layout, source: Path, chosen: list[int], limit: int, encoding: str) -> list[np.ndarray]:
+def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], encoding: str) -> list[np.ndarray]:
     """Return the chosen columns."""
+    source = request.source
     # A run of blanks does not tell which cell is missing: all are read, so that rows are of one length.
-    numeric = [index for index, is_numeric in enumerate(layout.numeric) if is_numeric]
-    read = numeric if layout.delimiter is None else chosen
-    refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, limit, source)
+    read = [index for index, is_numeric in enumerate(layout.numeric) if is_numeric] if layout.delimiter is None else chosen
+    refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, request.limit, source)
     if not chosen:
         return []
     plain = _plain(body, layout)
@@ -266,14 +212,11 @@ def _numbers(body: bytes, layout: Layout, source: Path, chosen: list[int], limit
             ndmin=2,
         )
     except ValueError as error:
-        raise _bad_row(body, layout, source, encoding) or InputError(
-            f"holds a row that cannot be read ({error})", path=str(source), mend="Export it again: a number in each cell"
-        ) from None
+        message, mend = f"holds a row that cannot be read ({error})", "Export it again: a number in each cell"
+        raise _bad_row(body, layout, source, encoding) or InputError(message, path=str(source), mend=mend) from None
     expected = len(values) * (len(layout.numeric) - 1)
-    if layout.delimiter and body.count(layout.delimiter.encode()) != expected:
-        bad = _bad_row(body, layout, source, encoding)
-        if bad:
-            raise bad
+    if layout.delimiter and body.count(layout.delimiter.encode()) != expected and (bad := _bad_row(body, layout, source, encoding)):
+        raise bad
     columns = dict(zip(read, values.T, strict=True))
     return [np.ascontiguousarray(columns[index]) for index in chosen]
 
@@ -285,7 +228,7 @@ def _plain(body: bytes, layout: Layout) -> bytes:
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
     if b"D" in body or b"d" in body:
-        body = re.sub(_FORTRAN, b"e", body)
+        body = re.sub(rb"(?<=[\d.])[dD](?=[+-]?\d)", b"e", body)
     separator = (layout.delimiter or "").encode()
     if separator and (b"\n" + separator in body or body.startswith(separator)):
         body = re.sub(rb"(?m)^" + separator + rb"[" + separator + rb"\t ]*$", b"", body)
@@ -296,25 +239,15 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
     """Return the error that names the first row and cell that cannot be read."""
     for index, row in enumerate(io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")):
         cells = cells_of(without_comments(row), layout.delimiter)
-        if not any(cells):
-            continue
         place = f"{source}: line {layout.first + index + 1}"
-        if len(cells) != len(layout.numeric):
-            return InputError(
-                f"has {len(cells)} cells instead of {len(layout.numeric)}",
-                path=place,
-                value=row,
-                mend="Mend or delete this row; if it is the last, the file is truncated",
-            )
-        for column, cell in enumerate(cells):
+        if any(cells) and len(cells) != len(layout.numeric):
+            mend = "Mend or delete this row; if it is the last, the file is truncated"
+            return InputError(f"has {len(cells)} cells instead of {len(layout.numeric)}", path=place, value=row, mend=mend)
+        for column, cell in enumerate(cells if any(cells) else ()):
             if layout.numeric[column] and not is_number(cell, layout.decimal_comma):
                 message, mend = why_no_number(cell)
-                return InputError(
-                    message,
-                    path=f"{place}, column {layout.names[column]!r}",
-                    value=cell,
-                    mend=mend or "Repair the sample or delete its row: a gap in time is understood",
-                )
+                mend = mend or "Repair the sample or delete its row: a gap in time is understood"
+                return InputError(message, path=f"{place}, column {layout.names[column]!r}", value=cell, mend=mend)
     return None
 
 
@@ -324,16 +257,12 @@ _FRAME = re.compile(
     rf"\s*{_STAMP}\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
     r"[0-9A-Fa-f]{3,8}(?:#[0-9A-Fa-fR]*|##[0-9A-Fa-f]+|\s+\[\d+\](?:\s+[0-9A-Fa-f]{2})*.*)(?:\s+[RT])?\s*"
 )
-LOOKED_AT = 20
-ENOUGH = 0.8  # of the lines looked at
 
 
 def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
-    filled = [line for line in lines if line.strip()][:LOOKED_AT]
-    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
-        raise InputError(
-            "is a log of a CAN bus (candump): frames of bytes, and no signals",
-            path=str(source),
-            mend="Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do",
-        )
+    filled = [line for line in lines if line.strip()][:20]
+    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
+        message = "is a log of a CAN bus (candump): frames of bytes, and no signals"
+        mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do"
+        raise InputError(message, path=str(source), mend=mend)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,11 +18,6 @@ from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.problems import LARGEST, SMALLEST
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
-
-__all__ = ["STARTS", "Curve", "CurveColumns", "Curves", "SignalColumn", "read_curves"]
-
-STARTS = ("virgin", "saturated")
-SATURATED = 10.0  # times the largest input of the record
 
 
 class Curve(NamedTuple):
@@ -38,13 +33,9 @@ class Curve(NamedTuple):
     f: np.ndarray
 
 
-def _curve(pair: Any, path: str, kind: Kind | None) -> Curve:
-    return Curve(*CURVE(pair, path, kind))
-
-
 @guarded(
-    curves=many(_curve, least=1),
-    start=among(*STARTS),
+    curves=many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1),
+    start=among(*("virgin", "saturated")),
     kind=among(*KINDS, "magnetic", "piezo"),
     source=instance(Path, "a path", read=Path),
     origin=instance(Origin, "an Origin"),
@@ -97,7 +88,7 @@ class Curves:
         """Return the inputs that the operator went through before a curve, from its virgin state."""
         if self.start == "virgin":
             return np.empty(0)
-        far = SATURATED * max(abs(self.low), abs(self.high))
+        far = 10.0 * max(abs(self.low), abs(self.high))  # times the largest input of the record
         return np.array([far if curve.u[-1] >= curve.u[0] else -far])
 
 
@@ -125,82 +116,44 @@ class CurveColumns:
 
 
 def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZE_LIMIT) -> Curves:
-    """Return the curves in a file.
-
-    Parameters
-    ----------
-    given : path-like, bytes, file object or Content
-        Any file that a log can be in.
-    columns : CurveColumns
-        Where they are in it.
-    size_limit : int
-        Largest file, and largest content that a file announces [byte].
-
-    Raises
-    ------
-    InputError
-        If a table or column is missing, of the wrong unit or not finite, or no curve is long enough.
-    """
+    """Return the curves in a file; `bristle.files.curves.read_curves` tells more."""
     table = read_table(given, size_limit=size_limit)
-    notes = list(table.notes)
-    candidates = [curve for part in _parts(table, columns) for curve in _curves(table, part, columns)]
+    notes, place, candidates = list(table.notes), str(table.source), []
+    names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]
+    if columns.tables and not names:
+        allowed = (", ".join(table.tables[:5]) or "one table only") + (" and more" if len(table.tables) > 5 else "")
+        raise InputError("fits the name of no table of the log", path="log.tables", value=columns.tables, allowed=allowed)
+    for part in [f"{name}/" for name in names] if columns.tables else [""]:
+        u = _signal(table, part, columns.input, "input", "length", columns.kind)
+        f = _signal(table, part, columns.output, "output", "force", columns.kind)
+        number = _column(table, part, columns.curve, "curve") if columns.curve else np.zeros(u.size)
+        if u.size != f.size:
+            raise InputError(f"has an input of {u.size} samples and an output of {f.size}", path=place)
+        if number.size != u.size:
+            raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{place}: curve")
+        starts = np.flatnonzero(np.diff(number)) + 1
+        candidates += [Curve(*pair) for pair in zip(np.split(u, starts), np.split(f, starts), strict=True)]
     chosen = [curve for curve in candidates if curve.u.size >= columns.shortest]
     if not chosen:
-        raise InputError(
-            "holds no curve that is long enough",
-            path=str(table.source),
-            value=f"{len(candidates)} curves",
-            allowed=f"at least {columns.shortest} samples",
-        )
+        allowed = f"at least {columns.shortest} samples"
+        raise InputError("holds no curve that is long enough", path=place, value=f"{len(candidates)} curves", allowed=allowed)
     if len(chosen) < len(candidates):
         notes.append(f"{len(candidates) - len(chosen)} curves of less than {columns.shortest} samples were left out")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
-        raise InputError("is constant", path=f"{table.source}: {columns.input.name}", mend="Which column is the input?")
+        raise InputError("is constant", path=f"{place}: {columns.input.name}", mend="Which column is the input?")
     return Curves(tuple(chosen), columns.start, columns.kind, table.source, table.origin, tuple(notes))
-
-
-def _parts(table: Table, columns: CurveColumns) -> list[str]:
-    """Return what goes before the names of the columns, table by table."""
-    if not columns.tables:
-        return [""]
-    names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]
-    if not names:
-        allowed = ", ".join(table.tables[:5]) or "one table only"
-        raise InputError(
-            "fits the name of no table of the log",
-            path="log.tables",
-            value=columns.tables,
-            allowed=allowed + (" and more" if len(table.tables) > 5 else ""),
-        )
-    return [f"{name}/" for name in names]
-
-
-def _curves(table: Table, part: str, columns: CurveColumns) -> list[Curve]:
-    u = _signal(table, part, columns.input, "input", "length", columns.kind)
-    f = _signal(table, part, columns.output, "output", "force", columns.kind)
-    if u.size != f.size:
-        raise InputError(f"has an input of {u.size} samples and an output of {f.size}", path=str(table.source))
-    if not columns.curve:
-        return [Curve(u, f)]
-    number = _column(table, part, columns.curve, "curve")
-    if number.size != u.size:
-        raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{table.source}: curve")
-    starts = np.flatnonzero(np.diff(number)) + 1
-    return [Curve(inputs, outputs) for inputs, outputs in zip(np.split(u, starts), np.split(f, starts), strict=True)]
 
 
 def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: str, kind: Kind) -> np.ndarray:
     values = _column(table, part, column.name, key)
     place = f"{table.source}: column {part}{column.name}"
     unit = column.unit or table.units.get(table.name_of(part + column.name) or "", "")
-    scale = units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0
-    values = column.sign * scale * values
+    values = column.sign * (units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0) * values
     bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
     if bad.size:
-        is_what = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
-        raise InputError(
-            is_what, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend="Cut the curve before that sample, or repair it"
-        )
+        message = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
+        mend = "Cut the curve before that sample, or repair it"
+        raise InputError(message, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend=mend)
     return values
 
 

@@ -7,8 +7,6 @@ from functools import cache
 
 import numpy as np
 
-__all__ = ["at", "between", "derivative", "low_passed", "through_filter"]
-
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""

@@ -14,8 +14,6 @@ from typing import Any, NamedTuple
 from bristle.logs.json_records import looks_like_json
 from bristle.logs.table import Request
 
-__all__ = ["FORMATS", "LogFormat", "format_of", "is_archive_of_arrays", "reading"]
-
 ARCHIVE = b"PK\x03\x04"
 START = 4096  # bytes by which a format is recognised
 

@@ -13,15 +13,9 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
-from bristle.logs.order import median_step
+from bristle.logs.clock import median_step
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
 from bristle.logs.words import other_unit_in
-
-__all__ = ["Gathered", "axis_of", "gather", "onto_one_time"]
-
-FOLLOWING = ("reference", "following_error")  # they count as the position does
-LONG_ENOUGH = 2  # letters of a unit at the end of a name: one alone may stand for a motor or a phase
-SI = {"m": "m", "rad": "rad"}
 
 
 @dataclass
@@ -34,11 +28,6 @@ class Gathered:
     notes: list[str] = field(default_factory=list)
     problems: list[InputError] = field(default_factory=list)
     findings: list[Diagnostic] = field(default_factory=list)
-
-    @property
-    def further(self) -> tuple[str, ...]:
-        """Names of the further channels, for slots of a person's own."""
-        return tuple(name for name in self.channels if name not in COLUMNS)
 
     @property
     def motion(self) -> Channel | None:
@@ -55,79 +44,65 @@ class Gathered:
 def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
     gathered = Gathered(notes=list(table.notes))
-    implied = _implied_time(table, axis, gathered)
+    motion, time = axis.columns.get("position", axis.columns.get("velocity")), axis.columns.get("time")
+    # Where the columns bring their times with them, none is to be named.
+    implied = motion is not None and (table.name_of(motion.name) or "") in table.stamps
+    if implied and time is not None:
+        implied = (table.name_of(time.name) or "") in ("", *table.stamps.values())
+        if implied:
+            gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
     for name, column in axis.columns.items():
-        if name == "time" and implied:
-            continue
-        if name in FOLLOWING:
+        if name in ("reference", "following_error"):  # they count as the position does
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
-        if (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
+        if not (name == "time" and implied) and (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
     for index, injected in enumerate(axis.injected):
         column = Column(injected.column, "", "", injected.gain, injected.optional)
         if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
             gathered.injected.append(channel)
-    for index, told in enumerate(axis.regressors):
-        column = Column(told.column, "", "", optional=told.optional)
-        channel = _channel(table, column, f"known[{index}]", axis.kind, gathered)
-        if channel is None and told.optional and gathered.channels:
-            channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", told.column)
+    for index, known in enumerate(axis.regressors):
+        channel = _channel(table, Column(known.column, "", "", optional=known.optional), f"known[{index}]", axis.kind, gathered)
+        if channel is None and known.optional and gathered.channels:
+            channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", known.column)
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
-    if _motion_of(axis) is None:
+    if motion is None:
         gathered.problems.append(InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]"))
     if implied:
-        onto_one_time(table, gathered)
-    _tell_of_shared_columns(gathered)
-    _refuse_unequal_lengths(table, gathered)
-    _add_reference(gathered)
+        _onto_one_time(table, gathered)
+    _compare_columns(table, gathered)
     return gathered
 
 
-def _motion_of(axis: Axis) -> Column | None:
-    return axis.columns.get("position", axis.columns.get("velocity"))
-
-
-def _implied_time(table: Table, axis: Axis, gathered: Gathered) -> bool:
-    """Return whether the time is that which the columns bring with them."""
-    motion, time = _motion_of(axis), axis.columns.get("time")
-    own = table.stamps.get(table.name_of(motion.name) or "") if motion else None
-    if own is None:
-        return False
-    if time is None:
-        return True
-    named = table.name_of(time.name)
-    if named is not None and named not in table.stamps.values():
-        return False
-    gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
-    return True
-
-
-def axis_of(table: Table) -> Axis:
-    """Return the axis that the names and units of a table speak of, for logs without an axis file."""
-    names = {channel: next((name for name in table.names if name.lower() in usual), None) for channel, usual in USUAL_NAMES.items()}
-    moved = names["position"] or names["velocity"]
-    if moved is None:
-        text = next((name for name in table.texts if split_unit(name)[0].lower() in USUAL_NAMES["position"]), None)
-        if text is not None:
-            raise table.missing(text, "position")
-        raise InputError(
-            "does not say which column is the position",
-            path=str(table.source),
-            allowed=some_of(table.names, 40),
-            mend="Give an axis file that names the columns (--axis AXIS.toml)",
-        )
-    unit = table.units.get(moved, "m")
-    turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
-    kind: Kind = KINDS[1] if turns else KINDS[0]
-    columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
-    return Axis(name=table.source.stem, kind=kind, columns=columns)
+def _compare_columns(table: Table, gathered: Gathered) -> None:
+    """Tell of columns used twice, refuse those of different lengths, and make the reference of a following error."""
+    used: dict[str, list[str]] = {}
+    for name, channel in gathered.named():
+        used.setdefault(channel.column, []).append(name.partition(".")[0])
+    for column, names in used.items():
+        if len(names) > 1:
+            gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}: is that meant?")
+    sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
+    if len(set(sizes.values())) > 1:
+        message = f"has columns of different lengths ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
+        mend = "Export all channels at one rate and of one length; a shorter one may be truncated"
+        gathered.problems.append(InputError(message, path=str(table.source), mend=mend))
+    error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
+    if error is None:
+        return
+    if position is None:
+        gathered.notes.append(f"column {error.column} is not used: there is no position that it goes with")
+    elif error.values.size == position.values.size and "reference" in gathered.channels:
+        gathered.notes.append(f"column {error.column} is not used: the reference is in the log itself")
+    elif error.values.size == position.values.size:
+        gathered.channels["reference"] = Channel(position.values + error.values, position.unit, error.column)
+        gathered.notes.append(f"the reference is position and {error.column}, taken as reference less position")
 
 
 def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
     """Return a reference of which neither the file nor the axis says the unit: it has that of the position."""
     name = table.name_of(column.name)
-    if position is None or column.unit or name is None or column.base != SI.get(column.base):
+    if position is None or column.unit or name is None or column.base not in ("m", "rad"):
         return column
     leading = table.name_of(position.name) or ""
     unknown, own = table.unknown_unit(leading), table.units.get(name)
@@ -138,6 +113,23 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
     gathered.notes.append(f"column {name} has {lack}: taken in that of the position, {unit}")
     sign = -1.0 if column.scale < 0.0 else 1.0
     return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
+
+
+def axis_of(table: Table) -> Axis:
+    """Return the axis that the names and units of a table speak of, for logs without an axis file."""
+    names = {channel: next((name for name in table.names if name.lower() in usual), None) for channel, usual in USUAL_NAMES.items()}
+    moved = names["position"] or names["velocity"]
+    if moved is None:
+        for text in table.texts:
+            if split_unit(text)[0].lower() in USUAL_NAMES["position"]:
+                raise table.missing(text, "position")
+        allowed, mend = some_of(table.names, 40), "Give an axis file that names the columns (--axis AXIS.toml)"
+        raise InputError("does not say which column is the position", path=str(table.source), allowed=allowed, mend=mend)
+    unit = table.units.get(moved, "m")
+    turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
+    kind: Kind = KINDS[1] if turns else KINDS[0]
+    columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
+    return Axis(name=table.source.stem, kind=kind, columns=columns)
 
 
 def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathered) -> Channel | None:
@@ -155,22 +147,17 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     except InputError as error:
         gathered.problems.append(error)
         return None
-    _tell_of_contradiction(table, name, column, key, gathered)
+    declared = column.unit or table.units.get(name, "")
+    # Where an axis file declares the unit of time and position, the check of the log looks at it.
+    # 2 letters of a unit at the end of a name: one alone may stand for a motor or a phase
+    if not (column.unit and key in ("time", "position")) and len(called := other_unit_in(name, declared)) >= 2:
+        numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
+        gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
     is_further = key.isidentifier() and key not in COLUMNS
     unit = column.base or "K" if is_further else unit_of(COLUMNS.get(key, COLUMNS["effort"]), kind)
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit, name)
-
-
-def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:
-    """Tell where the name of a column speaks of another unit than its numbers are taken in."""
-    declared = column.unit or table.units.get(name, "")
-    if column.unit and key in ("time", "position"):
-        return  # where an axis file declares the unit of time and position, the check of the log looks at it
-    if len(called := other_unit_in(name, declared)) >= LONG_ENOUGH:
-        numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
-        gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:
@@ -183,69 +170,23 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
         return 1.0
     if unknown := table.unknown_unit(name):
         if not column.unit:
-            raise InputError(
-                "has a unit that is not known",
-                path=place,
-                value=unknown,
-                allowed=f"a unit of {column.base}",
-                mend='Write the unit that it stands for in the axis file, such as unit = "mm"',
-            )
+            allowed, mend = f"a unit of {column.base}", 'Write the unit that it stands for in the axis file, such as unit = "mm"'
+            raise InputError("has a unit that is not known", path=place, value=unknown, allowed=allowed, mend=mend)
         gathered.notes.append(f"column {name} has a unit that is not known, {unknown!r}: taken in {column.unit}")
     if not unit or unknown:
         return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
     if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
-        raise InputError(
-            "has another unit in the log than in the axis file",
-            path=place,
-            value=unit,
-            allowed=column.unit,
-            mend=f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there",
-        )
+        message = "has another unit in the log than in the axis file"
+        mend = f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there"
+        raise InputError(message, path=place, value=unit, allowed=column.unit, mend=mend)
     return factor
-
-
-def _add_reference(gathered: Gathered) -> None:
-    """Add the reference where the log holds the following error in its place: position and error together."""
-    error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
-    if error is not None and position is None:
-        gathered.notes.append(f"column {error.column} is not used: there is no position that it goes with")
-    if error is None or position is None or error.values.size != position.values.size:
-        return
-    if "reference" in gathered.channels:
-        gathered.notes.append(f"column {error.column} is not used: the reference is in the log itself")
-        return
-    reference = Channel(position.values + error.values, position.unit, error.column)
-    gathered.channels["reference"] = reference
-    gathered.notes.append(f"the reference is position and {error.column}, taken as reference less position")
-
-
-def _tell_of_shared_columns(gathered: Gathered) -> None:
-    used: dict[str, list[str]] = {}
-    for name, channel in gathered.named():
-        used.setdefault(channel.column, []).append(name.partition(".")[0])
-    for column, names in used.items():
-        if len(names) > 1:
-            gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}: is that meant?")
-
-
-def _refuse_unequal_lengths(table: Table, gathered: Gathered) -> None:
-    sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
-    if len(set(sizes.values())) > 1:
-        lengths = ", ".join(f"{column}: {size}" for column, size in sizes.items())
-        gathered.problems.append(
-            InputError(
-                f"has columns of different lengths ({lengths})",
-                path=str(table.source),
-                mend="Export all channels at one rate and of one length; a shorter one may be truncated",
-            )
-        )
 
 
 COINCIDES = 1e-6  # of the sample time: stamps this close are one
 
 
-def onto_one_time(table: Table, gathered: Gathered) -> None:
+def _onto_one_time(table: Table, gathered: Gathered) -> None:
     """Bring all channels to the times at which the position was recorded, or without one the velocity.
 
     Where a channel has a sample at such a time it is taken as it is, else it is interpolated; what lies before the
@@ -254,32 +195,25 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     motion = gathered.motion
     if motion is None:
         return
-    own = table.stamps[motion.column]
-    clocks = {
-        name: table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=str(table.source))
-        for name in set(table.stamps.values())
-    }
+    own, place = table.stamps[motion.column], str(table.source)
+    clocks = {name: table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=place) for name in set(table.stamps.values())}
     base = clocks[own]
-    elsewhere = [
-        (key, channel) for key, channel in gathered.named() if channel.column in table.stamps and table.stamps[channel.column] != own
-    ]
     inside = np.ones(base.size, dtype=bool)
     step = median_step(base) if base.size > 1 else 0.0
-    for _, channel in elsewhere:
-        clock = clocks[table.stamps[channel.column]]
+    elsewhere = {id(channel): clocks[stamps] for _, channel in gathered.named() if (stamps := table.stamps.get(channel.column, own)) != own}
+    for clock in elsewhere.values():
         inside &= (base >= clock[0] - COINCIDES * step) & (base <= clock[-1] + COINCIDES * step)
     times_kept = base[inside]
-    on_time = {id(channel): _on(times_kept, clocks[table.stamps[channel.column]], channel, gathered, step) for _, channel in elsewhere}
 
     def brought(channel: Channel) -> Channel:
-        if id(channel) in on_time:
-            return on_time[id(channel)]
+        if id(channel) in elsewhere:
+            return _on(times_kept, elsewhere[id(channel)], channel, gathered, step)
         return channel if channel.values.size != base.size else replace(channel, values=channel.values[inside])
 
     gathered.channels = {"time": Channel(times_kept, "s", own), **{name: brought(channel) for name, channel in gathered.channels.items()}}
     gathered.injected = [brought(channel) for channel in gathered.injected]
-    left = base.size - times_kept.size
-    if left:
+    gathered.regressors = [brought(channel) for channel in gathered.regressors]
+    if left := base.size - times_kept.size:
         gathered.notes.append(f"{left} samples were left out, at which not all channels were recorded")
 
 

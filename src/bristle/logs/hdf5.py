@@ -11,23 +11,17 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Arrays, Stored, table_from
+from bristle.logs.tables import Stored, table_from
 
-__all__ = ["read"]
-
-MAT_73 = b"MATLAB 7.3"
 UNIT_ATTRIBUTES = ("unit", "units")
-LONGEST_ATTRIBUTE = 200  # [byte]
-MOST_OBJECTS = 100_000
 
 
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of a group, or of a matrix, of an HDF5 file."""
     import h5py
 
-    separator = "." if data.startswith(MAT_73) else "/"
+    separator = "." if data.startswith(b"MATLAB 7.3") else "/"
     values: dict[str, Stored] = {}
-    units: dict[str, str] = {}
     notes: list[str] = []
     with h5py.File(io.BytesIO(data), "r") as content:
         for path, node in _data_sets(content, request.source):
@@ -36,12 +30,11 @@ def read(data: bytes, request: Request) -> Table:
             if not stored.holds_columns or _text(node, "MATLAB_class") in ("char", "cell", "function_handle"):
                 notes.append(f"{name} holds no column of numbers and was left out")
                 continue
-            values[name] = stored
-            if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), ""):
-                units[name] = unit
-            elif any(key in node.attrs for key in UNIT_ATTRIBUTES):
+            unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), "")
+            values[name] = stored._replace(unit=unit)
+            if not unit and any(key in node.attrs for key in UNIT_ATTRIBUTES):
                 notes.append(f"the unit of {name} is no text and was left out")
-        return table_from(Arrays(values, units, separator, tuple(notes)), request, "HDF5")
+        return table_from(values, request, "HDF5", separator=separator, notes=notes)
 
 
 def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
@@ -56,29 +49,26 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             count += 1
             path = f"{before}{name}"
             link = group.get(name, getlink=True)
-            if isinstance(link, h5py.ExternalLink):
-                raise _elsewhere(f"{path} is a link into another file", source)
-            if name.startswith("#") or not isinstance(link, h5py.HardLink):
+            elsewhere = f"{path} is a link into another file" if isinstance(link, h5py.ExternalLink) else ""
+            if not elsewhere and (name.startswith("#") or not isinstance(link, h5py.HardLink)):
                 continue
-            node = group[name]
+            node = None if elsewhere else group[name]
+            if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):
+                elsewhere = f"{path} takes its numbers from other files"
+            if elsewhere:
+                raise InputError(f"{elsewhere}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
             address = h5o.get_info(node.id).addr
-            if address in visited or count > MOST_OBJECTS:
+            if address in visited or count > 100_000:
                 continue
             visited.add(address)
             if isinstance(node, h5py.Group):
                 waiting.append((f"{path}/", node))
             elif isinstance(node, h5py.Dataset):
-                if node.is_virtual or node.external:
-                    raise _elsewhere(f"{path} takes its numbers from other files", source)
                 yield path, node
 
 
-def _elsewhere(reason: str, source: Path) -> InputError:
-    return InputError(f"{reason}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
-
-
 def _text(node: Any, key: str) -> str:
-    if key not in node.attrs or node.attrs.get_id(key).get_storage_size() > LONGEST_ATTRIBUTE:
+    if key not in node.attrs or node.attrs.get_id(key).get_storage_size() > 200:  # [byte]
         return ""
     value = node.attrs[key]
     value = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,21 +12,146 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.errors import InputError
-from bristle.logs.cells import COMMENT, Beside, cells_of, has_content, is_number, table_beside, why_no_number, without_comments
+from bristle.core.typography import printable
 from bristle.logs.names import distinct, listed, plain_unit
 from bristle.logs.table import split_unit
 
-__all__ = ["Layout", "layout_of"]
+COMMENT = "#"
+COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
+"""What follows a `COMMENT` at the start of a line or behind a blank: one within a cell is part of it."""
+LONGEST_CELL = 131_072  # what the reader of quoted cells takes
+TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
+CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)
+"""A date with a time, or a time of day."""
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates."""
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    if delimiter is None:
+        return [cell.strip().strip('"').strip() for cell in line.split()]
+    if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
+        raise InputError(
+            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Is it the right file?"
+        )
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+
+
+def without_comments(text: str) -> str:
+    """Return lines without what is said behind their cells."""
+    return re.sub(COMMENTS, "", text) if COMMENT in text else text
+
+
+def is_number(cell: str, decimal_comma: bool) -> bool:
+    """Return whether a cell is a number."""
+    if decimal_comma and "." not in cell:
+        cell = cell.replace(",", ".", 1)
+    return bool(_NUMBER.fullmatch(cell))
+
+
+def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
+    """Return cells as numbers, truth values as 1 and 0; None where one of them is something else.
+
+    Examples
+    --------
+    >>> numbers_in(["1,5", "-2"], True), numbers_in(["TRUE"], False), numbers_in(["x"], False)
+    (array([ 1.5, -2. ]), array([1.]), None)
+    """
+    plain = [cell.replace(",", ".") for cell in cells] if decimal_comma else list(cells)
+    try:
+        return np.array(plain, dtype=float)
+    except ValueError:
+        plain = [TRUTH.get(cell.lower(), cell) for cell in plain]
+    return np.array(plain, dtype=float) if all(is_number(cell, False) for cell in plain) else None
+
+
+def why_no_number(cell: str) -> tuple[str, str]:
+    """Return what a cell is that is no number, and what to do about it."""
+    if CLOCK.fullmatch(cell):
+        return "is a time of day", (
+            "Export the time in seconds from the start, or leave the column of time out of the axis file and write sample_time in [timing]"
+        )
+    if _THOUSANDS.fullmatch(cell):
+        return "is a number with thousands separators", "Export numbers without them"
+    if _DECIMAL_COMMA.fullmatch(cell):
+        return "is a number with a decimal comma", "Export with decimal points, or with semicolons between the cells"
+    return "is not a number" if cell else "is empty", ""
+
+
+MOST_SHOWN = 6  # cells
+
+Row = tuple[int, list[str]]
+"""The index of a line, and its cells."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What stood beside the first rows of numbers."""
+
+    rows: dict[int, list[str]]
+    facts: dict[str, str]
+    note: str
+
+    def lines(self, of_file: Sequence[str], delimiter: str | None) -> list[str]:
+        """Return the lines of a file without these cells."""
+        lines = list(of_file)
+        for i, cells in self.rows.items():
+            quoted = (f'"{cell}"' if delimiter and delimiter in cell else cell for cell in cells)
+            lines[i] = delimiter.join(quoted) if delimiter else " ".join(cells).rstrip()
+        return lines
+
+
+def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
+    """Return what stands beside the first rows of numbers: columns of text that end while the rows go on.
+
+    Columns of numbers that end early are no such table: they were recorded less long.
+    """
+    complete = rows[:-1] if len(rows) > 2 else rows  # the last line there is may be cut short
+    below = [cells for _, cells in complete[-3:]]  # in which nothing stands beside the numbers
+    count = max((k + 1 for cells in below for k, cell in enumerate(cells) if cell), default=0)
+    if not any(any(cells[count:]) for _, cells in complete):
+        return None
+    numeric = [k for k in range(count) if any(is_number(cells[k], decimal_comma) for cells in below if k < len(cells))]
+    recorded: list[Row] = []
+    for index, cells in reversed(complete):  # as far as most cells are numbers where they are below
+        if 2 * sum(k < len(cells) and is_number(cells[k], decimal_comma) for k in numeric) < len(numeric):
+            break
+        recorded.append((index, cells))
+    width = max((len(cells) for _, cells in recorded), default=0)
+    start = next((k for k in range(count, width) if _is_text([row[k] for _, row in recorded if row[k : k + 1]], decimal_comma)), None)
+    if start is None:
+        return None
+    aside = [row for row in recorded if any(row[1][start:])]
+    early = max((k + 1 for _, cells in recorded for k in range(count, start) if any(cells[k : k + 1])), default=0)
+    width = max(len(below[-1]), early)
+    keep = min(start, width)
+    left = {index: [*cells[:keep], *[""] * (width - keep)] for index, cells in recorded if any(cells[start:]) or len(cells) > width}
+    pairs = ([cell for cell in cells[start:] if cell] for _, cells in aside)
+    facts = {name: " ".join(values) for name, *values in pairs if values}
+    cells_aside = [cell for _, row in reversed(aside) for cell in row[start:] if cell]
+    count_above = sum(index <= aside[0][0] for index, _ in recorded)
+    first = f"first {count_above} rows" if count_above > 1 else "first row"
+    excerpt = printable(", ".join(cells_aside[:MOST_SHOWN])) + (" and others" if len(cells_aside) > MOST_SHOWN else "")
+    return Beside(left, facts, f"what stands beside the {first} was left out: {excerpt}")
+
+
+def _is_text(cells: Sequence[str], decimal_comma: bool) -> bool:
+    """Return whether those of several cells that are filled are text for the most part."""
+    filled = [cell for cell in cells if cell]
+    return bool(filled) and 2 * sum(is_number(cell, decimal_comma) for cell in filled) < len(filled)
+
 
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
-DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
-MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
 
 
 @dataclass(frozen=True)
@@ -45,24 +171,8 @@ class Layout:
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
     """Return the layout that makes most numbers of the first lines of a file."""
     bare = [without_comments(line) for line in lines]
-    best = _most_numbers(bare, source)
-    if best is None:
-        raise InputError(
-            "holds no rows of numbers, or is truncated before them",
-            path=str(source),
-            mend="Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks",
-        )
-    if best.beside:
-        bare = best.beside.lines(bare, best.delimiter)
-    _refuse_bad_first_rows(bare, best, source)
-    names, units_, notes = _header(lines, best)
-    return replace(best, names=names, units=units_, notes=(*notes, *((best.beside.note,) if best.beside else ())))
-
-
-def _most_numbers(bare: Sequence[str], source: Path) -> Layout | None:
-    """Return the layout that makes most numbers of lines without remarks; None where no rows of them follow."""
     best, best_score = None, (0.0, 0)
-    for delimiter in DELIMITERS:
+    for delimiter in ("\t", ";", ",", None):
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
             beside = table_beside(rows, decimal_comma)
@@ -70,13 +180,20 @@ def _most_numbers(bare: Sequence[str], source: Path) -> Layout | None:
             layout = _rows_of_numbers(among, delimiter, decimal_comma)
             if layout is None:
                 continue
-            layout = replace(layout, beside=beside)
             first_row = next(cells for i, cells in among if i == layout.first)
             filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
             score = (sum(layout.numeric) / filled, sum(layout.numeric))
             if score > best_score:
-                best, best_score = layout, score
-    return best
+                best, best_score = replace(layout, beside=beside), score
+    if best is None:
+        message = "holds no rows of numbers, or is truncated before them"
+        mend = "Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks"
+        raise InputError(message, path=str(source), mend=mend)
+    if best.beside:
+        bare = best.beside.lines(bare, best.delimiter)
+    _refuse_bad_first_rows(bare, best, source)
+    names, units_, notes = _header(lines, best)
+    return replace(best, names=names, units=units_, notes=(*notes, *((best.beside.note,) if best.beside else ())))
 
 
 def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tuple[int, list[str]]]:
@@ -84,21 +201,14 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     rows: list[tuple[int, list[str]]] = []
     count = 0
     for index, line in enumerate(lines):
-        if not has_content(line):
-            continue
-        cells = cells_of(line, delimiter)
-        if not any(cells):
-            continue
+        cells = cells_of(line, delimiter) if line.strip() and not line.lstrip().startswith(COMMENT) else []
         if len(cells) > MOST_COLUMNS:
-            raise InputError(
-                f"has {len(cells)} cells in a row",
-                path=f"{source}: line {index + 1}",
-                allowed=f"up to {MOST_COLUMNS}",
-                mend="Export one row a sample: are rows and columns exchanged?",
-            )
-        rows.append((index, cells))
-        count += len(cells)
-        if count > MOST_CELLS:
+            place, mend = f"{source}: line {index + 1}", "Export one row a sample: are rows and columns exchanged?"
+            raise InputError(f"has {len(cells)} cells in a row", path=place, allowed=f"up to {MOST_COLUMNS}", mend=mend)
+        if any(cells):
+            rows.append((index, cells))
+            count += len(cells)
+        if count > 300_000:  # that are looked at to find where the numbers begin
             break
     return rows
 
@@ -107,19 +217,14 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
     """Return the layout with the first line from which on rows have numbers in the same columns."""
     # The last line there is may be cut short: the rows themselves are examined when they are read.
     complete = rows[:-1] if len(rows) > 2 else rows
-    known_kinds: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-
-    def kinds(row: int) -> tuple[np.ndarray, np.ndarray]:
-        if row not in known_kinds:
-            cells = complete[row][1]
-            known_kinds[row] = (np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not c for c in cells]))
-        return known_kinds[row]
-
+    kinds: list[tuple[np.ndarray, np.ndarray]] = []
     for start in range(len(complete) - 1 + (len(rows) > 2)):
         end = min(start + SAMPLE_ROWS, len(complete))
         if len({len(complete[row][1]) for row in range(start, end)}) != 1:
             continue
-        numbers, blanks = (np.array(flags) for flags in zip(*map(kinds, range(start, end)), strict=True))
+        for _, cells in complete[len(kinds) : end]:
+            kinds.append((np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not cell for cell in cells])))
+        numbers, blanks = (np.array(flags) for flags in zip(*kinds[start:end], strict=True))
         numeric: np.ndarray = np.any(numbers, axis=0)
         if numeric.any() and np.all(numbers | blanks | ~numeric):
             return Layout(delimiter, decimal_comma, rows[start][0], tuple(bool(is_numeric) for is_numeric in numeric))
@@ -128,54 +233,46 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
 
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
     """Refuse a line right before the first that is a row of numbers but for one cell: it is no preamble."""
-    above = [(i, cells_of(lines[i], layout.delimiter)) for i in range(layout.first) if has_content(lines[i])]
+    above = [(i, cells_of(line, layout.delimiter)) for i, line in enumerate(lines[: layout.first])]
+    above = [(i, cells) for i, cells in above if lines[i].strip() and not lines[i].lstrip().startswith(COMMENT)]
     if not above:
         return
     index, cells = above.pop()
     count, place = len(layout.numeric), f"{source}: line {index + 1}"
-    under_a_row = any(len(cells_above) == count for _, cells_above in above)
-    if len(cells) != count:
-        numbers = all(is_number(cell, layout.decimal_comma) for cell in cells if cell)
-        if numbers and (under_a_row or len(cells) > count):
-            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
-        return
+    rows = [cells_above for _, cells_above in above if len(cells_above) == count]
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
-    if under_a_row and any(kinds):
-        odd = [column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]]
-        message = "is a number, and below it stands text"
-        mend = ""
-        if not kinds[odd[0]]:
-            message, mend = why_no_number(cells[odd[0]])
-        heads = next((cells_above for _, cells_above in above if len(cells_above) == count), cells)
-        named = not any(is_number(cell, layout.decimal_comma) for cell in heads) and heads[odd[0]]
-        column = repr(split_unit(heads[odd[0]])[0]) if named else odd[0] + 1
-        raise InputError(message, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
+    if len(cells) != count:
+        if (rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True)):
+            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
+    elif rows and any(kinds):
+        odd = next(column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column])
+        message, mend = ("is a number, and below it stands text", "") if kinds[odd] else why_no_number(cells[odd])
+        named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
+        column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
+        raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text right before the numbers."""
     count = len(layout.numeric)
-    unnamed = [f"column_{index + 1}" for index in range(count)]
     above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
     above = [cells[:count] for cells in above] if layout.beside else above
     headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:
-        return tuple(unnamed), ("",) * count, ()
+        return tuple(f"column_{index + 1}" for index in range(count)), ("",) * count, ()
     if len(headers) == 2 and _are_units(headers[1]):
         names, units = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
         names, units = map(list, zip(*(_name_and_unit(cell) for cell in headers[-1]), strict=True))
-    own = set(names)
-    names, notes = distinct(name or _unlike(own, called) for name, called in zip(names, unnamed, strict=True))
+    filled = list(names)
+    for index, name in enumerate(names):
+        if not name:
+            filled[index] = f"column_{index + 1}"
+            while filled[index] in names:  # what a person called a column is never another one
+                filled[index] += "_"
+    names, notes = distinct(filled)
     return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in units), tuple(notes)
-
-
-def _unlike(names: Container[str], name: str) -> str:
-    """Return a name that none of the others is: what a person called a column is never another one."""
-    while name in names:
-        name += "_"
-    return name
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:

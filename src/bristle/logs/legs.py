@@ -11,10 +11,6 @@ import numpy as np
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.logs.turns import runs, turning_points
 
-__all__ = ["Leg", "graininess", "legs_of", "rests_of"]
-
-REST_TIME = 0.12  # [s] without a motion that the encoder sees
-COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
 CHUNKS = 20  # of a leg, in which its speed is looked at
 CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third
 SETTLING = 0.03  # of the leg beside it: a leg that is none
@@ -43,14 +39,14 @@ def graininess(position: np.ndarray, resolution: float | None) -> float:
         resolution = resolution if np.isfinite(resolution) else 0.0
     bends = np.abs(np.diff(position, 2))
     noise = DEVIATION_OVER_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
-    return max(COUNTS * resolution, DEVIATIONS * noise)
+    return max(2.5 * resolution, 4.0 * noise)  # of the encoder, of its noise: no motion is smaller
 
 
 def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[slice]:
     """Return the samples of each rest: where the position stays within a grain to either side."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    window = max(round(REST_TIME / sample_time), 3)
+    window = max(round(0.12 / sample_time), 3)  # [s] without a motion that the encoder sees
     if position.size < window:
         return []
     half = window // 2
@@ -68,7 +64,12 @@ def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time:
         if end - begin < 2:
             continue
         marks = [begin, *(begin + k for k in turning_points(position[begin : end + 1], grain)), end]
-        marks = _without_settling(position, _without_jitter(position, marks))
+        marks = _without_jitter(position, marks)
+        # Without those right beside a rest that are nothing against the leg next to them.
+        lengths = [abs(position[b] - position[a]) for a, b in pairwise(marks)]
+        first = len(lengths) > 1 and lengths[0] < SETTLING * lengths[1]
+        last = len(lengths) > 1 and lengths[-1] < SETTLING * lengths[-2]
+        marks = marks[int(first) : len(marks) - int(last)]
         for number, (first, last) in enumerate(pairwise(marks)):
             if abs(position[last] - position[first]) > grain:
                 yield _leg(position, first, last, grain, sample_time, from_rest=number == 0 and begin > 0)
@@ -91,14 +92,6 @@ def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
         # Without the two ends of the leg, those before and after it are one.
         remaining = np.delete(remaining, (shortest, shortest + 1))
     return [int(k) for k in remaining]
-
-
-def _without_settling(position: np.ndarray, marks: list[int]) -> list[int]:
-    """Return ends of legs without those right beside a rest that are nothing against the leg next to them."""
-    lengths = [abs(position[b] - position[a]) for a, b in pairwise(marks)]
-    first = len(lengths) > 1 and lengths[0] < SETTLING * lengths[1]
-    last = len(lengths) > 1 and lengths[-1] < SETTLING * lengths[-2]
-    return marks[int(first) : len(marks) - int(last)]
 
 
 def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *, from_rest: bool) -> Leg:

@@ -15,32 +15,15 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.logs.channel import LogData
 from bristle.logs.problems import Cut, longest_run
 
-__all__ = ["Line", "Rows", "lost_in", "piled_up", "rows_of", "work_share"]
-
 WINDOWS = (2, 4, 8, 16, 32, 64, 128)  # samples of one moving mean
-LONGEST = 0.05  # [s] of one moving mean: beyond, ramps of velocity are blurred
-NOISE = 0.1  # of the root mean square acceleration that the noise of the position may leave
-SLOW = 0.05  # of the largest speed: below, a contact sticks or turns
-MOST_ROWS = 6000  # more tell nothing more
 BLOCKS = 12  # of time, each left out in turn
 FEWEST_ROWS = 120  # of a line, and steps of a segment in which lost rows are looked for
 SINGULAR = 1e9  # condition from which columns are not told apart
 
-A_ROW = 1.8  # times the steps around it that a step over a missing row is; less is a sample that was late
-USUAL = 0.95  # quantile of how steps differ from those around them
-SELDOM = 0.001  # of the steps: what stands out more often is how this axis moves, unless it is always the same
-ONE_SIZE = 0.1  # relative, by which the jumps of one counter differ
 
-POINTS = 200  # of a segment, of which pairs are compared
-CLOSED = 0.02  # of range and largest kinetic energy: what two ends of a closed motion may differ by
-SHORTEST_WAY = 0.25  # of a segment: a closed motion that says something of it
 STRIDE = 10  # samples over which the velocity at an end is taken
 
-TOP = 0.999  # quantile of a side: single samples beyond are noise
-DEVIATIONS, NARROWEST, WIDEST = 6.0, 0.02, 0.08  # of the noise, and of the top: the width of a pile below it
 BELOW = 2.0  # widths below the pile, with which it is compared
-DENSER = 3.0  # than below is a pile; a sine has 2.7
-SHORT = 0.05  # of the level: what the motion asks for beyond it
 
 
 class Rows(NamedTuple):
@@ -58,7 +41,7 @@ class Rows(NamedTuple):
     def sliding(self) -> Rows:
         """The rows that slide."""
         speed = np.abs(self.velocity)
-        return self.of(speed > SLOW * speed.max(initial=0.0))
+        return self.of(speed > 0.05 * speed.max(initial=0.0))  # of the largest speed: below, a contact sticks or turns
 
     def of(self, chosen: np.ndarray) -> Rows:
         """Return some of the rows."""
@@ -102,36 +85,35 @@ class Line:
 
 def rows_of(log: LogData, resolution: float) -> Rows:
     """Return the rows of a log, through twice the shortest filter that its position allows."""
-    windows = [w for w in WINDOWS if w * log.sample_time <= LONGEST] or [WINDOWS[0]]
+    # 0.05 [s] of one moving mean: beyond, ramps of velocity are blurred
+    windows = [w for w in WINDOWS if w * log.sample_time <= 0.05] or [WINDOWS[0]]
     for window in windows:
         parts = [_differenced(log.position.values[segment], window, 2) for segment in log.segments]
         square = float(np.mean(np.concatenate(parts) ** 2)) if any(part.size for part in parts) else 0.0
         # White noise of an encoder's rounding, twice differenced over the window.
-        if 6.0 * resolution**2 / 12.0 / window < NOISE**2 * square:
-            return _filtered(log, 2 * window)
-    return _filtered(log, 2 * windows[-1])
-
-
-def _mean(values: np.ndarray, window: int, times: int) -> np.ndarray:
-    """Return moving means, one after the other; each shortens the signal by its window less one."""
-    for _ in range(times):
-        total = np.concatenate([[0.0], np.cumsum(values - values[0])])
-        values = (total[window:] - total[:-window]) / window + values[0]
-    return values
+        # 0.1 of the root mean square acceleration that the noise of the position may leave
+        if window == windows[-1] or 6.0 * resolution**2 / 12.0 / window < 0.1**2 * square:
+            break
+    return _filtered(log, 2 * window)
 
 
 def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
-    """Return the `order`-th difference over the window of a signal behind what is left of three moving means."""
+    """Return the `order`-th difference over the window of a signal behind what is left of three moving means.
+
+    Each mean shortens the signal by its window less one.
+    """
     if values.size < 3 * window + 1:
         return np.empty(0)
-    values = _mean(values, window, 3 - order)
+    for _ in range(3 - order):
+        total = np.concatenate([[0.0], np.cumsum(values - values[0])])
+        values = (total[window:] - total[:-window]) / window + values[0]
     for _ in range(order):
         values = values[window:] - values[:-window]
     return values
 
 
 def _filtered(log: LogData, window: int) -> Rows:
-    stride, h = max(window // 2, len(log) // MOST_ROWS, 1), window * log.sample_time
+    stride, h = max(window // 2, len(log) // 6000, 1), window * log.sample_time  # more tell nothing more
     parts = []
     for segment in log.segments:
         first, last, _ = segment.indices(len(log))
@@ -169,10 +151,13 @@ def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
         beside = np.stack([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]])
         inner, around, spread = steps[2:-2], beside.mean(axis=0), np.ptp(beside, axis=0)
         out = np.abs(inner - around)
-        usual = float(np.quantile(out, USUAL))
-        at = np.flatnonzero((out > factor * np.maximum(spread, max(usual, resolution))) & (np.abs(inner) > A_ROW * np.abs(around)))
+        usual = float(np.quantile(out, 0.95))  # quantile of how steps differ from those around them
+        # 1.8 times the steps around it that a step over a missing row is; less is a sample that was late
+        at = np.flatnonzero((out > factor * np.maximum(spread, max(usual, resolution))) & (np.abs(inner) > 1.8 * np.abs(around)))
         # Jumps of one size are those of a counter that starts anew.
-        if at.size and (at.size < SELDOM * steps.size + 3 or np.ptp(out[at]) < ONE_SIZE * np.median(out[at])):
+        # 0.001 of the steps: what stands out more often is how this axis moves, unless it is always the same
+        # 0.1 relative, by which the jumps of one counter differ
+        if at.size and (at.size < 0.001 * steps.size + 3 or np.ptp(out[at]) < 0.1 * np.median(out[at])):
             places.append(at + 2 + (segment.start or 0))
     return np.concatenate(places)
 
@@ -204,15 +189,17 @@ def _closed(position: np.ndarray) -> slice:
     reach = float(np.ptp(position)) if position.size >= 4 * STRIDE else 0.0
     if reach == 0.0:
         return slice(0)
-    at = np.unique(np.linspace(STRIDE, position.size - 1 - STRIDE, POINTS).astype(int))
+    at = np.unique(np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int))  # of a segment, of which pairs are compared
     x, speed = position[at], position[at + STRIDE] - position[at - STRIDE]
     fastest = float(np.max(np.abs(position[2 * STRIDE :] - position[: -2 * STRIDE])))
     energy = (speed / (fastest or 1.0)) ** 2
     apart = np.abs(x[:, None] - x[None, :]) / reach + np.abs(energy[:, None] - energy[None, :])
-    length = np.where(apart < CLOSED, at[None, :] - at[:, None], 0)
+    # 0.02 of range and largest kinetic energy: what two ends of a closed motion may differ by
+    length = np.where(apart < 0.02, at[None, :] - at[:, None], 0)
     first, last = np.unravel_index(int(np.argmax(length)), length.shape)
     # The motion turned in between, or it would not be back.
-    return slice(at[first], at[last] + 1) if fastest and length[first, last] >= SHORTEST_WAY * position.size else slice(0)
+    # 0.25 of a segment: a closed motion that says something of it
+    return slice(at[first], at[last] + 1) if fastest and length[first, last] >= 0.25 * position.size else slice(0)
 
 
 def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
@@ -229,7 +216,13 @@ def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float)
     # The missing effort passes the filter of all rows.
     missing = rows_of(replace(log, effort=replace(log.effort, values=at)), resolution).effort
     level = float(np.median(np.abs(values[at != 0.0])))
-    if not _falls_short(rows, missing, level, sure):
+    columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
+    line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
+    # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
+    if line is None or (bent is not None and bent.explained > line.explained):
+        return None
+    short, error = line.last
+    if not (short > 0.05 * level and short > sure * error):  # of the level: what the motion asks for beyond it
         return None
     start, length = longest_run(at != 0.0)
     return Cut(float(np.sign(at[start])) * level, start, length, int(np.count_nonzero(at)))
@@ -240,20 +233,10 @@ def _piled(values: np.ndarray, run: int) -> np.ndarray:
     none = np.zeros(values.size, dtype=bool)
     if np.count_nonzero(values > 0.0) < run:
         return none
-    top = float(np.quantile(values[values > 0.0], TOP))
+    top = float(np.quantile(values[values > 0.0], 0.999))  # quantile of a side: single samples beyond are noise
     noise = DEVIATION_OVER_MEDIAN * float(np.median(np.abs(np.diff(values, 2)))) / np.sqrt(6.0)
-    width = float(np.clip(DEVIATIONS * noise, NARROWEST * top, WIDEST * top))
+    width = float(np.clip(6.0 * noise, 0.02 * top, 0.08 * top))  # of the noise, and of the top: the width of a pile below it
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
-    return at if longest_run(at)[1] >= run and np.count_nonzero(at) * BELOW >= DENSER * np.count_nonzero(below) else none
-
-
-def _falls_short(rows: Rows, missing: np.ndarray, level: float, sure: float) -> bool:
-    """Return whether a line through the rows lacks effort where it piles up."""
-    columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
-    line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
-    # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
-    if line is None or (bent is not None and bent.explained > line.explained):
-        return False
-    short, error = line.last
-    return short > SHORT * level and short > sure * error
+    # 3.0 than below is a pile; a sine has 2.7
+    return at if longest_run(at)[1] >= run and np.count_nonzero(at) * BELOW >= 3.0 * np.count_nonzero(below) else none

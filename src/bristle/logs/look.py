@@ -21,16 +21,8 @@ from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share
 from bristle.logs.problems import Cut, clipped
 from bristle.logs.turns import turning_points
 
-__all__ = ["DEFAULT", "CheckThresholds", "Look", "likeness_of"]
-
-MOVED = 100.0  # encoder steps of the range from which the position tells a velocity
-FEWEST_MOVED = 50  # rows to compare velocities
-NEAR_ZERO, OFF = 0.02, 0.2  # of the largest effort; of the log near it, from which on a drive is off
-VISITS = 8  # of an effort to zero
 FALLS = (0.1, 0.02)  # of the largest speed, over which friction may fall
 SIDE = 0.02  # share of the rows in a direction from which it has columns of its own
-EXPLAINED = 0.95  # of the scatter of the effort: a line that leaves more says nothing
-TREMBLE = 1e-3  # of the range: a turn by less is none
 
 
 @dataclass(frozen=True)
@@ -111,16 +103,17 @@ class Look:
         size = np.abs(values)
         if values.min() < 0.0 < values.max() or not size.any():
             return False
-        # An effort that stays at zero is that of a drive that is off.
-        near = size < NEAR_ZERO * float(np.quantile(size, 0.95))
-        return int(np.sum(np.diff(near.astype(np.int8)) == 1)) >= VISITS and float(np.mean(near)) < OFF
+        # A magnitude visits zero often; an effort that stays there for a fifth of the log is that of a drive that is off.
+        near = size < 0.02 * float(np.quantile(size, 0.95))
+        return int(np.sum(np.diff(near.astype(np.int8)) == 1)) >= 8 and float(np.mean(near)) < 0.2
 
     @cached_property
     def velocity(self) -> tuple[float, float, float] | None:
         """Scale, likeness and delay of a recorded velocity against that of the position; None where it is that one."""
         moved, settings = self.rows.sliding, self.settings
-        moves = float(np.ptp(self.log.position.values)) > MOVED * self.resolution
-        if not self.rows.recorded.size or not moves or moved.velocity.size < FEWEST_MOVED:
+        # 100.0 encoder steps of the range from which the position tells a velocity
+        moves = float(np.ptp(self.log.position.values)) > 100.0 * self.resolution
+        if not self.rows.recorded.size or not moves or moved.velocity.size < 50:  # rows to compare velocities
             return None
         v, recorded = moved.velocity, moved.recorded
         likeness = likeness_of(v, recorded)
@@ -148,7 +141,8 @@ class Look:
             return None
         rows, columns = self.sliding
         line = Line.through(np.column_stack([columns, *further]), rows.effort)
-        return line if line is not None and line.explained > EXPLAINED else None
+        # 0.95 of the scatter of the effort: a line that leaves more says nothing
+        return line if line is not None and line.explained > 0.95 else None
 
     @cached_property
     def plain(self) -> Line | None:
@@ -184,13 +178,12 @@ class Look:
     def changes(self) -> tuple[float, dict[int, float]]:
         """The level of friction, and by how much of it it changes over time (-2) and over the position (-1), where it does."""
         line = self.plain
-        if line is None:
-            return 0.0, {}
-        rows = self.sliding[0]
+        rows = self.sliding[0] if line is not None else self.rows
         side = np.sign(rows.velocity)
-        if min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
+        if line is None or min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
             return 0.0, {}
-        time, position = (_centred(values) for values in (rows.time, rows.position))
+        ends = ((values, float(values.min()), float(values.max())) for values in (rows.time, rows.position))
+        time, position = ((values - 0.5 * (low + high)) / ((high - low) or 1.0) for values, low, high in ends)
         changing = self.line(time, position, side * time, side * position)
         if changing is None:
             return 0.0, {}
@@ -223,7 +216,7 @@ class Look:
 
     def turns(self, position: np.ndarray) -> np.ndarray:
         """Return the first sample, those at which the motion turns, and the last, shape (turn,)."""
-        least = max(graininess(position, self.resolution), TREMBLE * float(np.ptp(position)))
+        least = max(graininess(position, self.resolution), 1e-3 * float(np.ptp(position)))  # of the range: a turn by less is none
         return np.array([0, *turning_points(position, least), position.size - 1])
 
 
@@ -231,8 +224,3 @@ def likeness_of(first: np.ndarray, second: np.ndarray) -> float:
     """Return by how much two signals are one, but for their size."""
     size = float(np.linalg.norm(first) * np.linalg.norm(second))
     return float(first @ second) / size if size > 0.0 else 0.0
-
-
-def _centred(values: np.ndarray) -> np.ndarray:
-    low, high = float(values.min()), float(values.max())
-    return (values - 0.5 * (low + high)) / ((high - low) or 1.0)

@@ -16,11 +16,8 @@ from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Series, table_of_series, tall
 
-__all__ = ["read"]
-
 MAT = b"MATLAB 5.0"
 HEADER_BYTES, TAG_BYTES = 128, 8
-MATRIX, COMPRESSED = 14, 15
 DEEPEST = 64
 
 
@@ -37,9 +34,10 @@ def read(data: bytes, request: Request) -> Table:
                 constants[full] = float(values.reshape(()))
             elif values.ndim > 2 and 1 not in values.shape:
                 notes.append(f"{full} has {values.ndim} dimensions and was left out")
-            else:
-                columns = _columns_of(full, values).items()
-                series += [Series(column, numbers.astype(float) if request.choice(column) else None) for column, numbers in columns]
+            else:  # time runs along the longer side of a matrix
+                vector = values.ndim == 1 or 1 in values.shape
+                columns = {full: values.reshape(-1)} if vector else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
+                series += [Series(c, numbers.astype(float) if request.choice(c) else None) for c, numbers in columns.items()]
     return table_of_series(series, request.source, "MAT", constants=constants, notes=notes)
 
 
@@ -53,7 +51,7 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
         if at > len(data):
             break
         element = data[begin - TAG_BYTES : at]
-        if kind == COMPRESSED:
+        if kind == 15:
             with suppress(zlib.error):  # the reader will tell what is wrong with it
                 element = zlib.decompressobj().decompress(data[begin:at], limit - unpacked + 1)
                 unpacked += len(element)
@@ -80,17 +78,13 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
             ends.pop()
         kind, length = _tag(element, at, order)
         at += TAG_BYTES
-        if kind == MATRIX:
+        if kind == 14:
             ends.append(at + length)
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
-            raise InputError(
-                "is nested too deeply",
-                path=str(source),
-                allowed=f"up to {DEEPEST} cells in one another",
-                mend="Save the signals as vectors",
-            )
+            allowed = f"up to {DEEPEST} cells in one another"
+            raise InputError("is nested too deeply", path=str(source), allowed=allowed, mend="Save the signals as vectors")
 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -104,10 +98,3 @@ def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
             yield from _numbers(f"{name}[{index}]", inner)
     elif values.dtype.kind in "fiub" and values.size:
         yield name, values
-
-
-def _columns_of(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of a vector or a matrix; time runs along the longer side of a matrix."""
-    if values.ndim == 1 or 1 in values.shape:
-        return {name: values.reshape(-1)}
-    return {f"{name}[{index}]": column for index, column in enumerate(tall(values).T)}

@@ -14,13 +14,7 @@ from bristle.core.errors import InputError
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["read"]
-
-DEEPEST = 6
-MOST_VALUES = 1000  # of one message
-JOINT = ("position", "velocity", "effort")
 SECOND = 1_000_000_000  # [ns]
-ENCODINGS = ("cdr", "json")
 
 
 def read(data: bytes, request: Request) -> Table:
@@ -36,7 +30,7 @@ def read(data: bytes, request: Request) -> Table:
     unknown: set[str] = set()
     decoders, factory, count = {}, DecoderFactory(), 0
     for schema, channel, message in make_reader(io.BytesIO(data)).iter_messages():
-        if channel.message_encoding not in ENCODINGS or (schema is None and channel.message_encoding == "cdr"):
+        if channel.message_encoding not in ("cdr", "json") or (schema is None and channel.message_encoding == "cdr"):
             unknown.add(f"{channel.topic} ({channel.message_encoding or 'unknown'})")
             continue
         if channel.message_encoding == "json":
@@ -56,13 +50,8 @@ def read(data: bytes, request: Request) -> Table:
     table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
-        raise InputError(
-            "holds no messages with numbers that are understood",
-            path=str(request.source),
-            value=table,
-            allowed=", ".join(sorted({topic for topic, _ in fields})[:8]),
-            mend="Record messages of ROS 2, or JSON",
-        )
+        message, allowed = "holds no messages with numbers that are understood", ", ".join(sorted({topic for topic, _ in fields})[:8])
+        raise InputError(message, path=str(request.source), value=table, allowed=allowed, mend="Record messages of ROS 2, or JSON")
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())
     series = []
@@ -76,33 +65,28 @@ def read(data: bytes, request: Request) -> Table:
 def _numbers(content: Any) -> Iterator[tuple[str, float]]:
     """Yield the numbers of a message, with what they are called."""
     names = _field(content, "name")
-    if isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names):
-        for quantity in JOINT:
-            values = _field(content, quantity)
-            if values is not None and len(values) == len(names):
-                yield from ((f"{name}.{quantity}", float(value)) for name, value in zip(names, values, strict=True))
+    if not (isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names)):
+        yield from _flat(content, "", 0)
         return
-    yield from _flat(content, "", 0)
+    for quantity in ("position", "velocity", "effort"):
+        values = _field(content, quantity)
+        if values is not None and len(values) == len(names):
+            yield from ((f"{name}.{quantity}", float(value)) for name, value in zip(names, values, strict=True))
 
 
 def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, float]]:
     if isinstance(node, (bool, int, float, np.number)):
         yield path, float(node)
-    elif isinstance(node, str) or depth > DEEPEST:
+    elif isinstance(node, str) or depth > 6:
         return
     elif isinstance(node, (list, tuple, np.ndarray)):
-        for index, value in enumerate(node if len(node) <= MOST_VALUES else ()):
+        for index, value in enumerate(node if len(node) <= 1000 else ()):  # of one message
             yield from _flat(value, f"{path}[{index}]", depth + 1)
     else:
-        for name in _fields(node):
+        fields = map(str, node) if isinstance(node, Mapping) else getattr(node, "__slots__", None) or getattr(node, "__dict__", {})
+        for name in fields:
             if name not in ("header", "stamp", "timestamp"):
                 yield from _flat(_field(node, name), f"{path}.{name}" if path else name, depth + 1)
-
-
-def _fields(node: Any) -> tuple[str, ...]:
-    if isinstance(node, Mapping):
-        return tuple(str(name) for name in node)
-    return tuple(getattr(node, "__slots__", None) or getattr(node, "__dict__", {}))
 
 
 def _field(node: Any, name: str) -> Any:

@@ -12,8 +12,6 @@ from bristle.core.content import refuse_larger
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
-__all__ = ["read"]
-
 MASTERS = (2, 3)  # kinds of channels that others are sampled by: real ones, and those that are only counted
 
 

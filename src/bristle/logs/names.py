@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TypeVar
 from unicodedata import normalize
 
 from bristle.core.typography import printable
 from bristle.logs.table import Table, split_unit
-
-__all__ = ["distinct", "listed", "names_and_units", "plain_unit", "spelt", "with_plain_names"]
-
-T = TypeVar("T")
-LONGEST_UNIT_SHOWN = 80
 
 
 def listed(text: str) -> tuple[str, ...]:
@@ -127,35 +121,25 @@ def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[
 
 def with_plain_names(table: Table) -> Table:
     """Return a table whose names and units can be printed: control characters do things to a terminal."""
-    table = replace(table, units=_plain_units(table.units))
+    stated = {name: unit for name, written in table.units.items() if (unit := plain_unit(written))}  # some say that there is none
     odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
-    units = {name: unit for name, unit in table.units.items() if unit.isprintable() and len(unit) <= LONGEST_UNIT_SHOWN}
-    if not odd and len(units) == len(table.units):
-        return table
+    units = {name: unit for name, unit in stated.items() if unit.isprintable() and len(unit) <= 80}
+    if not odd and len(units) == len(stated):
+        return replace(table, units=units)
     plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
     called = dict(zip(table.names, plain, strict=True))
     notes = [
         f"the name of a column holds characters that cannot be printed: it is taken as {called[name]!r}" for name in odd if name in called
     ]
-    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out" for name in table.units if name not in units]
+    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out" for name in stated if name not in units]
     return replace(
         table,
-        columns=_called(table.columns, called),
-        units=_called(units, called),
+        columns={called[name]: values for name, values in table.columns.items()},
+        units={called[name]: unit for name, unit in units.items()},
         names=tuple(plain),
         texts={printable(name): reason for name, reason in table.texts.items()},
         notes=(*table.notes, *notes),
         stamps={called[name]: called[time] for name, time in table.stamps.items()},
-        about=_called(table.about, called),
+        about={called[name]: text for name, text in table.about.items()},
         numbers={number: called.get(name, name) for number, name in table.numbers.items()},
     )
-
-
-def _plain_units(units: Mapping[str, str]) -> dict[str, str]:
-    """Return units as this package writes them; those that say that there is none are left out."""
-    plain = {name: plain_unit(unit) for name, unit in units.items()}
-    return {name: unit for name, unit in plain.items() if unit}
-
-
-def _called(values: Mapping[str, T], called: Mapping[str, str]) -> dict[str, T]:
-    return {called[name]: value for name, value in values.items()}

@@ -14,20 +14,15 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Arrays, Stored, table_from
+from bristle.logs.tables import Stored, table_from
 
-__all__ = ["read"]
-
-ARRAY = b"\x93NUMPY"
-HEADER = 10_000  # [byte] at most, before the numbers of an array
 MOST_ARRAYS = 100_000
 
 
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of an array with several of them, or of an archive of single columns."""
-    if data.startswith(ARRAY):
-        stored = {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}
-        return _table(stored, [], request)
+    if data.startswith(b"\x93NUMPY"):
+        return _table({request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}, [], request)
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > MOST_ARRAYS:
@@ -43,7 +38,7 @@ def read(data: bytes, request: Request) -> Table:
 def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Table:
     columns = {name: array for name, array in stored.items() if array.holds_columns}
     remarks = (f"{name} holds no column of numbers and was left out" for name in stored if name not in columns)
-    return table_from(Arrays(columns, notes=(*notes, *remarks)), request, "NPZ")
+    return table_from(columns, request, "NPZ", notes=(*notes, *remarks))
 
 
 def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
@@ -51,15 +46,15 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
     with opened() as file:
         version = np.lib.format.read_magic(file)
         header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = header(file, max_header_size=HEADER)
+        shape, _, dtype = header(file, max_header_size=10_000)  # [byte] at most, before the numbers of an array
     if dtype.hasobject:
         raise InputError("holds objects of Python, which are not read", path=str(source), mend="Save arrays of numbers")
-    stored = Stored(tuple(shape), dtype, lambda: _array(opened))
+
+    def read() -> np.ndarray:
+        with opened() as file:
+            return np.lib.format.read_array(file, allow_pickle=False)
+
+    stored = Stored(tuple(shape), dtype, read)
     if stored.size * dtype.itemsize > size:
         raise ValueError(f"an array announces {stored.size} numbers and is shorter")
     return stored
-
-
-def _array(opened: Callable[[], IO[bytes]]) -> np.ndarray:
-    with opened() as file:
-        return np.lib.format.read_array(file, allow_pickle=False)

@@ -12,15 +12,13 @@ from bristle.logs.names import distinct
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["read"]
-
-UNIT_KEYS = (b"unit", b"units")
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of a Parquet file; time stamps become seconds from the first one."""
     import pyarrow.parquet
+    from pyarrow import types
 
     file = pyarrow.parquet.ParquetFile(io.BytesIO(data))
     names, notes = distinct(file.schema_arrow.names)
@@ -32,34 +30,21 @@ def read(data: bytes, request: Request) -> Table:
     columns = dict(zip(names if selection is None else content.schema.names, content.columns, strict=True))
     series = []
     for name, part in zip(names, file.schema_arrow, strict=True):
-        values = _numbers(columns[name]) if request.choice(name) else None
+        may_be_numbers = types.is_primitive(part.type) or types.is_decimal(part.type)
+        values = _numbers(columns[name]) if may_be_numbers and request.choice(name) else None
         if request.choice(name) and values is None:
             notes.append(f"column {name!r} holds no numbers and was left out")
-        elif _may_be_numbers(part.type):
-            series.append(Series(name, values, unit=_unit_of(part)))
+        elif may_be_numbers:
+            metadata, is_time = part.metadata or {}, types.is_timestamp(part.type) or types.is_time(part.type)
+            unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
+            series.append(Series(name, values, unit=unit or ("s" if is_time else "")))
     return table_of_series(series, request.source, "Parquet", notes=notes)
-
-
-def _may_be_numbers(kind: Any) -> bool:
-    import pyarrow
-
-    return pyarrow.types.is_primitive(kind) or pyarrow.types.is_decimal(kind)
-
-
-def _unit_of(part: Any) -> str:
-    import pyarrow
-
-    metadata = part.metadata or {}
-    unit = next((metadata[key].decode("utf-8", "replace") for key in UNIT_KEYS if key in metadata), "")
-    return unit or ("s" if pyarrow.types.is_timestamp(part.type) or pyarrow.types.is_time(part.type) else "")
 
 
 def _numbers(column: Any) -> np.ndarray | None:
     """Return a column as numbers, a missing one as NaN; None where it holds something else."""
     import pyarrow
 
-    if not _may_be_numbers(column.type):
-        return None
     if pyarrow.types.is_time(column.type):
         counts = column.cast(pyarrow.int32() if pyarrow.types.is_time32(column.type) else pyarrow.int64())
         return counts.to_numpy().astype(float) * SECONDS[column.type.unit]

@@ -14,8 +14,6 @@ from bristle.core.edge import guarded, instance, optional
 from bristle.logs.legs import Leg, graininess, legs_of, rests_of
 from bristle.logs.log import Log
 
-__all__ = ["KINDS", "Passage", "Stretch", "nesting", "passages", "passages_along"]
-
 
 @guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))
 def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
@@ -28,19 +26,13 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     axis : Axis, optional
         Its encoder and its pre-sliding distance, where known.
     """
-    position, effort = log.position.values, None if log.effort is None else log.effort.values
-    resolution = axis.resolution if axis is not None else None
-    grain = graininess(position, resolution or log.position.step)
+    time, position, effort = log.time.values, log.position.values, None if log.effort is None else log.effort.values
+    axis = axis or Axis(kind=log.kind)
+    grain = graininess(position, axis.resolution or log.position.step)
     ordered: list[Passage] = []
-    for part in log.segments or (slice(0, position.size),):
-        ordered += passages_along(
-            log.time.values[part],
-            position[part],
-            None if effort is None else effort[part],
-            grain,
-            presliding=axis.presliding if axis is not None else None,
-            start=part.start or 0,
-        )
+    for part in log.segments:
+        pulled = None if effort is None else effort[part]
+        ordered += passages_along(time[part], position[part], pulled, grain, presliding=axis.presliding, start=part.start or 0)
     return tuple(ordered)
 
 
@@ -97,20 +89,10 @@ def nesting(turning: Iterable[float]) -> int:
 
 
 SLIDING = 0.4  # share of a leg that is a cruise, from which on it is a slide
-GRAINS = 20.0  # of the position, in a cruise: in fewer any speed looks constant
 SETTLED = 0.07  # of the swing of the effort, by which it may still change in the second half of a slide
-CLEAR = 5.0  # times its scatter, that a friction told by two legs must be
-TURNED = 0.9  # of the swing of the effort: the contact has turned over
-LONG_BREAK_AWAY = 0.15  # of a leg from rest, that the turning over of the contact takes
-BREAK_AWAY_SAMPLES = 30
-EDGE = 0.1  # of a cruise
 NINTHS, PARTS = 9, 40  # of a cruise, and of a leg, in which the effort is averaged
 SAMPLES = 2  # in each, at least
 CHIRP_LEGS, SWEPT, ALIKE = 8, 2.0, 0.25
-FALL = 0.7  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
-SHORT_REST = 0.5  # [s] a shorter rest does not part what is alike
-SAME_AMPLITUDE = 0.05
-AS_SMALL = 1.3  # times the leg beside it
 
 
 class Stretch:
@@ -130,11 +112,16 @@ class Stretch:
         kinds = [self._kind(leg) for leg in self.legs]
         _leave_none_alone(self.legs, kinds)
         _mark_oscillations(self.legs, kinds)
-        runs = self._joined(kinds)
-        busy = [slice(legs[0].first, legs[-1].last + 1) for _, legs in runs]
-        passages = [self._of_legs(kind, legs) for kind, legs in runs]
+        runs: list[tuple[str, list[Leg]]] = []  # of one kind, not parted by a long rest
+        for kind, leg in zip(kinds, self.legs, strict=True):
+            # 0.5 [s] a shorter rest does not part what is alike
+            if runs and runs[-1][0] == kind and self.dt * (leg.first - runs[-1][1][-1].last) <= 0.5:
+                runs[-1][1].append(leg)
+            else:
+                runs.append((kind, [leg]))
+        passages = [self._passage(kind, legs[0].first, legs[-1].last, **self._facts(kind, legs)) for kind, legs in runs]
         for rest in self.rests:
-            if not any(leg.start < rest.stop - 1 and rest.start + 1 < leg.stop for leg in busy):
+            if not any(legs[0].first < rest.stop - 1 and rest.start < legs[-1].last for _, legs in runs):
                 passages.append(self._passage("rest", rest.start, rest.stop - 1))
         return sorted(passages, key=lambda passage: passage.samples.start)
 
@@ -147,23 +134,30 @@ class Stretch:
             return "moves"
         if not self._slides(leg):
             return "loops"
-        if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < GRAINS * self.grain:
+        # 20.0 of the position, in a cruise: in fewer any speed looks constant
+        if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < 20.0 * self.grain:
             return "moves"
         return "break_away" if leg.from_rest and self._breaks_away(leg) else "constant_velocity"
 
     def _slides(self, leg: Leg) -> bool:
-        """Return whether friction has saturated in a leg: its effort has settled, or it is long enough."""
-        if self.effort is None:
-            return self.presliding is None or abs(leg.distance) > 2.0 * self.presliding
-        settled = self._settled(leg)
+        """Return whether friction has saturated in a leg: its effort has settled, or it is long enough.
+
+        It may settle apart from what depends on the place, gravity, cogging, a cable, which is the same on the way back.
+        Half of what both ways differ by is friction: constant along a leg that slides, and a lens where each way builds up
+        from its own end.
+        """
+        settled = None if self.effort is None else self._settled(leg)
         if settled is None:
-            return self.presliding is not None and abs(leg.distance) > 2.0 * self.presliding
-        return settled or self._settled_apart(leg)
+            is_long = self.presliding is not None and abs(leg.distance) > 2.0 * self.presliding
+            return is_long or (self.effort is None and self.presliding is None)
+        at = self.legs.index(leg)
+        beside = [self.legs[k] for k in (at - 1, at + 1) if 0 <= k < len(self.legs)]
+        return settled or any(self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0)
 
     def _settled(self, leg: Leg) -> bool | None:
         """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
         # What is left of speeding up and slowing down at either end of a cruise is not for friction to answer.
-        edge = round(EDGE * (leg.cruise.stop - leg.cruise.start))
+        edge = round(0.1 * (leg.cruise.stop - leg.cruise.start))
         begin, end = leg.cruise.start + edge, leg.cruise.stop - edge
         if end - begin < SAMPLES * NINTHS:
             return None
@@ -171,17 +165,7 @@ class Stretch:
         middle, late = float(course[3:6].mean()), float(course[6:].mean())
         # Of each level three means are taken, and a mean scatters by a share of what two of them differ by.
         scatter = float(np.std(np.diff(course))) / np.sqrt(3.0)
-        return abs(late - middle) <= SETTLED * self._swing(leg) + scatter
-
-    def _settled_apart(self, leg: Leg) -> bool:
-        """Return whether the effort settles apart from what depends on the place: gravity, cogging, a cable.
-
-        That is the same on the way back. Half of what both ways differ by is friction: constant along a leg that
-        slides, and a lens where each way builds up from its own end.
-        """
-        at = self.legs.index(leg)
-        beside = [self.legs[k] for k in (at - 1, at + 1) if 0 <= k < len(self.legs)]
-        return any(self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0)
+        return abs(late - middle) <= SETTLED * float(np.ptp(self._course(leg.first, leg.last + 1, PARTS))) + scatter
 
     def _level_between(self, leg: Leg, back: Leg) -> bool:
         assert self.effort is not None
@@ -189,24 +173,20 @@ class Stretch:
         low, high = max(ends[0][0], ends[1][0]), min(ends[0][1], ends[1][1])
         if high - low < SLIDING * abs(leg.distance):
             return False
-        marks = np.linspace(low, high, 2 * NINTHS + 1)
-        ways = [self._over(way, marks) for way in (leg, back)]
-        if any(np.any(counts < SAMPLES) for _, counts in ways):
-            return False
-        friction = 0.5 * float(np.sign(leg.distance)) * (ways[0][0] - ways[1][0])
+        marks, efforts = np.linspace(low, high, 2 * NINTHS + 1), []
+        for way in (leg, back):  # the mean effort between marks of the position
+            inside = slice(way.cruise.start, way.cruise.stop + 1)
+            place = np.digitize(self.position[inside], marks)
+            counts = np.bincount(place, minlength=marks.size + 1)[1:-1]
+            if np.any(counts < SAMPLES):
+                return False
+            efforts.append(np.bincount(place, self.effort[inside], minlength=marks.size + 1)[1:-1] / counts)
+        friction = 0.5 * float(np.sign(leg.distance)) * (efforts[0] - efforts[1])
         first, middle, last = (float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1]))
         scatter = float(np.std(np.diff(friction))) / np.sqrt(8.0)
         apart = max(abs(first - middle), abs(last - middle))
-        return middle > CLEAR * scatter and apart <= 2.0 * SETTLED * middle + scatter
-
-    def _over(self, leg: Leg, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the mean effort between marks of the position [N or N*m], and of how many samples each is."""
-        assert self.effort is not None
-        inside = slice(leg.cruise.start, leg.cruise.stop + 1)
-        place = np.digitize(self.position[inside], marks)
-        counts = np.bincount(place, minlength=marks.size + 1)[1:-1]
-        sums = np.bincount(place, self.effort[inside], minlength=marks.size + 1)[1:-1]
-        return sums / np.maximum(counts, 1), counts
+        # 5.0 times its scatter, that a friction told by two legs must be
+        return middle > 5.0 * scatter and apart <= 2.0 * SETTLED * middle + scatter
 
     def _course(self, begin: int, end: int, count: int) -> np.ndarray:
         """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""
@@ -214,72 +194,49 @@ class Stretch:
         marks = np.unique(np.linspace(begin, end, count + 1).astype(int))
         return np.add.reduceat(self.effort[: marks[-1]], marks[:-1]) / np.diff(marks)
 
-    def _swing(self, leg: Leg) -> float:
-        """Return by how much the effort changes in a leg [N or N*m]."""
-        return float(np.ptp(self._course(leg.first, leg.last + 1, PARTS)))
-
     def _breaks_away(self, leg: Leg) -> bool:
         """Return whether a good part of a leg from rest is the contact turning over, slowly enough to see it."""
         # A force of the place may rise along a leg as well.
         if self.effort is None or not self._settled(leg):
             return False
-        course = self._course(leg.first, leg.last + 1, PARTS) * np.sign(leg.distance)
-        steady = float(self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean())
-        steady *= float(np.sign(leg.distance))
-        before = float(np.median(self.effort[leg.first : leg.first + SAMPLES])) * float(np.sign(leg.distance))
+        side = float(np.sign(leg.distance))
+        course = self._course(leg.first, leg.last + 1, PARTS) * side
+        steady = side * float(self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean())
+        before = side * float(np.median(self.effort[leg.first : leg.first + SAMPLES]))
         level = steady - before
-        if level < 0.5 * max(self._swing(leg), abs(steady)):
+        if level < 0.5 * max(float(np.ptp(course)), abs(steady)):
             return False
-        samples = round(float(np.argmax(course - before >= TURNED * level)) / course.size * (leg.last - leg.first))
+        # 0.9 of the swing of the effort: the contact has turned over
+        samples = round(float(np.argmax(course - before >= 0.9 * level)) / course.size * (leg.last - leg.first))
         moved = abs(self.position[leg.first + samples] - self.position[leg.first])
-        return samples >= BREAK_AWAY_SAMPLES and moved >= LONG_BREAK_AWAY * abs(leg.distance)
+        # 0.15 of a leg from rest, that the turning over of the contact takes
+        return samples >= 30 and moved >= 0.15 * abs(leg.distance)
 
-    def _joined(self, kinds: Sequence[str]) -> list[tuple[str, list[Leg]]]:
-        """Return runs of legs of one kind, not parted by a long rest."""
-        runs: list[tuple[str, list[Leg]]] = []
-        for kind, leg in zip(kinds, self.legs, strict=True):
-            if runs and runs[-1][0] == kind:
-                gap = self.dt * (leg.first - runs[-1][1][-1].last)
-                if gap <= SHORT_REST:
-                    runs[-1][1].append(leg)
-                    continue
-            runs.append((kind, [leg]))
-        return runs
-
-    def _of_legs(self, kind: str, legs: Sequence[Leg]) -> Passage:
+    def _facts(self, kind: str, legs: Sequence[Leg]) -> dict[str, Any]:
+        """Return what legs of one kind tell in numbers."""
         inner = [leg for leg in legs if not leg.from_rest] or list(legs)
-        amplitudes = np.array([0.5 * abs(leg.distance) for leg in inner])
-        speeds = [leg.speed for leg in legs]
-        frequencies = (0.0, 0.0)
+        amplitudes = sorted(0.5 * abs(leg.distance) for leg in inner)
+        levels: list[float] = []
+        for amplitude in amplitudes:
+            if not levels or amplitude - levels[-1] > max(0.05 * amplitude, self.grain):
+                levels.append(amplitude)
+        speeds, turning = [leg.speed for leg in legs], [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
+        facts: dict[str, Any] = {
+            "legs": len(legs),
+            "speeds": (min(speeds), max(speeds)),
+            "amplitudes": (amplitudes[0], amplitudes[-1]),
+            "levels": len(levels),
+            "depth": nesting(turning) if kind == "loops" else 0,
+        }
         if kind in ("chirp", "oscillation"):
             # The first and the last leg are no whole half periods; of the shortest a sample is a good part.
             rates = [0.5 / leg.duration for leg in legs[1:-1]]
-            frequencies = (min(rates), float(np.quantile(rates, 0.98)))
-        turning = [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
-        return self._passage(
-            kind,
-            legs[0].first,
-            legs[-1].last,
-            legs=len(legs),
-            speeds=(min(speeds), max(speeds)),
-            amplitudes=(float(amplitudes.min()), float(amplitudes.max())),
-            levels=_levels(amplitudes, self.grain),
-            depth=nesting(turning) if kind == "loops" else 0,
-            frequencies=frequencies,
-        )
+            facts["frequencies"] = (min(rates), float(np.quantile(rates, 0.98)))
+        return facts
 
     def _passage(self, kind: str, first: int, last: int, **facts: Any) -> Passage:
         samples = slice(self.start + first, self.start + last + 1)
         return Passage(kind, samples, float(self.time[first]), float(self.time[last]), **facts)
-
-
-def _levels(amplitudes: np.ndarray, grain: float) -> int:
-    """Return how many different amplitudes there are."""
-    levels: list[float] = []
-    for amplitude in np.sort(amplitudes):
-        if not levels or amplitude - levels[-1] > max(SAME_AMPLITUDE * amplitude, grain):
-            levels.append(float(amplitude))
-    return len(levels)
 
 
 def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
@@ -288,8 +245,9 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
     That is a single loop, a slide amid moves, and a move among loops that is no longer than they are: close to the
     grain of the position, and of how well a loop follows its reference, no speed is constant.
     """
+    joined = [False, *(first.last == second.first for first, second in pairwise(legs)), False]
     for k, kind in enumerate(kinds):
-        beside = [kinds[j] for j in (k - 1, k + 1) if 0 <= j < len(legs) and _join(legs[min(j, k)], legs[max(j, k)])]
+        beside = [kinds[j] for j, joins in ((k - 1, joined[k]), (k + 1, joined[k + 1])) if joins]
         if kind == "loops" and "loops" not in beside:
             kinds[k] = beside[0] if beside else "moves"
         elif kind == "constant_velocity" and beside == ["moves", "moves"]:
@@ -297,39 +255,28 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
     for order in (range(1, len(legs)), range(len(legs) - 2, -1, -1)):
         for k in order:
             j = k - order.step
-            small = abs(legs[k].distance) <= AS_SMALL * abs(legs[j].distance)
-            if kinds[k] == "moves" and kinds[j] == "loops" and small and _join(legs[min(j, k)], legs[max(j, k)]):
+            small = abs(legs[k].distance) <= 1.3 * abs(legs[j].distance)  # times the leg beside it
+            if kinds[k] == "moves" and kinds[j] == "loops" and small and joined[max(j, k)]:
                 kinds[k] = "loops"
-
-
-def _join(first: Leg, second: Leg) -> bool:
-    return first.last == second.first
 
 
 def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
     """Name the runs of legs that are an oscillation of changing or of one frequency."""
-    parted = [k for k in range(len(legs)) if k == 0 or not _join(legs[k - 1], legs[k])]
+    parted = [k for k in range(len(legs)) if k == 0 or legs[k - 1].last != legs[k].first]
     for begin, end in pairwise([*parted, len(legs)]):
-        if not _marked(legs, kinds, begin, end):
-            turned = [k for k in range(begin + 1, end) if kinds[k] != kinds[k - 1]]
-            for first, last in pairwise([begin, *turned, end]):
-                _marked(legs, kinds, first, last)
-
-
-def _marked(legs: Sequence[Leg], kinds: list[str], begin: int, end: int) -> bool:
-    """Name a run of legs if it is an oscillation."""
-    # The first and the last leg go from rest or to rest.
-    inner = range(begin + 1, end - 1)
-    cruises = sum(kinds[k] == "constant_velocity" for k in inner) > 0.5 * len(inner)
-    if cruises or len(inner) < CHIRP_LEGS:
-        return False
-    kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner])
-    if kind:
-        kinds[begin:end] = [kind] * (end - begin)
-    return bool(kind)
+        turned = [k for k in range(begin + 1, end) if kinds[k] != kinds[k - 1]]
+        for first, last in ((begin, end), *pairwise([begin, *turned, end])):
+            # The first and the last leg go from rest or to rest.
+            if kind := _oscillation(legs[first + 1 : last - 1], kinds[first + 1 : last - 1]):
+                kinds[first:last] = [kind] * (last - first)
+                if last == end and first == begin:
+                    break
 
 
 def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
+    """Return which kind of oscillation a run of legs is; empty where it is none."""
+    if len(legs) < CHIRP_LEGS or sum(kind == "constant_velocity" for kind in kinds) > 0.5 * len(kinds):
+        return ""
     durations = np.log([leg.duration for leg in legs])
     distances = np.log([abs(leg.distance) for leg in legs])
     steps = np.arange(len(legs))
@@ -337,6 +284,6 @@ def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
     swept = abs(slope) * len(legs)
     if swept > np.log(SWEPT) and np.std(durations - level - slope * steps) < ALIKE * swept:
         follows = float(np.polyfit(durations, distances, 1)[0])
-        return "chirp" if follows < FALL else ""
+        return "chirp" if follows < 0.7 else ""  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
     curved = sum(kind == "moves" for kind in kinds) > 0.5 * len(kinds)
     return "oscillation" if curved and np.std(durations) < ALIKE * np.log(SWEPT) else ""

@@ -19,30 +19,9 @@ from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
 from bristle.logs.turns import runs
 
-__all__ = [
-    "FEWEST_SAMPLES",
-    "LARGEST",
-    "SMALLEST",
-    "Cut",
-    "Spike",
-    "clipped",
-    "far_outside",
-    "limits_exceeded",
-    "longest_run",
-    "problems_of",
-    "spikes",
-]
-
 FEWEST_SAMPLES = 100
-MOVES = ("position", "velocity", "effort", "reference")  # what tells nothing where it is constant
 LONG_RUN = 10  # samples
-ROUNDING = 1e-9  # of the range of a channel
 LIMIT_TOLERANCE = 0.05
-FEW_LEVELS = 16  # a commanded effort of few levels is no clipped one
-PILE_UP = 5  # times as many samples at the extreme as at the next level
-ENTRY_SPEED = 0.05  # of the largest speed: nothing stops from it within one sample
-ENTRY_STEPS = 5  # quantisation steps
-BRAKING, BRAKED = 7, 0.7  # samples before a stop, and the share of their largest speed below which the axis brakes
 
 
 def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
@@ -50,63 +29,62 @@ def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
     channels = list(gathered.named())
     for name, channel in channels:
         if channel.values.size < FEWEST_SAMPLES:
-            yield InputError(
-                f"is too short to be used as the {name}",
-                path=f"{source}: column {channel.column!r}",
-                value=channel.values.size,
-                allowed=f"at least {FEWEST_SAMPLES} samples",
-                mend="Record for longer, or copy it again",
-            )
+            place, allowed = f"{source}: column {channel.column!r}", f"at least {FEWEST_SAMPLES} samples"
+            mend = "Record for longer, or copy it again"
+            yield InputError(f"is too short to be used as the {name}", path=place, value=channel.values.size, allowed=allowed, mend=mend)
             return
-    for refusals in REFUSALS:
-        is_usable = True
-        for name, channel in channels:
-            for measure, mend in refusals:
-                if message := measure(gathered, name, channel):
-                    is_usable = False
-                    yield InputError(message, path=f"{source}: column {channel.column!r}", mend=mend)
-        if not is_usable:
+    for measure in (_no_measurements, _odd):
+        refused = [
+            InputError(message, path=f"{source}: column {channel.column!r}", mend=mend)
+            for name, channel in channels
+            for message, mend in measure(gathered, name, channel)
+        ]
+        yield from refused
+        if refused:
             return
+
+
+REPAIR = "Repair these samples or delete their rows: a gap in time is understood"
+
+
+def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
+    values = channel.values
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        reading = "NaN (not a number)" if np.isnan(values[bad[0]]) else "an infinite value"
+        yield f"has {reading} at {_moment(gathered, bad[0])}, {bad.size} such samples in all", REPAIR
+        return
+    far = far_outside(values)
+    if far.size:
+        at = int(far[np.argmax(np.abs(values[far]))])
+        place = _moment(gathered, at)
+        yield f"has {values[at]:.6g} {channel.unit} at {place}, which is no measurement; {far.size} such in all", REPAIR
+
+
+def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
+    """Yield where a channel stands still, is cut off or lacks readings, of samples that are measurements."""
+    values, unit = channel.values, channel.unit
+    if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # what tells nothing where it is constant
+        mend = "Is it the right column, did the axis move? Leave out of [columns] what is not needed"
+        yield f"is constant ({values[0]:.6g} {unit}), which tells nothing as the {name}", mend
+    if name != "position":
+        return
+    if message := _saturated(gathered, channel):
+        yield message, "Widen the range of the sensor or of the recording"
+    if lost := spikes(values, channel.step):
+        worst = max(lost, key=lambda spike: abs(spike.size))
+        yield (
+            f"jumps by {worst.size:.6g} {unit} and returns after {worst.length} {'sample' if worst.length == 1 else 'samples'} "
+            f"at {_moment(gathered, worst.start)}, {len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: "
+            "readings were lost",
+            REPAIR,
+        )
 
 
 def longest_run(chosen: np.ndarray) -> tuple[int, int]:
     """Return first index and length of the longest run of true values."""
     longest = max(runs(chosen), key=lambda run: run.stop - run.start, default=slice(0, 0))
     return longest.start, longest.stop - longest.start
-
-
-def _not_finite(gathered: Gathered, name: str, channel: Channel) -> str:
-    bad = np.flatnonzero(~np.isfinite(channel.values))
-    if not bad.size:
-        return ""
-    reading = "NaN (not a number)" if np.isnan(channel.values[bad[0]]) else "an infinite value"
-    return f"has {reading} at {_moment(gathered, bad[0])}, {bad.size} such samples in all"
-
-
-def _no_measurement(gathered: Gathered, name: str, channel: Channel) -> str:
-    values = channel.values
-    far = far_outside(values) if np.all(np.isfinite(values)) else np.empty(0, dtype=int)
-    if not far.size:
-        return ""
-    at = int(far[np.argmax(np.abs(values[far]))])
-    return f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; {far.size} such in all"
-
-
-def _constant(gathered: Gathered, name: str, channel: Channel) -> str:
-    tells = name not in MOVES or np.ptp(channel.values) >= SMALLEST
-    return "" if tells else f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}"
-
-
-def _lost_readings(gathered: Gathered, name: str, channel: Channel) -> str:
-    lost = spikes(channel.values, channel.step) if name == "position" else []
-    if not lost:
-        return ""
-    worst = max(lost, key=lambda spike: abs(spike.size))
-    return (
-        f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
-        f"{'sample' if worst.length == 1 else 'samples'} at {_moment(gathered, worst.start)}, "
-        f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost"
-    )
 
 
 def _moment(gathered: Gathered, at: int) -> str:
@@ -149,35 +127,33 @@ class Cut(NamedTuple):
 
 
 def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN) -> Cut | None:
-    """Return where a signal is cut off, at a limit if one is known; None where it is not."""
-    rounding = ROUNDING * float(np.ptp(values))
+    """Return where a signal is cut off, at a limit if one is known; None where it is not.
+
+    A clipped signal lies at its extreme far more often than next to it. An effort that is constant at other levels too, as
+    a commanded one or that of a simulated Coulomb friction, or that moves over a few steps of its resolution, is no clipped
+    one.
+    """
+    rounding = 1e-9 * float(np.ptp(values))  # of the range of a channel
     for extreme in (float(values.max()), float(values.min())):
         at_extreme = np.abs(values - extreme) <= rounding
         if limit is not None and abs(extreme) >= (1 - 1e-6) * limit:
             at_extreme = np.sign(extreme) * values >= (1 - 1e-6) * limit
         start, length = longest_run(at_extreme)
-        if length >= run and extreme != 0 and _clipped(values, at_extreme, length, rounding):
+        if length < run or extreme == 0:
+            continue
+        levels, counts = np.unique(np.round(values[~at_extreme] / rounding), return_counts=True)
+        if levels.size < 16:  # a commanded effort of few levels is no clipped one
+            continue
+        next_level = counts[-1] if values[at_extreme][0] > values.mean() else counts[0]
+        elsewhere = (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
+        still = np.append(np.abs(np.diff(values)) <= rounding, False) & elsewhere
+        # 5 times as many samples at the extreme as at the next level
+        if at_extreme.sum() >= 5 * next_level and longest_run(still)[1] < length / 2:
             return Cut(extreme, start, length, int(at_extreme.sum()))
     return None
 
 
-def _clipped(values: np.ndarray, at_extreme: np.ndarray, length: int, rounding: float) -> bool:
-    """Return whether a signal lies at its extreme as only a clipped one does.
-
-    A clipped signal lies there far more often than next to it. An effort that is constant at other levels
-    too, as a commanded one or that of a simulated Coulomb friction, or that moves over a few steps of its
-    resolution, is no clipped one.
-    """
-    levels, counts = np.unique(np.round(values[~at_extreme] / rounding), return_counts=True)
-    if levels.size < FEW_LEVELS:
-        return False
-    next_level = counts[-1] if values[at_extreme][0] > values.mean() else counts[0]
-    elsewhere = (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
-    still = np.append(np.abs(np.diff(values)) <= rounding, False) & elsewhere
-    return bool(at_extreme.sum() >= PILE_UP * next_level) and longest_run(still)[1] < length / 2
-
-
-def _saturated(gathered: Gathered, name: str, channel: Channel) -> str:
+def _saturated(gathered: Gathered, channel: Channel) -> str:
     """Say where a position stops at its extreme within one sample out of full motion.
 
     An axis that rests there arrives slowly, or brakes; a reading that is cut off does neither, while the reference goes
@@ -185,10 +161,13 @@ def _saturated(gathered: Gathered, name: str, channel: Channel) -> str:
     """
     values, reference = channel.values, gathered.channels.get("reference")
     speeds = np.abs(np.diff(values))
-    abrupt = max(ENTRY_SPEED * float(speeds.max()), ENTRY_STEPS * quantisation(values))
-    for extreme in (values.max(), values.min()) if name == "position" and np.ptp(values) >= SMALLEST else ():
+    # 0.05 of the largest speed: nothing stops from it within one sample
+    abrupt = max(0.05 * float(speeds.max()), 5 * quantisation(values))
+    for extreme in (values.max(), values.min()) if np.ptp(values) >= SMALLEST else ():
         start, length = longest_run(values == extreme)
-        if length < LONG_RUN or start < 2 or not _full_motion(speeds, start, abrupt):
+        # 7 and 0.7, samples before a stop, and the share of their largest speed below which the axis brakes
+        before = speeds[max(start - 7, 0) : max(start - 1, 0)]
+        if length < LONG_RUN or not before.size or before[-1] <= max(abrupt, 0.7 * before.max()):
             continue
         if reference is not None and reference.values.size == values.size:
             beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
@@ -198,22 +177,11 @@ def _saturated(gathered: Gathered, name: str, channel: Channel) -> str:
     return ""
 
 
-def _full_motion(speeds: np.ndarray, start: int, abrupt: float) -> bool:
-    """Return whether the sample before `start` was still in motion, and not braking: an axis that brakes may stick."""
-    before = speeds[max(start - BRAKING, 0) : start - 1]
-    return bool(before[-1] > abrupt and before[-1] > BRAKED * before.max())
-
-
 LONGEST = 5  # samples
 AROUND = 10  # samples on each side that tell what the motion allows
-STEP_FACTOR = 3.0  # over the largest step nearby
-BEND_FACTOR = 10.0  # over the largest change of step nearby
-USUAL_BEND_FACTOR = 20.0  # over the change of step that one sample in twenty exceeds
-QUANTA = 10.0  # resolution steps
 # No axis is larger or finer in any unit, and what is in between can be multiplied a few times over: native solvers
 # of least squares write beyond their memory, or never return, on what overflows in them.
 LARGEST, SMALLEST = 1e30, 1e-30
-FAR = 1e6  # over the range that holds 98 % of the samples
 
 
 class Spike(NamedTuple):
@@ -234,38 +202,34 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:
         return []
-    least = max(USUAL_BEND_FACTOR * float(np.quantile(bends, 0.95)), QUANTA * resolution)
+    least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)  # over the change of step that one sample in twenty exceeds
     chosen: list[Spike] = []
     covered = np.zeros(values.size, dtype=bool)
     for length in range(1, LONGEST + 1):
         ahead, back = steps[:-length], steps[length:]
         suspect = (ahead * back < 0.0) & (np.minimum(np.abs(ahead), np.abs(back)) > least)
         for start in (np.flatnonzero(suspect) + 1).tolist():
-            if not covered[start - 1 : start + length + 1].any() and _stands_out(values, start, length):
+            if not covered[start - 1 : start + length + 1].any() and (size := _stands_out(values, start, length)):
                 covered[start : start + length] = True
-                chosen.append(Spike(start, length, float(_deviation(values, start, length)[0])))
+                chosen.append(Spike(start, length, size))
     return sorted(chosen)
 
 
-def _deviation(values: np.ndarray, start: int, length: int) -> np.ndarray:
-    """Return by how much the samples of a run are off the straight line between their neighbours."""
-    line = np.linspace(values[start - 1], values[start + length], length + 2)
-    return values[start : start + length] - line[1:-1]
-
-
-def _stands_out(values: np.ndarray, start: int, length: int) -> bool:
+def _stands_out(values: np.ndarray, start: int, length: int) -> float:
+    """Return by how much the samples of a run are off the straight line between their neighbours; 0 where it may be motion."""
+    off = values[start : start + length] - np.linspace(values[start - 1], values[start + length], length + 2)[1:-1]
     before = np.diff(values[max(start - AROUND, 0) : start])
     after = np.diff(values[start + length : start + length + AROUND])
     step = max(np.abs(before).max(initial=0.0), np.abs(after).max(initial=0.0))
     bend = max(np.abs(np.diff(before)).max(initial=0.0), np.abs(np.diff(after)).max(initial=0.0))
-    off = _deviation(values, start, length)
     edges = np.abs([values[start] - values[start - 1], values[start + length] - values[start + length - 1]])
-    return bool(
+    stands_out = (
         before.size + after.size >= AROUND
         and (np.all(off > 0.0) or np.all(off < 0.0))
-        and np.abs(off).min() > BEND_FACTOR * bend
-        and edges.min() > STEP_FACTOR * step
+        and np.abs(off).min() > 10.0 * bend  # over the largest change of step nearby
+        and edges.min() > 3.0 * step  # over the largest step nearby
     )
+    return float(off[0]) if stands_out else 0.0
 
 
 def far_outside(values: np.ndarray) -> np.ndarray:
@@ -276,19 +240,7 @@ def far_outside(values: np.ndarray) -> np.ndarray:
     low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
     if high == low:
         return huge
-    far = np.flatnonzero(np.abs(values - middle) > FAR * (high - low))
+    far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))  # over the range that holds 98 % of the samples
     # A channel that rests for most of the log and then moves is legitimate; it moves for more than a few samples.
     runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)
     return far if all(run.size <= LONGEST for run in runs) else huge
-
-
-REPAIR = "Repair these samples or delete their rows: a gap in time is understood"
-REFUSALS = (
-    ((_not_finite, REPAIR), (_no_measurement, REPAIR)),
-    (
-        (_constant, "Is it the right column, did the axis move? Leave out of [columns] what is not needed"),
-        (_saturated, "Widen the range of the sensor or of the recording"),
-        (_lost_readings, REPAIR),
-    ),
-)
-"""What is measured of each channel of a log that is long enough, and how it is mended; what comes later rests on what comes before."""

@@ -24,8 +24,6 @@ from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_r
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time
 
-__all__ = ["read_log", "read_table"]
-
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
     ARCHIVE: "It is a spreadsheet or an archive: export the log as CSV, or unpack it",
@@ -38,46 +36,30 @@ REFUSED = {
 def read_table(given: Readable, table: str | None = None, *, choice: Choice = ALL, size_limit: int = SIZE_LIMIT) -> Table:
     """Return the columns of a log, whatever the file is."""
     content = content_of_log(given, limit=size_limit)
+    place = str(content.source)
     if not content.data[:1024].strip() and not content.data.strip():
-        raise InputError("is empty", path=str(content.source), mend="Record or export the log again")
+        raise InputError("is empty", path=place, mend="Record or export the log again")
     log_format = format_of(content.data, content.source.suffix)
-    _refuse_what_is_no_log(content, log_format)
+    if log_format.name != "npz" and log_format.read is None:
+        for magic, mend in REFUSED.items():
+            if content.data.startswith(magic):
+                raise InputError("is not a log that can be read", path=place, mend=mend)
     if content.part is not None and not log_format.holds_tables:
-        raise InputError(
-            "is no file with several tables",
-            path=str(content.source),
-            value=content.part,
-            mend="Leave out what follows the name of the file",
-        )
-    request = Request(content.source, content.part or table, choice, size_limit)
-    read = _read(log_format, content, request)
-    if numbers := _asked_by_number(read, choice):
-        if choice.names is not None and not set(numbers.values()) <= set(read.columns):
-            wider = Choice(choice.names | set(numbers.values()))
-            read = _read(log_format, content, request._replace(choice=wider))
-        read = dataclasses.replace(read, numbers={**numbers, **read.numbers})
+        mend = "Leave out what follows the name of the file"
+        raise InputError("is no file with several tables", path=place, value=content.part, mend=mend)
+    if log_format.name != "csv" and any(name.startswith("column_") for name in choice.names or ()):
+        choice = ALL  # numbers of columns count those of the file
+    read = _read(log_format, content, Request(content.source, content.part or table, choice, size_limit))
+    notes = read.notes
     if table is not None and not log_format.holds_tables:
-        read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
-    read = _with_period(read)
-    source = Path(escaped(str(content.source)))  # it is read: from here on it is a name that is shown
-    return with_plain_names(dataclasses.replace(read, source=source, origin=content.origin))
-
-
-def _asked_by_number(table: Table, choice: Choice) -> dict[str, str]:
-    """Return the columns that are asked for by their numbers, where they have names and stand in one table."""
-    if table.stamps or table.tables:
-        return {}
-    numbers = {f"column_{i + 1}": name for i, name in enumerate(table.names)}
-    missing = {number: name for number, name in numbers.items() if number not in table.names and choice(number)}
-    return {number: name for number, name in missing.items() if number not in table.numbers}
-
-
-def _with_period(table: Table) -> Table:
-    """Return the table with the time between samples that stands in it as a single number, where it has no times."""
-    if table.sample_time is not None or table.stamps or any(map(is_time, table.names)):
-        return table
-    constants = {re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in table.constants.items()}
-    return dataclasses.replace(table, sample_time=period_told(constants))
+        notes = (*notes, f"the file is one table: {table!r} is not looked for")
+    period = read.sample_time
+    if period is None and not read.stamps and not any(map(is_time, read.names)):
+        period = period_told({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
+    counted = {} if read.stamps or read.tables else {f"column_{i + 1}": name for i, name in enumerate(read.names)}
+    source = Path(escaped(place))  # it is read: from here on it is a name that is shown
+    changes = {"notes": notes, "sample_time": period, "numbers": counted | read.numbers, "source": source, "origin": content.origin}
+    return with_plain_names(dataclasses.replace(read, **changes))
 
 
 def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
@@ -103,31 +85,13 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     from bristle.logs.columns import is_table, table_of
 
     if not is_table(read):
-        raise InputError(
-            f"is read by {log_format.name}, which gives a {type(read).__name__}",
-            path=str(content.source),
-            allowed="a Table, a data frame, or arrays by name",
-        )
+        message = f"is read by {log_format.name}, which gives a {type(read).__name__}"
+        raise InputError(message, path=str(content.source), allowed="a Table, a data frame, or arrays by name")
     table = table_of(read)
     names, units, notes = names_and_units(table.columns, table.units)
     columns = dict(zip(names, table.columns.values(), strict=True))
-    return dataclasses.replace(
-        table,
-        columns=columns,
-        units=units,
-        notes=(*table.notes, *notes),
-        format=log_format.title,
-        source=content.source,
-        names=tuple(columns),
-    )
-
-
-def _refuse_what_is_no_log(content: Content, log_format: LogFormat) -> None:
-    if log_format.name == "npz" or log_format.read is not None:
-        return
-    for magic, mend in REFUSED.items():
-        if content.data.startswith(magic):
-            raise InputError("is not a log that can be read", path=str(content.source), mend=mend)
+    changes = {"columns": columns, "units": units, "notes": (*table.notes, *notes), "names": tuple(columns)}
+    return dataclasses.replace(table, **changes, format=log_format.title, source=content.source)
 
 
 def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:

@@ -3,16 +3,163 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bristle.core import units
-from bristle.logs.candidates import Candidate, candidate_of, correlation, explained, rate_of, roughness, slope, time_among
-from bristle.logs.table import Table, without_index
-from bristle.logs.words import unit_of_time, without_part, words_of
+from bristle.core.least_squares import unbounded
+from bristle.logs.table import Table, axis_in, without_index
+from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
-__all__ = ["Role", "Roles", "roles_of"]
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A column that may be a channel."""
+
+    name: str
+    values: np.ndarray
+    unit: str
+    told_by: str
+    meaning: Meaning
+    axis: tuple[str, str] | None = None
+    unknown: str = ""
+
+    def is_apart_from(self, position: Candidate) -> bool:
+        """Return whether the addresses of two signals name two axes."""
+        return self.axis is not None and position.axis is not None and self.axis != position.axis
+
+    def is_one_of(self, bases: Iterable[str]) -> bool:
+        """Return whether its unit is one of several quantities."""
+        return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
+
+    def fits(self, role: str, bases: Iterable[str]) -> bool:
+        """Return whether the column may play a role: by its unit where it has one, else by its name."""
+        if self.unit:
+            return self.is_one_of(bases) and self.meaning.role in ("", role, "status")
+        return self.meaning.role == role
+
+
+def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None:
+    """Return a column as a candidate; None for times of other columns and for what is too short or no numbers."""
+    values = table.columns[name]
+    if name in table.stamps.values() or values.size < 20:
+        return None
+    finite = np.isfinite(values)
+    if not finite.any():
+        return None
+    filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
+    unit, told_by, unknown = table.units.get(name, ""), "header", table.unknown_unit(name)
+    if not unit or unknown:
+        unit, told_by = unit_in_name(name), "name"
+    about = table.about.get(name, "")
+    meaning = Meaning() if is_nameless else meaning_of(name, about)
+    return Candidate(name, filled, unit, told_by if unit else "", meaning, axis_in(name) or axis_in(about), unknown)
+
+
+def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] | None:
+    """Return the column of time, and why it is one; None where there is none, or each column brings its own."""
+    if table.stamps:
+        return None
+    rises = {column.name: float(np.mean(np.diff(column.values) > 0.0)) for column in columns}
+    rising = [column for column in columns if rises[column.name] > 0.5 and column.values[-1] > column.values[0]]
+    called = [column for column in columns if column.meaning.role == "time" and is_time(column.name)]
+    # Stamps of a host that repeat rise with halts.
+    # 0.02 of the steps of a time that rise: fewer are no stamps of samples
+    halting = [column for column in called if np.all(np.diff(column.values) >= 0.0) and rises[column.name] >= 0.02]
+    called = [column for column in called if column in rising or column in halting]
+    named = [column for column in called if not column.unit or column.is_one_of(("s",))]
+    named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
+    for column in rising if not named and table.sample_time is None else ():
+        step = np.diff(column.values)
+        # One that no name tells rises evenly; without a halt, if it is not the first.
+        even = np.quantile(np.abs(step - np.median(step)), 0.95) <= 0.05 * np.median(step)
+        untold = column.meaning.role in ("", "status") if column is columns[0] else not column.meaning.role and np.all(step > 0.0)
+        if even and untold and not column.unit and not column.unknown and not np.all(step == 1.0):
+            named.append(column)
+    return (named[0], "its name" if named[0] in called else "it rises evenly") if named else None
+
+
+EDGE = 20
+
+
+def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
+    """Return the smoothed rate of a signal over time, or over its samples where there is no time."""
+    from scipy.ndimage import uniform_filter1d
+
+    width = int(np.clip(position.size // 2000, 3, 15))
+    smooth = uniform_filter1d(position, width)
+    if times is None or times.size != position.size:
+        return np.gradient(smooth)
+    even = np.linspace(times[0], times[-1], times.size)
+    steps = np.gradient(even)
+    return np.gradient(smooth) / (steps if np.all(steps > 1e-15) else 1.0)  # of the unit of time, from sample to sample: less is no time
+
+
+def correlation(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the correlation of two signals, 0 where one of them stands still."""
+    if first.size != second.size or first.size < EDGE:
+        return 0.0
+    sized = []
+    for signal in (first, second):  # 1 at most: its squares are neither too large nor too small for a number
+        about = signal - signal.mean()
+        largest = float(np.max(np.abs(about)))
+        sized.append(about / largest if largest > 0.0 else about)
+    a, b = sized
+    scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
+    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+
+
+def slope(first: np.ndarray, second: np.ndarray) -> float:
+    """Return by what `first` is multiplied to be `second`, but for a constant."""
+    a, b = first - first.mean(), second - second.mean()
+    scale = float(np.dot(a, a))
+    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+
+
+def roughness(values: np.ndarray) -> float:
+    """Return the size of the second differences of a signal over that of the first ones."""
+    first, second = np.diff(values), np.diff(values, 2)
+    scale = float(np.std(first))
+    return float(np.std(second)) / scale if scale > 0.0 else np.inf
+
+
+def explained(effort: np.ndarray, position: np.ndarray) -> float:
+    """Return which share of a signal inertia, friction and a constant along a motion explain."""
+    rest = _left(effort, [*_moving(position), position])
+    return 1.0 - float(np.var(rest)) / (float(np.var(effort)) or 1.0)
+
+
+def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
+    """Return whether an effort goes with sine and cosine of an angle [rad], and more so than with a parabola of it."""
+    # 1.0 [rad], over which the sine of an angle is more than a straight line
+    if effort.size != angle.size or effort.size < 4 * EDGE or float(np.ptp(angle)) < 1.0:
+        return False
+    within = slice(EDGE, -EDGE)  # the rates of the first and the last samples are those of a jump
+    motion = [column[within] for column in _moving(angle)]
+    effort, angle = effort[within], angle[within]
+    place = angle - angle.mean()
+    alone, parabola, link = (
+        float(np.var(_left(effort, [*motion, *more]))) for more in ((), (place, place**2), (np.sin(angle), np.cos(angle)))
+    )
+    # 0.25 of what motion leaves of an effort, that the angle must tell; a parabola along it must leave more still
+    return link < (1.0 - 0.25) * min(alone, parabola)
+
+
+def _moving(position: np.ndarray) -> list[np.ndarray]:
+    """Return what inertia and friction do along a motion."""
+    velocity = rate_of(position, None)
+    sliding = np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity)))
+    return [rate_of(velocity, None), velocity, sliding]
+
+
+def _left(effort: np.ndarray, columns: list[np.ndarray]) -> np.ndarray:
+    """Return what some columns and a constant leave of a signal."""
+    scaled = [column / (np.std(column) or 1.0) for column in columns]
+    design = np.column_stack([*scaled, np.ones(effort.size)])
+    return effort - design @ unbounded(design, effort)
+
 
 MOVEMENTS = ("m", "rad", "count")
 SPEEDS = ("m/s", "rad/s", "count/s")
@@ -47,78 +194,66 @@ class Roles:
 
 def roles_of(table: Table) -> Roles:
     """Return which column of a table is which channel."""
-    one_matrix = len({without_index(name) for name in table.columns}) == 1  # its name tells its columns not apart
-    columns = [column for name in table.columns if (column := candidate_of(table, name, one_matrix)) is not None]
-    time = _time(table, columns)
-    rest = [column for column in columns if time is None or column.name != time.column]
-    moving = [column for column in rest if np.ptp(column.values) > 0.0]
+    is_matrix = len({without_index(name) for name in table.columns}) == 1  # its name tells its columns not apart
+    columns = [column for name in table.columns if (column := candidate_of(table, name, is_matrix)) is not None]
+    channels: dict[str, Role] = {}
+    if (of_time := time_among(table, columns)) is not None:
+        chosen, reason = of_time
+        unit = chosen.unit or ("" if chosen.unknown else unit_of_time(chosen.name, chosen.values))
+        channels["time"] = Role(chosen.name, unit, chosen.told_by or ("numbers" if unit else ""), reason, chosen.unknown)
+    time = channels.get("time")
+    moving = [column for column in columns if np.ptp(column.values) > 0.0 and (time is None or column.name != time.column)]
     position, rivals = _position(moving)
-    if position is None:
-        channels = {"time": time} if time and not table.stamps else {}
-        return Roles(channels | _of_speed(table, moving), bool(table.stamps))
+    if position is None:  # velocity and effort by their names and units
+        fit = [column for column in moving if column.fits("velocity", SPEEDS) and not column.meaning.reference]
+        velocity = max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual, default=None)
+        way = None if velocity is None else replace(velocity, values=np.cumsum(velocity.values))
+        if velocity is not None and way is not None:
+            reason = _reason(velocity, "its unit")
+            channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)
+            channels |= _effort(table, [column for column in moving if column is not velocity and not column.is_apart_from(way)], way)
+        return Roles(channels, bool(table.stamps))
     stamps = _stamps(table, position.name, time)
-    left = [column for column in moving if column is not position and not _of_another_axis(column, position)]
+    left = [column for column in moving if column is not position and not column.is_apart_from(position)]
     velocity = _velocity(left, position, stamps)
     reference = _reference([column for column in left if column is not velocity], position)
-    if reference is not None and _measured_is_the_other(position, reference):
-        position, reference = reference, position
-        left = [column for column in left if column is not position]
-    names_used = {column.name for column in (velocity, reference) if column is not None}
-    error = _error([column for column in left if column.name not in names_used], position) if reference is None else None
-    effort = _effort([column for column in left if column is not error and column.name not in names_used], position)
-    channels = {"time": time} if time is not None and not table.stamps else {}
+    if reference is not None and position.values.size == reference.values.size and not position.meaning.role:
+        is_told = any(column.meaning.reference or column.meaning.actual for column in (position, reference))
+        # Of two columns that nothing tells apart, that which is measured is rougher.
+        if not is_told and roughness(reference.values) > roughness(position.values):
+            position, reference = reference, position
+    left = [column for column in left if all(column is not used for used in (position, velocity, reference))]
+    error = None
+    if reference is None:
+        fit = [column for column in left if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))]
+        fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
+        error = max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
     unit, told_by = _unit_of_position(position, velocity, reference, stamps)
     channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"), position.unknown)
-    if velocity is not None and (role := _role_of_velocity(velocity, position, unit, stamps)) is not None:
-        channels["velocity"] = role
+    if velocity is not None and velocity.unit:
+        channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
+    elif velocity is not None and unit and stamps is not None and velocity.values.size == stamps.size:
+        factor = abs(slope(rate_of(position.values, stamps), velocity.values))
+        for per, size in (("s", 1.0), ("min", 60.0)):  # the unit of the position over time, or none
+            if abs(factor / size - 1.0) < WITHIN:
+                own = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
+                channels["velocity"] = Role(velocity.name, own, "position", _reason(velocity, "velocity"))
+                break
     for name, column in (("reference", reference), ("following_error", error)):
         if column is not None and (column.unit or column.unknown in ("", position.unknown)):
             own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
-    if effort is not None:
-        channels["effort"] = _role_of_effort(effort, table)
+    channels |= _effort(table, [column for column in left if column is not error], position)
     return Roles(channels, bool(table.stamps), rivals)
-
-
-def _of_speed(table: Table, columns: list[Candidate]) -> dict[str, Role]:
-    """Return velocity and effort of a log without a position, by their names and units."""
-    fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
-    velocity = max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual, default=None)
-    if velocity is None:
-        return {}
-    way = replace(velocity, values=np.cumsum(velocity.values))
-    effort = _effort([column for column in columns if column is not velocity and not _of_another_axis(column, way)], way)
-    reason = _reason(velocity, "its unit")
-    channels = {"velocity": Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)}
-    return channels | ({} if effort is None else {"effort": _role_of_effort(effort, table)})
-
-
-def _role_of_effort(effort: Candidate, table: Table) -> Role:
-    unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
-    return Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)
-
-
-def _time(table: Table, columns: list[Candidate]) -> Role | None:
-    if (of_time := time_among(table, columns)) is None:
-        return None
-    chosen, reason = of_time
-    unit = chosen.unit or ("" if chosen.unknown else unit_of_time(chosen.name, chosen.values))
-    return Role(chosen.name, unit, chosen.told_by or ("numbers" if unit else ""), reason, chosen.unknown)
 
 
 def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:
     """Return the times of the position [s]."""
     name = table.stamps.get(position) or (time.column if time else None)
     if name is None:
-        period = table.sample_time
-        return None if period is None else period * np.arange(table.columns[position].size)
+        return None if table.sample_time is None else table.sample_time * np.arange(table.columns[position].size)
     unit = time.unit if time else table.units.get(name, "s")
     return table.columns[name] * units.factor(unit, "s") if unit and units.is_unit(unit) else None
-
-
-def _of_another_axis(column: Candidate, position: Candidate) -> bool:
-    """Return whether the addresses of two signals name two axes."""
-    return column.axis is not None and position.axis is not None and column.axis != position.axis
 
 
 def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ...]]:
@@ -127,23 +262,18 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
     if not measured:
         smooth = [column for column in columns if column.meaning.role in ("", "position") and not column.unit]
         measured = sorted(smooth, key=lambda column: roughness(column.values))[:1]
-        partner = [column for column in columns if measured and column is not measured[0]]
-        if not any(
-            explained(column.values, measured[0].values) > GUESSED for column in partner if column.values.size == measured[0].values.size
-        ):
+        partners = [c for c in columns if measured and c is not measured[0] and c.values.size == measured[0].values.size]
+        if not any(explained(column.values, measured[0].values) > GUESSED for column in partners):
             return None, ()
-
     driven = {column.axis for column in columns if column.axis and column.fits("effort", EFFORTS)}
 
     def score(column: Candidate) -> float:
-        meaning = column.meaning
-        named = meaning.sure if meaning.role == "position" else 0.0
+        named = column.meaning.sure if column.meaning.role == "position" else 0.0
         fits = 0.6 * column.is_one_of(MOVEMENTS) + 0.5 * (column.axis in driven)
-        return named + 0.5 * meaning.actual - meaning.reference + fits
+        return named + 0.5 * column.meaning.actual - column.meaning.reference + fits
 
     chosen = max(measured, key=score)
-    rivals = tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
-    return chosen, rivals
+    return chosen, tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
 
 
 def _kinship(column: Candidate, relative: Candidate) -> float:
@@ -169,73 +299,43 @@ def _velocity(columns: list[Candidate], position: Candidate, stamps: np.ndarray 
 
 
 def _reference(columns: list[Candidate], position: Candidate) -> Candidate | None:
-    fit = [
+    fit = [c for c in columns if c.meaning.role in ("", "position") and (not c.unit or c.is_one_of(MOVEMENTS))]
+    alike = [(column, correlation(column.values, position.values)) for column in fit]  # 0 where they differ in size
+    named = [column for column, likeness in alike if column.meaning.reference and likeness > ALIKE]
+    stems = {id(column): without_part("".join(words_of(column.name))) for column in (*fit, position)}
+    in_step = [column for column in fit if column.values.size == position.values.size]
+    # As the position is called, but for the word, in a unit of its own: an axis that sticks follows it badly.
+    called = [column for column in in_step if column.meaning.reference and column.unit and stems[id(column)] == stems[id(position)]]
+    close = [
         column
-        for column in columns
-        if column.meaning.role in ("", "position")
-        and (not column.unit or column.is_one_of(MOVEMENTS))
-        and column.values.size == position.values.size
+        for column, likeness in alike
+        if not column.meaning.role and not column.unit and likeness > ALMOST_SAME and abs(slope(position.values, column.values) - 1.0) < 0.1
     ]
-    named = [column for column in fit if column.meaning.reference and correlation(column.values, position.values) > ALIKE]
-    alike = [
-        column
-        for column in fit
-        if not column.meaning.role
-        and not column.unit
-        and correlation(column.values, position.values) > ALMOST_SAME
-        and abs(slope(position.values, column.values) - 1.0) < 0.1
-    ]
-    elsewhere = [
-        column
-        for column in columns
-        if column.meaning.reference
-        and column.meaning.role in ("", "position")
-        and column.values.size != position.values.size
-        and (not column.unit or column.is_one_of(MOVEMENTS))
-    ]
-    called = [  # as the position is, but for the word, in a unit of its own: an axis that sticks follows it badly
-        column for column in fit if column.meaning.reference and column.unit and _stem(column) == _stem(position)
-    ]
-    fit = named or called or alike or elsewhere
-    return max(fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate, position), default=None)
+    elsewhere = [column for column in fit if column.meaning.reference and column.values.size != position.values.size]
+    return max(named or called or close or elsewhere, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
 
 
-def _stem(column: Candidate) -> str:
-    """Return the letters of a name without the words for a reference and for what was measured."""
-    return without_part("".join(words_of(column.name)))
-
-
-def _measured_is_the_other(position: Candidate, reference: Candidate) -> bool:
-    """Return whether, of two columns that nothing tells apart, the second is rougher, as what is measured is."""
-    nameless = not any(column.meaning.reference or column.meaning.actual for column in (position, reference))
-    comparable = position.values.size == reference.values.size and not position.meaning.role
-    return nameless and comparable and roughness(reference.values) > roughness(position.values)
-
-
-def _error(columns: list[Candidate], position: Candidate) -> Candidate | None:
-    fit = [column for column in columns if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))]
-    fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
-    return max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
-
-
-def _effort(columns: list[Candidate], position: Candidate) -> Candidate | None:
+def _effort(table: Table, columns: list[Candidate], position: Candidate) -> dict[str, Role]:
+    """Return the effort, by its name and unit, or where none is told by what goes with the motion; empty where none is."""
     fit = [column for column in columns if column.fits("effort", EFFORTS)]
-    if not fit:
-        free = [column for column in columns if not column.meaning.role and not column.unit and column.values.size == position.values.size]
-        best = max(free, key=lambda column: explained(column.values, position.values), default=None)
-        return best if best is not None and explained(best.values, position.values) > GUESSED else None
+
+    def moves(column: Candidate) -> float:
+        return explained(column.values, position.values) if column.values.size == position.values.size else 0.0
 
     def score(column: Candidate) -> float:
         ranks = {"N": 0.8, "N*m": 0.8, "A": 0.6, "rated": 0.6, "V": 0.1}
         unit = next((rank for base, rank in ranks.items() if column.is_one_of((base,))), 0.2)
         named = column.meaning.sure if column.meaning.role == "effort" else 0.0
-        moves = 0.0
-        if column.values.size == position.values.size:
-            moves = max(0.0, explained(column.values, position.values))
-        kin = _kinship(column, position)
-        return named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference + kin + 0.5 * moves
+        meaning = named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference
+        return meaning + _kinship(column, position) + 0.5 * max(0.0, moves(column))
 
-    return max(fit, key=score)
+    effort = max(fit, key=score, default=None)
+    if effort is None:
+        effort = max((column for column in columns if not column.meaning.role and not column.unit), key=moves, default=None)
+        if effort is None or moves(effort) <= GUESSED:
+            return {}
+    unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
+    return {"effort": Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)}
 
 
 def _reason(column: Candidate, channel: str) -> str:
@@ -269,20 +369,6 @@ def _unit_of_position(
     if integral and not position.unknown and float(np.max(np.abs(position.values))) > 100.0:
         return "count", "numbers"
     return "", ""
-
-
-def _role_of_velocity(velocity: Candidate, position: Candidate, unit: str, stamps: np.ndarray | None) -> Role | None:
-    """Return the velocity as a channel; None where its unit is neither told nor that of the position over time."""
-    if velocity.unit:
-        return Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
-    if not unit or stamps is None or velocity.values.size != stamps.size:
-        return None
-    factor = abs(slope(rate_of(position.values, stamps), velocity.values))
-    for per, size in (("s", 1.0), ("min", 60.0)):
-        if abs(factor / size - 1.0) < WITHIN:
-            unit_source = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
-            return Role(velocity.name, unit_source, "position", _reason(velocity, "velocity"))
-    return None
 
 
 def _unit_of_effort(effort: Candidate, about: str) -> tuple[str, str]:

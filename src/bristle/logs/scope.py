@@ -13,12 +13,10 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.cells import cells_of, numbers_in, why_no_number
+from bristle.logs.layout import cells_of, numbers_in, why_no_number
 from bristle.logs.names import distinct, listed
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
-
-__all__ = ["Head", "head_of", "is_archived", "read_archive", "read_scope"]
 
 NAME = "name"
 # What stands in the first column of the rows below the names, as far as the export was asked for them.
@@ -30,10 +28,6 @@ KEYS = frozenset(
 )
 NO_UNIT = ("", "(none)", "none", "-", "1")
 END = "eof"
-DELIMITERS = ("\t", ";", ",", "|")
-FILETIME = 10**15  # counts of 100 ns since 1601 are larger than this, milliseconds since the start are not
-TICKS = 10_000  # of 100 ns in a millisecond
-HEAD_LINES = 120
 
 
 @dataclass(frozen=True)
@@ -54,20 +48,15 @@ class Head:
 
 def head_of(lines: Sequence[str]) -> Head | None:
     """Return the head of a trace of TwinCAT Scope; None where these lines are something else."""
-    for delimiter in DELIMITERS:
-        rows = [cells_of(line, delimiter) for line in lines[:HEAD_LINES]]
+    for delimiter in ("\t", ";", ",", "|"):
+        rows = [cells_of(line, delimiter) for line in lines[:120]]
         filled = [index for index, cells in enumerate(rows) if any(cells)]
         for place, index in enumerate(filled[:-1]):
-            if rows[index][0].lower() != NAME or len(rows[index]) < 2:
-                continue
-            below = [rows[i][0].lower() for i in filled[place + 1 : place + 1 + len(KEYS)]]
-            if below[0] in KEYS or _is_count(below[0]):
+            below = rows[filled[place + 1]][0].lower()
+            is_count = below.replace(",", ".").replace(".", "", 1).lstrip("-").isdigit()
+            if rows[index][0].lower() == NAME and len(rows[index]) > 1 and (below in KEYS or is_count):
                 return _head(rows, delimiter, index, filled[place + 1 :], filled[:place])
     return None
-
-
-def _is_count(cell: str) -> bool:
-    return cell.replace(",", ".").replace(".", "", 1).lstrip("-").isdigit()
 
 
 def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], above: list[int]) -> Head:
@@ -89,9 +78,14 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
     cut = lines[-1].strip() != "" and lines[-1].strip().lower() != END
     body = body[:-1] if cut else body
     refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, request.limit, request.source)
-    columns = list(zip_longest(*(line.split(head.delimiter) for line in body), fillvalue=""))
-    columns = [[cell.strip().strip('"') for cell in column] for column in columns]
-    columns = _beside_keys(columns, head)
+    columns = [
+        [cell.strip().strip('"') for cell in column] for column in zip_longest(*(line.split(head.delimiter) for line in body), fillvalue="")
+    ]
+    if len(columns) == sum(map(bool, head.names)) < len(head.names):  # an export without times has no cells below the keys
+        values = iter(columns)
+        columns = [next(values) if name else [""] * len(columns[0]) for name in head.names]
+    firsts = (next(filter(None, column), "") for column, name in zip(columns, head.names, strict=False) if not name)
+    earliest = min((int(first) for first in firsts if first.isdigit()), default=0)
     places = [place for place, name in enumerate(head.names) if name and place < len(columns)]
     called, notes = distinct(head.names[place] for place in places)
     series, texts = [], {}
@@ -99,13 +93,14 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
         filled = [cell for cell in columns[place] if cell]
         values = numbers_in(filled, head.delimiter != ",")
         if values is None:
-            texts[name] = _no_number(filled, name, head, request.source)
+            odd = next(cell for cell in filled if numbers_in([cell], head.delimiter != ",") is None)
+            message, mend = why_no_number(odd)
+            texts[name] = InputError(message, path=f"{request.source}: column {name!r}", value=odd, mend=mend)
         elif values.size:
-            times = _time_of(columns, place, head, values.size, request.source) if request.choice(name) else None
-            if times is not None and times.dtype.kind == "i":
-                times = (times - _earliest(columns, head)) / TICKS
-            about = _about(head, place)
-            series.append(Series(name, values if request.choice(name) else None, times, _unit(head, place), about))
+            read = (values, _times_of(columns, place, head, earliest, request.source)) if request.choice(name) else (None, None)
+            unit = head.of("unit", place)
+            about = filter(None, (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type")))
+            series.append(Series(name, *read, "" if unit.lower() in NO_UNIT else unit.strip("()[]"), " ".join(about)))
     scaled = [name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")]
     if scaled:
         notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
@@ -114,54 +109,20 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
     return table_of_series(series, request.source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
 
 
-def _beside_keys(columns: list[list[str]], head: Head) -> list[list[str]]:
-    """Return the cells below the names: an export without times has none below the keys."""
-    named = sum(map(bool, head.names))
-    if len(columns) != named or named == len(head.names):
-        return columns
-    values = iter(columns)
-    return [next(values) if name else [""] * len(columns[0]) for name in head.names]
-
-
-def _time_of(columns: list[list[str]], place: int, head: Head, count: int, source: Path) -> np.ndarray | None:
-    """Return the times of a channel in ms, or as counts of 100 ns; None where the file tells none."""
+def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, source: Path) -> np.ndarray | None:
+    """Return the times of a channel [ms]; None where the file tells none."""
     left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
     cells = [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
-    if any(cells):
-        if len(cells[0].lstrip("-")) >= len(str(FILETIME)) and cells[0].isdigit():
-            return np.array(cells, dtype=np.int64)
-        times = numbers_in(cells, head.delimiter != ",")
-        if times is None or times.size != count:
-            raise InputError(
-                "has no time for each of its samples",
-                path=f"{source}: column {head.names[place]!r}",
-                mend="Export it with a column of time for each channel",
-            )
-        return times
-    period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
-    return None if period is None else period[0] * np.arange(count)
-
-
-def _earliest(columns: list[list[str]], head: Head) -> int:
-    """Return the first time of a trace, as a count of 100 ns."""
-    firsts = (next(filter(None, column), "") for column, name in zip(columns, head.names, strict=False) if not name)
-    return min(int(first) for first in firsts if first.isdigit())
-
-
-def _no_number(cells: Sequence[str], name: str, head: Head, source: Path) -> InputError:
-    odd = next(cell for cell in cells if numbers_in([cell], head.delimiter != ",") is None)
-    message, mend = why_no_number(odd)
-    return InputError(message, path=f"{source}: column {name!r}", value=odd, mend=mend)
-
-
-def _unit(head: Head, place: int) -> str:
-    unit = head.of("unit", place)
-    return "" if unit.lower() in NO_UNIT else unit.strip("()[]")
-
-
-def _about(head: Head, place: int) -> str:
-    parts = (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type"))
-    return " ".join(part for part in parts if part)
+    if not any(cells):
+        period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
+        return None if period is None else period[0] * np.arange(sum(map(bool, columns[place])))
+    if len(cells[0]) >= 16 and cells[0].isdigit():  # of counts of 100 ns since 1601; milliseconds since the start have fewer
+        return (np.array(cells, dtype=np.int64) - earliest) / 1e4
+    times = numbers_in(cells, head.delimiter != ",")
+    if times is None:
+        place_told, mend = f"{source}: column {head.names[place]!r}", "Export it with a column of time for each channel"
+        raise InputError("has no time for each of its samples", path=place_told, mend=mend)
+    return times
 
 
 _DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
@@ -170,30 +131,21 @@ _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
 # Name first, or time first; what follows the value is its state.
 _NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
 _TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
-LOOKED_AT = 60  # lines
-FEWEST = 10
-ENOUGH = 0.8  # of the lines looked at
 MOST_SIGNALS = 1000
 
 
-def _pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
-    filled = [line for line in lines[:LOOKED_AT] if line.strip() and not line.lstrip().startswith("#")]
+def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
+    """Return the pattern of lines that are values of named signals, one each; None where they are something else."""
+    filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
     for pattern in (_NAMED, _TIMED):
-        if len(filled) >= FEWEST and sum(bool(pattern.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
+        if len(filled) >= 10 and sum(bool(pattern.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
             return pattern
     return None
 
 
-def is_archived(lines: Sequence[str]) -> bool:
-    """Return whether these lines are values of named signals, one each."""
-    return _pattern_of(lines) is not None
-
-
-def read_archive(lines: Sequence[str], request: Request) -> Table:
+def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Request) -> Table:
     """Return the signals of an archive, each with its own times."""
     refuse_larger(len(lines) * 2 * NUMBER_BYTES, request.limit, request.source)
-    pattern = _pattern_of(lines)
-    assert pattern is not None
     name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
     signals: dict[str, tuple[list[str], list[float]]] = {}
     unreadable = 0
@@ -206,22 +158,18 @@ def read_archive(lines: Sequence[str], request: Request) -> Table:
         times.append(match[time_at])
         values.append(float(match[3].replace(",", ".")))
     if len(signals) > MOST_SIGNALS:
-        raise InputError(
-            f"names {len(signals)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}", mend="Export one column a signal"
-        )
+        allowed, mend = f"up to {MOST_SIGNALS}", "Export one column a signal"
+        raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
     origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
-    series = [
-        Series(name, np.array(values) if request.choice(name) else None, _seconds(times, origin) if request.choice(name) else None)
-        for name, (times, values) in signals.items()
-    ]
+    series = []
+    for name, (times, values) in signals.items():
+        if not request.choice(name):
+            series.append(Series(name, None))
+            continue
+        stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
+        series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
     notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
     return table_of_series(series, request.source, "archive", notes=notes)
-
-
-def _seconds(times: list[str], origin: datetime | None) -> np.ndarray:
-    if origin is None:
-        return np.array(times, dtype=float)
-    return np.array([(_date(time) - origin).total_seconds() for time in times])
 
 
 def _date(text: str) -> datetime:

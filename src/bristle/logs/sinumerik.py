@@ -13,8 +13,6 @@ from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table, without_index
 from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["read"]
-
 NO_VALUE = 9.2e18  # a NaN, written as the whole number of its bits: the value before it holds
 ENTITY = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
 MEND = "Export the trace as CSV"
@@ -22,11 +20,11 @@ MEND = "Export the trace as CSV"
 
 def read(data: bytes, request: Request) -> Table:
     """Return the signals of a trace in XML, each with the times at which it was taken."""
+    place = str(request.source)
     if ENTITY.search(data[: 2**16]):
-        raise InputError("declares entities, which are not read", path=str(request.source), mend=MEND)
+        raise InputError("declares entities, which are not read", path=place, mend=MEND)
     signals: dict[str, tuple[str, str, str]] = {}
-    times: dict[str, list[float]] = {}
-    values: dict[str, list[float]] = {}
+    records: dict[str, tuple[list[float], list[float]]] = {}
     try:
         for _, element in ElementTree.iterparse(io.BytesIO(data)):
             kind = element.tag.rpartition("}")[2]
@@ -35,47 +33,28 @@ def read(data: bytes, request: Request) -> Table:
                 name = element.get("description") or element.get("name") or key
                 signals[key] = (name, element.get("units") or element.get("unit") or "", element.get("name") or "")
             elif kind == "rec":
-                _keep(element.attrib, times, values)
+                time = float(element.attrib.pop("time"))
+                for key, text in element.attrib.items():
+                    value = float(text) if text else np.inf
+                    if abs(value) > NO_VALUE and (not text or key not in records):
+                        continue
+                    times, values = records.setdefault(key, ([], []))
+                    times.append(time)
+                    values.append(values[-1] if abs(value) > NO_VALUE else value)
                 element.clear()
     except ElementTree.ParseError as error:
-        raise InputError(f"is truncated or damaged ({error})", path=str(request.source), mend="Copy it again") from None
-    keys = [key for key in signals if key in values] or list(values)
+        raise InputError(f"is truncated or damaged ({error})", path=place, mend="Copy it again") from None
+    keys = [key for key in signals if key in records] or list(records)
     if not keys:
-        raise InputError("is no trace with records of signals", path=str(request.source), mend=MEND)
-    names, notes = distinct(_names(keys, signals))
-    series = [
-        Series(
-            name,
-            np.array(values[key]) if request.choice(name) else None,
-            np.array(times[key]),
-            signals.get(key, ("", "", ""))[1],
-            signals.get(key, ("", "", ""))[2],
-        )
-        for name, key in zip(names, keys, strict=True)
-    ]
-    return table_of_series(series, request.source, "SINUMERIK trace", notes=notes)
-
-
-def _names(keys: list[str], signals: dict[str, tuple[str, str, str]]) -> list[str]:
-    """Return what signals are called: as they are described, with the index of the axis where several are so."""
+        raise InputError("is no trace with records of signals", path=place, mend=MEND)
     heads = [signals.get(key, (key, "", "")) for key in keys]
     called = [name.strip() for name, _, _ in heads]
+    # With the index of the axis where several are described alike.
     indices = [address[len(without_index(address)) :].strip() for _, _, address in heads]
-    return [
-        f"{name} {index}" if called.count(name) > 1 and not name.endswith(index) else name
-        for name, index in zip(called, indices, strict=True)
+    indexed = (f"{n} {i}" if called.count(n) > 1 and not n.endswith(i) else n for n, i in zip(called, indices, strict=True))
+    names, notes = distinct(indexed)
+    series = [
+        Series(name, np.array(records[key][1]) if request.choice(name) else None, np.array(records[key][0]), unit, address)
+        for name, key, (_, unit, address) in zip(names, keys, heads, strict=True)
     ]
-
-
-def _keep(record: dict[str, str], times: dict[str, list[float]], values: dict[str, list[float]]) -> None:
-    time = float(record["time"])
-    for key, text in record.items():
-        if key == "time" or not text:
-            continue
-        value = float(text)
-        if abs(value) > NO_VALUE:
-            if key not in values:
-                continue
-            value = values[key][-1]
-        times.setdefault(key, []).append(time)
-        values.setdefault(key, []).append(value)
+    return table_of_series(series, request.source, "SINUMERIK trace", notes=notes)

@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
 from bristle.core import units
-from bristle.logs.cells import CLOCK, cells_of, without_comments
-from bristle.logs.layout import Layout
+from bristle.logs.layout import CLOCK, Layout, cells_of, without_comments
 from bristle.logs.names import listed, plain_unit
-from bristle.logs.table import Table, split_unit
+from bristle.logs.table import Request, Table, split_unit
 from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import is_time, unit_in_name, unit_of_time
 
-__all__ = [
-    "amount_in",
-    "facts_above",
-    "names_beside_times",
-    "partly_empty",
-    "period_told",
-    "stamps_in",
-    "units_of_labview",
-    "with_own_times",
-]
-
-LONG = 10  # digits of a time that counts from long ago
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
 OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
-LONGEST_FACT = 200
 PERIOD_NAMES = listed(
     "sampletime | sample time | sampling time | sampling period | sampling interval | abtastzeit | abtastintervall | abtasttakt | "
     "takt | sample period | sample interval | sampleinterval | samplingtime | samplingperiod | tsample | t sample | delta x | "
@@ -44,7 +30,7 @@ _FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(
 def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     """Return what stands above the header of a text file, as names and what is said of them."""
     above = [line for line in lines[: layout.first] if line.strip()][: -1 if layout.first else None]
-    matches = (_FACT.fullmatch(line[:LONGEST_FACT]) for line in above)
+    matches = (_FACT.fullmatch(line[:200]) for line in above)
     between = r"[;\t,]+" if layout.delimiter == "," and not layout.decimal_comma else r"[;\t]+"
     return {match[1].strip(): re.sub(between, " ", match[2]).strip() for match in matches if match}
 
@@ -62,10 +48,13 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
 def period_told(facts: dict[str, str]) -> float | None:
     """Return the time between samples [s] that stands above the columns of a file; None where none does."""
     for name, text in facts.items():
-        key = split_unit(name)[0].lower().rstrip(":").replace("_", " ")
-        key = key.removesuffix(" ms").removesuffix(" us").removesuffix(" s").removesuffix(" hz").removesuffix(" khz")
-        for names, target in ((PERIOD_NAMES, "s"), (RATE_NAMES, "Hz")):
-            if key in names and (value := _amount(name, text, target)):
+        key = re.sub(r"( ms)?( us)?( s)?( hz)?( khz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
+        target = "s" if key in PERIOD_NAMES else "Hz" if key in RATE_NAMES else ""
+        amount = amount_in(name, text) if target else None
+        unit = amount[1] or target if amount is not None else ""
+        if amount is not None and units.is_unit(unit) and units.compatible(unit, target):
+            value = amount[0] * units.factor(unit, target)
+            if 0.0 < value < np.inf:
                 return value if target == "s" else 1.0 / value
     return None
 
@@ -82,17 +71,6 @@ def amount_in(name: str, text: str) -> tuple[float, str] | None:
         return None
 
 
-def _amount(name: str, text: str, target: str) -> float | None:
-    amount = amount_in(name, text)
-    if amount is None:
-        return None
-    try:
-        value = amount[0] * units.factor(amount[1] or target, target)
-    except ValueError:
-        return None
-    return value if 0.0 < value < np.inf else None
-
-
 def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
     """Return the columns of dates, times of day and counts since long ago, as seconds from the first row."""
     lines = [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
@@ -100,49 +78,41 @@ def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarra
     stamps: dict[int, np.ndarray] = {}
     for index, (cell, numeric, name) in enumerate(zip(first, layout.numeric, layout.names, strict=False)):
         is_date = not numeric and (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell))
-        if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= LONG):
+        # 10 digits of a time that counts from long ago
+        if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= 10):
             continue
         try:
             cells = [cells_of(line, layout.delimiter)[index].replace(",", ".") for line in lines]
-            seconds = _seconds_of_dates(cells) if is_date else _seconds_of_counts(cells)
+            seconds = _of_dates(cells) if is_date else _of_counts(cells)
         except (ValueError, IndexError):
             continue
-        if seconds is not None:
+        if np.any(np.diff(seconds) > 0) or not is_date:  # a date that stands still is no stamp
             stamps[index] = seconds
     return stamps
-
-
-def _seconds_of_dates(cells: Sequence[str]) -> np.ndarray | None:
-    moments = [_moment(cell) for cell in cells]
-    seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
-    days = np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
-    return seconds + 86400.0 * days if np.any(np.diff(seconds) > 0) else None  # one that stands still is no stamp
 
 
 _GERMAN = re.compile(r"(\d\d?)\.(\d\d?)\.(\d{4})[ T](\d\d?:\d\d:\d\d(?:[.,]\d+)?)")
 
 
-def _moment(cell: str) -> datetime:
-    german = _GERMAN.fullmatch(cell)
-    if german:
-        cell = f"{german[3]}-{int(german[2]):02d}-{int(german[1]):02d} {german[4]}"
-    cell = cell.replace(",", ".").replace("/", "-").removesuffix("Z")
-    date, _, clock = cell.replace("T", " ").rpartition(" ")
-    parts = clock.split(".")
-    fraction = (parts[1] + "000000")[:6] if len(parts) > 1 else "000000"
-    hour = ":".join(part.zfill(2) for part in parts[0].split(":"))
-    return datetime.fromisoformat(f"{date or '2000-01-01'}T{hour}.{fraction}")
+def _of_dates(cells: Sequence[str]) -> np.ndarray:
+    moments = []
+    for cell in cells:
+        if german := _GERMAN.fullmatch(cell):
+            cell = f"{german[3]}-{int(german[2]):02d}-{int(german[1]):02d} {german[4]}"
+        date, _, clock = cell.replace("/", "-").removesuffix("Z").replace("T", " ").rpartition(" ")
+        moments.append(datetime.fromisoformat(f"{date or '2000-01-01'}T{'0' * (clock[1:2] == ':')}{clock}"))
+    seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
+    return seconds + 86400.0 * np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
 
 
-def _seconds_of_counts(cells: Sequence[str]) -> np.ndarray | None:
-    """Return times that count since long ago: a number would lose their end."""
-    digits = cells[0].partition(".")[0].lstrip("-")
+def _of_counts(cells: Sequence[str]) -> np.ndarray:
+    """Return times that count since long ago: as a number they would lose their end."""
     parts = [cell.partition(".") for cell in cells]
-    if len(digits) < LONG or not digits.isdigit() or not all(left.isdigit() and (not right or right.isdigit()) for left, _, right in parts):
-        return None
     counts = np.array([int(left) for left, _, _ in parts], dtype=np.int64)
     fractions = np.array([float(f"0.{right or 0}") for _, _, right in parts])
-    scale = next(size for least, size in EPOCHS if len(digits) >= least)
+    if counts.min() < 0:
+        raise ValueError("no count")
+    scale = next(size for least, size in EPOCHS if len(parts[0][0]) >= least)
     return np.round((counts - counts[0]) / scale + (fractions - fractions[0]) / scale, 9)
 
 
@@ -151,47 +121,40 @@ def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.nda
 
     Rows may be shorter than the first ones, where columns end early.
     """
-    lines = [line for line in without_comments(body.decode(encoding, "replace")).split("\n") if line.strip()]
-    rows = [cells_of(line, layout.delimiter) for line in lines]
-    numeric_columns = [index for index, numeric in enumerate(layout.numeric) if numeric]
+    text = without_comments(body.decode(encoding, "replace"))
+    rows = [cells_of(line, layout.delimiter) for line in text.split("\n") if line.strip()]
     columns = {}
-    for index in numeric_columns:
-        cells = [row[index] if index < len(row) else "" for row in rows]
-        cells = [cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells]
+    for index in np.flatnonzero(layout.numeric).tolist():
+        cells = ((row[index] if index < len(row) else "") or "nan" for row in rows)
         try:
-            columns[index] = np.array([cell or "nan" for cell in cells], dtype=float)
+            columns[index] = np.array([cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells], dtype=float)
         except ValueError:
             return None
-    empty = [np.mean(np.isnan(values)) for values in columns.values()]
-    return columns if any(share >= OFTEN for share in empty) else None
+    return columns if any(np.mean(np.isnan(values)) >= OFTEN for values in columns.values()) else None
 
 
-def with_own_times(
-    columns: dict[int, np.ndarray], layout: Layout, source: Path, chosen: Callable[[str], bool], notes: Sequence[str]
-) -> Table | None:
+def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Request, notes: Sequence[str]) -> Table | None:
     """Return the table of columns of which several are times, or some were recorded less often than the others.
 
     None where the columns are of one length and have one time, as most files do.
     """
     clocks = [index for index, values in columns.items() if _is_clock(layout.names[index], values)]
-    if not clocks or (len(clocks) < 2 and not any(np.isnan(values).any() for values in columns.values())):
+    if not clocks or (len(clocks) < 2 and not any(np.isnan(values).any() for values in columns.values())) or clocks[0] != min(columns):
         return None
-    if clocks[0] != min(columns):
-        return None
-    first = layout.names[clocks[0]]
-    unit = layout.units[clocks[0]] or unit_of_time(first, columns[clocks[0]])
+    unit = layout.units[clocks[0]] or unit_of_time(layout.names[clocks[0]], columns[clocks[0]])
     series = []
     for index, values in columns.items():
         if index in clocks:
             continue
         times = columns[max(clock for clock in clocks if clock < index)]
-        filled = np.isfinite(values) & np.isfinite(times)
-        name = layout.names[index]
-        if 0 < np.count_nonzero(np.isnan(values)) < OFTEN * values.size and len(clocks) < 2:
-            filled = np.isfinite(times)  # a few samples are missing: that is told, not mended
-        samples = values[filled] if chosen(name) else None
-        series.append(Series(name, samples, times[filled] if samples is not None else None, layout.units[index]))
-    return table_of_series(series, source, "text", time_unit=unit, notes=notes)
+        filled = np.isfinite(times)
+        missing = np.count_nonzero(np.isnan(values))
+        if len(clocks) > 1 or not 0 < missing < OFTEN * values.size:  # else a few samples are missing: that is told, not mended
+            filled &= np.isfinite(values)
+        samples = values[filled] if request.choice(layout.names[index], index + 1) else None
+        series.append(Series(layout.names[index], samples, times[filled], layout.units[index]))
+    table = table_of_series(series, request.source, "text", time_unit=unit, notes=notes)
+    return replace(table, numbers={f"column_{i + 1}": layout.names[i] for i in columns})
 
 
 def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:

@@ -21,8 +21,6 @@ from bristle.logs.problems import problems_of
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
-__all__ = ["Summary", "summarize", "summary_of", "summary_of_columns"]
-
 
 class Summary(NamedTuple):
     """What is in a log: as plain data, and the log itself with its experiments where it has no problem."""

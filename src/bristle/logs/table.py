@@ -17,25 +17,6 @@ from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, close_names, said_by_library, shortened
 
-__all__ = [
-    "ALL",
-    "NONE",
-    "NUMBER_BYTES",
-    "USUAL_NAMES",
-    "Choice",
-    "Request",
-    "Table",
-    "axis_in",
-    "columns_named",
-    "columns_of",
-    "damage_refused",
-    "some_of",
-    "spellings",
-    "split_unit",
-    "without_index",
-]
-
-LONGEST_SHOWN = 60
 NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
 _INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
@@ -74,7 +55,7 @@ class Table:
     facts : mapping of str to str
         What stands beside the columns: the device, its rated torque, a date.
     numbers : mapping of str to str
-        ``column_2`` and the like -> the name of that column, where it was asked for by its number.
+        ``column_2`` and the like -> the name of that column.
     about : mapping of str to str
         What a file says of a column beside its name: a comment, the full name of a symbol, its data type.
     """
@@ -97,11 +78,11 @@ class Table:
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        spelt = next((spelling for spelling in spellings(name) if spelling in self.columns), self.numbers.get(name))
-        if spelt is None:
-            alike = [column for column in self.columns if without_index(column) == name]
-            return alike[0] if len(alike) == 1 else None
-        return spelt
+        for spelling in (*spellings(name), self.numbers.get(name, "")):
+            if spelling in self.columns:
+                return spelling
+        alike = [column for column in self.columns if without_index(column) == name]
+        return alike[0] if len(alike) == 1 else None
 
     def unknown_unit(self, name: str) -> str:
         """Return what the file says for the unit of a column, where that is no unit that is known; else nothing."""
@@ -114,34 +95,26 @@ class Table:
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that says which columns there are instead of `name`, asked for under `key`."""
-        text = next((name_of_text for name_of_text in self.texts if name in (name_of_text, split_unit(name_of_text)[0])), None)
-        if text is not None:
-            reason = self.texts[text]
-            mend = reason.mend or f"Name a column of numbers as the {key} in the axis file"
-            message = f"{reason.message}, and the column is to be the {key}"
-            return InputError(message, path=reason.path, value=reason.value, mend=mend)
-        close = close_names(name, self.names)
+        for text, reason in self.texts.items():
+            if name in (text, split_unit(text)[0]):
+                mend = reason.mend or f"Name a column of numbers as the {key} in the axis file"
+                return InputError(f"{reason.message}, and the column is to be the {key}", path=reason.path, value=reason.value, mend=mend)
         if self.tables:
-            return InputError(
-                f"holds {len(self.tables)} tables, and no column {name!r} beside them, which is to be the {key}",
-                path=str(self.source),
-                allowed=some_of(self.tables),
-                mend='Name the table: table = "..." under [log] of the axis file, or FILE::TABLE in place of the file',
-            )
-        constant = f"{name!r} is a single number there. " if name in self.constants else ""
-        return InputError(
-            f"has no column {name!r}, which is to be the {key}",
-            path=str(self.source),
-            allowed=some_of(self.names, 40),
-            mend=constant + (f"Did you mean {close[0]!r}?" if close else f"Name the {key} in the axis file"),
-        )
+            message = f"holds {len(self.tables)} tables, and no column {name!r} beside them, which is to be the {key}"
+            mend = 'Name the table: table = "..." under [log] of the axis file, or FILE::TABLE in place of the file'
+            return InputError(message, path=str(self.source), allowed=some_of(self.tables), mend=mend)
+        close = close_names(name, self.names)
+        mend = f"{name!r} is a single number there. " if name in self.constants else ""
+        mend += f"Did you mean {close[0]!r}?" if close else f"Name the {key} in the axis file"
+        message = f"has no column {name!r}, which is to be the {key}"
+        return InputError(message, path=str(self.source), allowed=some_of(self.names, 40), mend=mend)
 
 
 def some_of(names: Iterable[str], most: int = 8) -> str:
     """Return the first of several names, and how many more there are."""
     listed = list(names)
     left = len(listed) - most
-    return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
+    return ", ".join(shortened(text, 60) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def spellings(name: str) -> tuple[str, ...]:
@@ -194,9 +167,9 @@ class Choice:
     names: frozenset[str] | None = None
     usual: bool = False
 
-    def __call__(self, name: str) -> bool:
-        """Return whether this column is chosen."""
-        if self.names is None:
+    def __call__(self, name: str, number: int = 0) -> bool:
+        """Return whether this column is chosen, by its name or its number in the file."""
+        if self.names is None or f"column_{number}" in self.names:
             return True
         return name.lower() in self.names if self.usual else name in self.names or without_index(name) in self.names
 
@@ -231,21 +204,9 @@ def damage_refused(source: Path) -> Iterator[None]:
 
 
 class Request(NamedTuple):
-    """What is read of a file; its reader takes it beside the bytes, ``read(data, request)``.
-
-    Parameters
-    ----------
-    source : Path
-        The file.
-    table : str or None
-        A table in it. Files of most kinds are one table, and do not use it.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of what is read, unpacked [byte].
-    """
+    """What is read of a file; its reader takes it beside the bytes, ``read(data, request)``."""
 
     source: Path
-    table: str | None
-    choice: Choice
-    limit: int
+    table: str | None  # in it; files of most kinds are one table, and do not use it
+    choice: Choice  # of columns
+    limit: int  # of what is read, unpacked [byte]

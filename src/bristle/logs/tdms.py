@@ -7,7 +7,6 @@ import logging
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,11 +15,7 @@ from bristle.core.errors import InputError
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
-__all__ = ["read"]
-
 LEAD_IN_BYTES = 28
-BIG_ENDIAN = 1 << 6
-NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
@@ -43,24 +38,20 @@ def read(data: bytes, request: Request) -> Table:
                 periods[name] = float(step)
             elif step is not None:
                 notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
-            series.append(_series(name, channel, request.choice(name)))
+            numbers = np.asarray(channel[:]) if request.choice(name) else None
+            unit = next((str(channel.properties[key]).strip() for key in UNIT_PROPERTIES if channel.properties.get(key)), "")
+            if numbers is not None and numbers.dtype.kind == "M":
+                numbers, unit = (numbers - numbers[:1]) / np.timedelta64(1, "s"), "s"
+            series.append(Series(name, None if numbers is None else numbers.astype(float), unit=unit))
     if remarks:
         raise InputError(f"is damaged ({remarks[0][:80]})", path=str(request.source), mend="Copy or record it again")
     if len(set(periods.values())) > 1:
         if all(channel.values is None or channel.name in periods for channel in series):
-            series = [channel.every(periods.get(channel.name)) for channel in series]
+            series = [c if c.values is None else c._replace(times=periods[c.name] * np.arange(c.values.size)) for c in series]
         else:
             notes.append("the channels differ in their sample time, which was ignored")
     table = table_of_series(series, request.source, "TDMS", notes=notes)
     return replace(table, sample_time=periods.popitem()[1]) if len(set(periods.values())) == 1 else table
-
-
-def _series(name: str, channel: Any, chosen: bool) -> Series:
-    unit = next((str(channel.properties[key]).strip() for key in UNIT_PROPERTIES if channel.properties.get(key)), "")
-    numbers = np.asarray(channel[:]) if chosen else None
-    if numbers is not None and numbers.dtype.kind == "M":
-        return Series(name, (numbers - numbers[:1]) / np.timedelta64(1, "s"), unit="s")
-    return Series(name, None if numbers is None else numbers.astype(float), unit=unit)
 
 
 def _remarks_kept() -> list[str]:
@@ -71,7 +62,7 @@ def _remarks_kept() -> list[str]:
 
     def keep(record: logging.LogRecord) -> bool:
         message = record.getMessage()
-        if not message.startswith(NAME_REMARK):
+        if not message.startswith("Error decoding string"):  # a name or remark in another alphabet, not damage
             remarks.append(message)
         return False
 
@@ -86,12 +77,8 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
         lead_in = data[at : at + LEAD_IN_BYTES]
         if len(lead_in) == LEAD_IN_BYTES and lead_in[:4] != b"TDSm":
             raise InputError(f"is damaged, or no TDMS file (at byte {at})", path=str(source))
-        order = "big" if int.from_bytes(lead_in[4:8], "little") & BIG_ENDIAN else "little"
-        length = int.from_bytes(lead_in[12:20], order)
-        at += LEAD_IN_BYTES + length
+        order = "big" if int.from_bytes(lead_in[4:8], "little") & (1 << 6) else "little"
+        at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
-            raise InputError(
-                "is truncated: its last segment is not complete",
-                path=str(source),
-                mend="Copy it again, or let LabVIEW close the file before it is copied",
-            )
+            mend = "Copy it again, or let LabVIEW close the file before it is copied"
+            raise InputError("is truncated: its last segment is not complete", path=str(source), mend=mend)

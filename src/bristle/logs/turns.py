@@ -6,21 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = [
-    "by_lag",
-    "half_cycle_numbers",
-    "numbered",
-    "period_of",
-    "rests",
-    "reversals",
-    "runs",
-    "turning_points",
-    "whole_cycle",
-    "with_sides",
-]
-
-COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
-
 
 def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
     """Return the first sample after each change of direction, whatever the way between two of them.
@@ -125,7 +110,7 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     """
     covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
     away = np.abs(position - position[0])
-    back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
+    back = (covered > 0.9 * covered[-1]) & (away < 0.02 * covered[-1])  # of the range: a whole cycle is through, the motion is back
     back &= np.signbit(velocity) == np.signbit(velocity[0])
     if not back.any():
         return None

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["frequency_in", "refined", "waves"]
-
 TURNS_LEAST = 1.5  # over the range
 BINS = 8192  # of the position
 PADDED = 4  # times: quarters of a turn are told apart

@@ -14,9 +14,6 @@ from bristle.core import units
 from bristle.logs.names import listed, plain_unit, spelt
 from bristle.logs.table import without_index
 
-__all__ = ["Meaning", "is_time", "meaning_of", "other_unit_in", "unit_in_name", "unit_of_time", "without_part", "words_of"]
-
-
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
     "time": listed("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
@@ -42,7 +39,6 @@ REFERENCE = listed(
     "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
 ACTUAL = listed("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
-SHORTEST_PART = 3  # letters of a word for a reference that begins or ends a name
 WITHIN = 4  # letters from which on a word counts within another one
 # Parts of longer words that mean something else than they say.
 NOT_WITHIN = {
@@ -85,16 +81,14 @@ def meaning_of(name: str, about: str = "") -> Meaning:
     if stroke and head and units.is_decimal(plain_unit(unit)):
         name = head
     last = re.split(r"::|[./\\\\|]", name.strip())[-1] or name
-    best = _meaning(words_of(last))
-    full = _meaning(words_of(name))
+    best, full = _meaning(words_of(last)), _meaning(words_of(name))
     if not best.role and full.role:
         best = full._replace(sure=0.8 * full.sure)
     if not best.role and about:
         best = _meaning(words_of(about))
         best = best._replace(sure=0.5 * best.sure)
-    return best._replace(
-        reference=best.reference or (full.reference and not best.actual), actual=best.actual or (full.actual and not best.reference)
-    )
+    reference, actual = best.reference or (full.reference and not best.actual), best.actual or (full.actual and not best.reference)
+    return best._replace(reference=reference, actual=actual)
 
 
 def _meaning(words: Sequence[str]) -> Meaning:
@@ -105,22 +99,19 @@ def _meaning(words: Sequence[str]) -> Meaning:
     scores: dict[str, float] = {}
     for role, vocabulary in ROLES.items():
         exact = max((_weight(word) for word in words if word in vocabulary), default=0.0)
-        inside = max((0.8 * _weight(word) for word in vocabulary if len(word) >= WITHIN and _within(word, joined)), default=0.0)
-        scores[role] = max(exact, inside)
-    if (
-        scores["error"] > 0.5
-        and (scores["position"] or scores["error"] > 0.75)
-        and not _says(words, ("fehlercode", "code", "error_code", "id"))
-    ):
+        inside = [word for word in vocabulary if len(word) >= WITHIN and word in joined]
+        inside = [word for word in inside if not any(longer in joined for longer in NOT_WITHIN.get(word, ()))]
+        scores[role] = max(exact, max((0.8 * _weight(word) for word in inside), default=0.0))
+    is_error = scores["error"] > (0.5 if scores["position"] else 0.75)
+    if is_error and not _says(words, ("fehlercode", "code", "error_code", "id")):
         scores["error"] += 0.3
-    if any(word in STATUS for word in words) and max(scores.values()) < 0.9:
-        return Meaning("status", sure=0.5)
     role = max(scores, key=lambda role_name: scores[role_name])
+    if any(word in STATUS for word in words) and scores[role] < 0.9:
+        return Meaning("status", sure=0.5)
     if not scores[role]:
         return Meaning(reference=reference, actual=actual)
-    return Meaning(
-        role, reference and not (actual and not _says(words, ("soll", "sollwert", "setpoint", "command"))), actual, min(scores[role], 1.0)
-    )
+    reference = reference and not (actual and not _says(words, ("soll", "sollwert", "setpoint", "command")))
+    return Meaning(role, reference, actual, min(scores[role], 1.0))
 
 
 def _weight(word: str) -> float:
@@ -128,31 +119,20 @@ def _weight(word: str) -> float:
     return {1: 0.4, 2: 0.7}.get(len(word), 1.0)
 
 
-def _within(word: str, text: str) -> bool:
-    at = text.find(word)
-    return at >= 0 and not any(longer in text for longer in NOT_WITHIN.get(word, ()))
-
-
 def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
-    joined = "".join(words)
-    return (
-        any(word in vocabulary for word in words)
-        or any(len(word) >= WITHIN and word in joined for word in vocabulary)
-        or any(
-            joined.startswith(word) or joined.endswith(word)
-            for word in vocabulary
-            if len(word) == 3 and word in ("set", "act", "ist", "ref", "cmd")
-        )
+    joined, short = "".join(words), ("set", "act", "ist", "ref", "cmd")
+    return any(
+        word in words or (len(word) >= WITHIN and word in joined) or (word in short and (joined.startswith(word) or joined.endswith(word)))
+        for word in vocabulary
     )
 
 
 def without_part(joined: str) -> str:
     """Return the letters of a name without the part that says whether it is a reference or was measured."""
     for word in sorted((*REFERENCE, *ACTUAL), key=len, reverse=True):
-        if len(word) >= SHORTEST_PART and len(word) < len(joined):
-            for found in (joined.removeprefix(word), joined.removesuffix(word)):
-                if found != joined:
-                    return found
+        # 3 letters of a word for a reference that begins or ends a name
+        if 3 <= len(word) < len(joined) and (joined.startswith(word) or joined.endswith(word)):
+            return joined.removeprefix(word) if joined.startswith(word) else joined.removesuffix(word)
     return joined
 
 
@@ -163,8 +143,6 @@ def is_time(name: str) -> bool:
 
 
 NANOMETERS, LENGTHS = "nm", ("position", "error")  # or newton meters; roles that are lengths
-SLOWEST = 0.05  # s between samples of an axis
-LONG_AGO = 1e8  # s
 ENDINGS = spelt(
     {
         "s": "s | sec | seconds",
@@ -228,8 +206,8 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     if named in ("s", "ms", "us", "ns"):
         return named
     largest = float(np.max(np.abs(values))) if values.size else 0.0
+    step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
-    return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
+    return "ms" if largest < 1e8 and step > 0.05 else "s"
