@@ -23,8 +23,6 @@ import numpy as np
 from bristle.identification.parameter_space import Solution
 from bristle.logs.waves import frequency_in, waves
 
-__all__ = ["SINGULAR", "Away", "Contrast", "between"]
-
 AS_WELL = 3.0  # times the standard error: what rows away from reversals tell of a parameter
 APART = 0.02  # of a force: what the columns cannot take
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
@@ -86,7 +84,11 @@ class Contrast:
         if np.count_nonzero(away.rows) < FEWEST or not inner.any():
             return empty
         places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
-        usual, beside = _std(columns), _apart(away.beside(residual)[away.rows], columns[away.rows])
+        # The standard errors of all coordinates, of white noise of 1; of the forces those that are none of the columns.
+        usual, forces = np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1), away.beside(residual)[away.rows]
+        length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
+        beside = forces[:, length > 0.0] / length[length > 0.0]
+        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > APART]
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual
@@ -122,17 +124,3 @@ def between(change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.r
     share = rng.uniform(low, high, len(usual) // 2 + 1)
     shares = np.stack([share, low + high - share], axis=1).ravel()[: len(usual)]
     return shares[:, None] * np.where(surer, change - usual, clear * beyond)
-
-
-def _std(columns: np.ndarray) -> np.ndarray:
-    """Return what the standard errors of all coordinates are, of white noise of 1."""
-    return np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1)
-
-
-def _apart(forces: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return the forces that are none of the columns, each of length one."""
-    length = np.linalg.norm(forces, axis=0)
-    unit = forces[:, length > 0.0] / length[length > 0.0]
-    basis = np.linalg.qr(columns)[0]
-    left = np.linalg.norm(unit - basis @ (basis.T @ unit), axis=0)
-    return unit[:, left > APART]

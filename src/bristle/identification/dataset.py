@@ -21,8 +21,6 @@ from bristle.logs.filters import low_passed
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-__all__ = ["Alignment", "Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
-
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples

@@ -23,8 +23,6 @@ from bristle.identification.problem import Covariance
 from bristle.identification.result import Estimate
 from bristle.identification.structure import noisy_inertia
 
-__all__ = ["Judgement", "about_estimates", "about_fixed", "about_level", "combinations_of"]
-
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
 SHOWN = ("no_fall", "no_steady_slide")  # reasons to hold a fall, said where it is not identified
 GUESSED = "held_constant"  # a constant that is held without that anybody told it
@@ -47,8 +45,33 @@ class Judgement:
 
     def estimates(self) -> tuple[Estimate, ...]:
         """Return every parameter, plant first."""
-        variables = self.excitation.variables
-        return tuple(self._estimate(name) for name, variable in variables.items() if not variable.choices)
+        estimates, kind, at_edge = list[Estimate](), self.problem.dataset.kind, self.solution.at_edge
+        for name, variable in self.excitation.variables.items():
+            if variable.choices:
+                continue
+            fixed, value = self.problem.parameters.fixed.get(name), self.excitation.values[name]
+            estimate = Estimate(name, variable.unit(kind), variable.description, value if fixed is None else fixed.value, None)
+            if fixed is not None and fixed.half_width is not None:
+                std, ends = fixed.half_width / NORMAL_95, (fixed.value - fixed.half_width, fixed.value + fixed.half_width)
+                estimates.append(replace(estimate, std=std, robust_std=std, interval=ends))
+                continue
+            if fixed is not None:
+                reason, status = why_fixed(name, fixed, variable, kind), "held"
+                if fixed.redundant:
+                    reason, status = replace(reason, severity="warning"), "unidentifiable"
+                estimates.append(replace(estimate, status=status, reason=reason))
+                continue
+            unsure = self._unsure_alone[name]
+            if unsure is None and name not in at_edge:
+                unsure = self._unsure_beside(name)
+            if unsure is None and name in at_edge:
+                estimates.append(replace(estimate, status="at_edge", reason=self._at_edge(name)))
+                continue
+            most = self.excitation.settings.hopeless_std * abs(value)
+            std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
+            status = "identified" if unsure is None else "unidentifiable"
+            estimates.append(replace(estimate, std=std, robust_std=robust, status=status, reason=unsure))
+        return tuple(estimates)
 
     @cached_property
     def _std(self) -> dict[str, tuple[float, float]]:
@@ -56,55 +79,60 @@ class Judgement:
         deviations = zip(self.uncertainty.std.tolist(), self.uncertainty.robust_std.tolist(), strict=True)
         return dict(zip(self.solution.values, deviations, strict=True))
 
-    @property
-    def _kind(self) -> Kind:
-        return self.problem.dataset.kind
+    def _unsure_beside(self, name: str) -> Diagnostic | None:
+        """Return why a parameter that is sure alone is not beside others; None where it is.
 
-    def _estimate(self, name: str) -> Estimate:
-        variable, fixed = self.excitation.variables[name], self.problem.parameters.fixed.get(name)
-        estimate = Estimate(name, variable.unit(self._kind), variable.description, self.excitation.values[name], None)
-        if fixed is not None and fixed.half_width is not None:
-            std, ends = fixed.half_width / NORMAL_95, (fixed.value - fixed.half_width, fixed.value + fixed.half_width)
-            return replace(estimate, value=fixed.value, std=std, robust_std=std, interval=ends)
-        if fixed is not None:
-            reason, status = why_fixed(name, fixed, variable, self._kind), "held"
-            if fixed.redundant:
-                reason, status = replace(reason, severity="warning"), "unidentifiable"
-            return replace(estimate, value=fixed.value, status=status, reason=reason)
-        unsure = self._unsure(name)
-        if unsure is None and name in self.solution.at_edge:
-            return replace(estimate, status="at_edge", reason=self._at_edge(name))
-        most = self.excitation.settings.hopeless_std * abs(estimate.value)
-        std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
-        status = "identified" if unsure is None else "unidentifiable"
-        return replace(estimate, std=std, robust_std=robust, status=status, reason=unsure)
-
-    def _unsure(self, name: str) -> Diagnostic | None:
-        """Return why a parameter cannot be identified; None where it can."""
-        alone = self._unsure_alone(name)
-        if alone is not None or name in self.solution.at_edge:
-            return alone
-        if self._lacks_its_partner(name):
+        A velocity that friction falls with needs the force that it falls from, and a force the velocity. A fall that only
+        rows near reversals show is as unsure as the stiffness there.
+        """
+        variables, names = self.excitation.variables, self.solution.space.names
+        role = next((role for role in PARTNER if role.fits(variables[name])), None)
+        if role is None:
+            return None
+        partners = [partner for partner, variable in variables.items() if PARTNER[role].fits(variable)]
+        unknown = {partner for partner in partners if self.problem.parameters.is_redundant(partner)}
+        free = {partner for partner in partners if partner in self.solution.values}
+        unknown |= {partner for partner in free if partner in self.solution.at_edge or self._unsure_alone[partner] is not None}
+        if unknown and free <= unknown:
             return self.excitation.cause(name)
-        return self._hidden_by_reversals(name)
+        stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
+        if name not in names or not stiff or not self.filtered:
+            return None
+        fall = [place for place, part in enumerate(names) if any(role.fits(variables[part]) for role in PARTNER)]
+        away = self.problem.away
+        told = Contrast.of(self.solution, replace(away, rows=away.far), np.ones(len(names), dtype=bool)).determined
+        reasons = [reason for part in stiff if (reason := self._unsure_alone[part]) is not None]
+        return replace(reasons[0], parameter=name) if not told[fall].all() and len(reasons) == len(stiff) else None
 
-    def _unsure_alone(self, name: str) -> Diagnostic | None:
-        """Return the same, whatever is known of the parameter that it goes with."""
-        least, variable = self.excitation.settings, self.excitation.variables[name]
-        value, std = self.excitation.values[name], max(self._std[name])
+    @cached_property
+    def _unsure_alone(self) -> dict[str, Diagnostic | None]:
+        """Why each free parameter cannot be identified, whatever is known of those that it goes with; None where it can."""
+        # The largest part of the effort that the plant does not take.
+        taken = float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
+        return {name: self._doubt(name, taken) for name in self.solution.values}
+
+    def _doubt(self, name: str, taken: float) -> Diagnostic | None:
+        least, variable, dataset = self.excitation.settings, self.excitation.variables[name], self.problem.dataset
+        value, std, is_inertia = self.excitation.values[name], max(self._std[name]), Role.INERTIA.fits(variable)
         if self.excitation.is_hidden(name, filtered=self.filtered):
             return self.excitation.cause(name)
-        if (blurred := self._blurred(name)) is not None:
-            return blurred
-        dataset = self.problem.dataset
-        if self.filtered and Role.INERTIA.fits(variable) and dataset.acceleration_noise_share > least.noisy_inertia:
+        component = self.problem.parameters.component
+        if name == TOTAL and isinstance(component, ShapedModel):
+            # Around a reversal an encoder shows nothing of the first steps: elements take up what it leaves out.
+            # Replicates begin from what it has shown, and do not tell by how much.
+            level = float(np.mean([self.excitation.values[level] for level in names_of(Role.LEVEL, self.excitation.variables)]))
+            share = component.share_within(least.zone_counts * dataset.resolution, value, level)
+            if share > least.blurred_share:
+                numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": dataset.resolution}
+                return Diagnostic("coarse_elements", name, "warning", numbers, dataset.kind)
+        if self.filtered and is_inertia and dataset.acceleration_noise_share > least.noisy_inertia:
             return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
-            return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
-        if acts_in_sliding(variable) and value > least.beyond_effort * self._most_of_friction:
-            return Diagnostic("beyond_effort", name, "warning", {"effort": self._most_of_friction}, self._kind)
+            return self.excitation.cause(name) if is_inertia else None
+        if acts_in_sliding(variable) and value > least.beyond_effort * taken:
+            return Diagnostic("beyond_effort", name, "warning", {"effort": taken}, dataset.kind)
         # No value of a constant force within its error would matter.
-        rms_effort = float(np.sqrt(np.mean(self.problem.dataset.effort**2)))
+        rms_effort = float(np.sqrt(np.mean(dataset.effort**2)))
         small = variable.quantity == "force" and std < least.negligible_force * rms_effort
         if small or std <= least.unsure_std * abs(value):
             return None
@@ -113,78 +141,23 @@ class Judgement:
             return cause
         return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
 
-    @cached_property
-    def _most_of_friction(self) -> float:
-        """The largest part of the effort that the plant does not take [N or N*m]."""
-        return float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
-
-    def _blurred(self, name: str) -> Diagnostic | None:
-        """Return that elements which slip within a few encoder steps make up the stiffness of all; None otherwise.
-
-        Around a reversal an encoder shows nothing of the first steps: elements take up what it leaves out. Replicates
-        begin from what it has shown, and do not tell by how much.
-        """
-        component, least = self.problem.parameters.component, self.excitation.settings
-        if name != TOTAL or not isinstance(component, ShapedModel):
-            return None
-        values, resolution = self.excitation.values, self.problem.dataset.resolution
-        level = float(np.mean([values[level] for level in names_of(Role.LEVEL, self.excitation.variables)]))
-        share = component.share_within(least.zone_counts * resolution, values[name], level)
-        if share <= least.blurred_share:
-            return None
-        numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": resolution}
-        return Diagnostic("coarse_elements", name, "warning", numbers, self._kind)
-
-    def _lacks_its_partner(self, name: str) -> bool:
-        """Return whether a velocity tells how a force falls, or a force from where, and no such partner is known."""
-        variables = self.excitation.variables
-        role = next((role for role in PARTNER if role.fits(variables[name])), None)
-        if role is None:
-            return False
-        partners = [partner for partner, variable in variables.items() if PARTNER[role].fits(variable)]
-        unknown = [partner for partner in partners if self.problem.parameters.is_redundant(partner)]
-        free = [partner for partner in partners if partner in self.solution.values]
-        unknown += [partner for partner in free if partner in self.solution.at_edge or self._unsure_alone(partner) is not None]
-        return bool(unknown) and set(free) <= set(unknown)
-
-    def _hidden_by_reversals(self, name: str) -> Diagnostic | None:
-        """Return why a fall of friction is not seen: by rows near reversals only, whose stiffness is not either."""
-        variables, names = self.excitation.variables, self.solution.space.names
-        fall = [part for part in names if any(role.fits(variables[part]) for role in PARTNER)]
-        stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
-        if name not in fall or not stiff or not self.filtered:
-            return None
-        if all(self._tells_away[names.index(part)] for part in fall):
-            return None
-        reasons = [reason for reason in map(self._unsure_alone, stiff) if reason is not None]
-        return replace(reasons[0], parameter=name) if len(reasons) == len(stiff) else None
-
-    @cached_property
-    def _tells_away(self) -> np.ndarray:
-        """Which coordinates rows far from reversals tell nearly as well as all do."""
-        away, free = self.problem.away, np.ones(len(self.solution.space.names), dtype=bool)
-        return Contrast.of(self.solution, replace(away, rows=away.far), free).determined
-
-    @cached_property
-    def _opposes_nothing(self) -> bool:
-        """Whether neither a level of friction nor a damping takes any effort."""
-        roles, variables = (Role.LEVEL, Role.BREAK_AWAY, Role.VISCOUS), self.excitation.variables
-        names = (name for role in roles for name in names_of(role, variables))
-        return all(self.solution.at_edge.get(name) == "smallest" or not self.excitation.values[name] for name in names)
-
     def _at_edge(self, name: str) -> Diagnostic:
-        edge, variable = self.solution.at_edge[name], self.excitation.variables[name]
+        edge, variable, kind = self.solution.at_edge[name], self.excitation.variables[name], self.problem.dataset.kind
         value = self.excitation.values[name]
-        numbers: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
+        numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind)}
         if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
-            return Diagnostic("edge_no_fall", name, "warning", numbers, self._kind)
-        if edge == "smallest" and Role.LEVEL.fits(variable) and self._opposes_nothing:
-            return Diagnostic("no_friction", name, "warning", numbers, self._kind)
+            return Diagnostic("edge_no_fall", name, "warning", numbers, kind)
+        # Neither a level of friction nor a damping takes any effort.
+        roles = (Role.LEVEL, Role.BREAK_AWAY, Role.VISCOUS)
+        opposing = (part for role in roles for part in names_of(role, self.excitation.variables))
+        nothing = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
+        if edge == "smallest" and Role.LEVEL.fits(variable) and nothing:
+            return Diagnostic("no_friction", name, "warning", numbers, kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
         bound, small = variable.min if edge == "smallest" else variable.max, self.excitation.scales.magnitude(variable)
         of_model = math.isclose(value, bound, rel_tol=1e-2, abs_tol=1e-9 * abs(small))
-        return Diagnostic("edge_of_model" if of_model else "edge_of_search", name, "warning", numbers, self._kind)
+        return Diagnostic("edge_of_model" if of_model else "edge_of_search", name, "warning", numbers, kind)
 
 
 def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagnostic:

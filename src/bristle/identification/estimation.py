@@ -20,8 +20,6 @@ from bristle.identification.parameters import Fixed, ParameterSet, PriorKnowledg
 from bristle.identification.problem import Problem
 from bristle.identification.settings import DEFAULT, Settings
 
-__all__ = ["Context", "Estimation", "Estimator", "along_the_motion"]
-
 
 @dataclass(frozen=True)
 class Context:

@@ -41,8 +41,6 @@ from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
 
-__all__ = ["Rung", "agreeing", "alignment_of", "believed"]
-
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 CHANGE = 0.4  # of the change to another cut-off that is put to the error
@@ -65,10 +63,6 @@ class Rung(NamedTuple):
 
     plain: InstrumentFit
     free: InstrumentFit
-
-    def doubted(self, scale: float) -> Rung:
-        """Return the same with errors so many times as large."""
-        return Rung(self.plain.doubted(scale), self.free.doubted(scale))
 
 
 class _Channels(NamedTuple):
@@ -107,7 +101,7 @@ def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Ru
     Parts of a log that share a fault of the model scatter less than it: their errors are too small (Birge's ratio).
     """
     for scale in SCALES:
-        doubted = [rung.doubted(scale) for rung in rungs]
+        doubted = [Rung(rung.plain.doubted(scale), rung.free.doubted(scale)) for rung in rungs]
         run = agreeing(doubted, dt, sought=sought) or agreeing(doubted, dt, sought=sought, filters=False)
         if run:
             return run, scale
@@ -133,7 +127,7 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
     """Return whether a wider cut-off says something else: noise makes the inertia smaller, and looks like a filter."""
 
     def apart(place: int, change: float, spare: float) -> bool:
-        before, after = narrow.std(place), wide.std(place)
+        before, after = (float(fit.covariance[place, place]) ** 0.5 for fit in (narrow, wide))
         joint = math.hypot(max(before**2 - after**2, 0.0) ** 0.5, ALIKE * before)
         return abs(change) > AGREE * joint + spare
 
@@ -165,6 +159,10 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * share * mass
     lag = lag if delay_known or not sought else None
     mass_known = mass_width <= MASS_UNKNOWN * mass
+    # A filter that makes all of a delay may be as good an explanation as none; half a sample is a hold.
+    made, free = abs(delay) - 0.5 * dt, narrower.free
+    as_good = made > dt and abs(free.c - math.copysign(0.5 * made**2, delay)) < AGREE * free.std(-1)
+    may_be_filter = delay_known and lag is None and as_good
     return Alignment(
         delay=delay if delay_known else None,
         delay_half_width=width if delay_known else None,
@@ -174,15 +172,8 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
         mass_half_width=mass_width if mass_known else None,
         slow=chosen.plain.cutoff,
         sought=sought,
-        filter_open=delay_known and lag is None and _may_be_filter(narrower.free, delay, dt),
+        filter_open=may_be_filter,
     )
-
-
-def _may_be_filter(fit: InstrumentFit, delay: float, dt: float) -> bool:
-    """Return whether a filter that makes all of a delay is as good an explanation as none; half a sample is a hold."""
-    lag = abs(delay) - 0.5 * dt
-    bent = math.copysign(0.5 * lag**2, delay)
-    return lag > dt and abs(fit.c - bent) < AGREE * fit.std(-1)
 
 
 def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool) -> _Channels | None:
@@ -201,19 +192,16 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale
     bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS).doubted(scale)
     if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
         return None
-    if not _above_zero(rows.lowered(bent, rung.plain.delay)):
+    # What a filter lowers lies above zero for certain by its signed ranks [4]_: a value that is huge is one vote.
+    lowered = rows.lowered(bent, rung.plain.delay)
+    ranks = 1.0 + np.argsort(np.argsort(np.abs(lowered)))
+    if np.sum(lowered) <= 0.0 or np.sum(np.sign(lowered) * ranks) <= AGREE * np.sum(ranks**2) ** 0.5:
         return None
     again = rows.fit(narrower.plain.cutoff, bent.delay, bent.c, free=(sought, False))
     places = (0, bent.theta.size)[: 1 + sought]
     lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)
     values, changed = ((float(bent.theta[0]), bent.delay), (float(again.theta[0] - bent.theta[0]), again.delay - bent.delay))
     return _Channels(lag, bent.std(-1) / abs(lag), values, [bent.std(place) for place in places], changed)
-
-
-def _above_zero(values: np.ndarray) -> bool:
-    """Return whether values lie above zero for certain, by their signed ranks [4]_: one that is huge is one vote."""
-    ranks = 1.0 + np.argsort(np.argsort(np.abs(values)))
-    return bool(np.sum(values) > 0.0 and np.sum(np.sign(values) * ranks) > AGREE * np.sum(ranks**2) ** 0.5)
 
 
 def _without_filter(rung: Rung, narrower: Rung, *, sought: bool) -> _Channels:

@@ -28,8 +28,6 @@ from bristle.identification.structure import about_alignment, about_held_effort,
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["fit", "fit_of"]
-
 ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
 
 

@@ -18,8 +18,6 @@ from bristle.core.variable import Variable
 from bristle.friction import gms, maxwell_slip
 from bristle.identification.parameter_space import ParameterSpace, Turned
 
-__all__ = ["DIFFERENCE", "ELEMENT_MODELS", "TOTAL", "ElementSpace", "ShapedModel", "in_lists", "shaped"]
-
 ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)

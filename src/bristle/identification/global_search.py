@@ -25,8 +25,6 @@ from bristle.identification.contrast import SINGULAR
 from bristle.identification.parameter_space import Solution, Transform
 from bristle.identification.problem import Residual
 
-__all__ = ["EVOLUTION_SEED", "Refit", "Side", "box_of", "evolved"]
-
 MEMBERS, FEWEST_MEMBERS = 6, 24  # for each coordinate, in all
 GENERATIONS = 60
 ALIKE = 0.02  # spread of the costs over their mean at which the members are one
@@ -150,7 +148,15 @@ class Refit:
         low, high = ((bound - theta)[self.free] * scale for bound in (space.low, space.high))
         scaled = inverse @ target
         if np.any(scaled < low) or np.any(scaled > high):
-            scaled = _bounded(r, target, low, high)
+            floored = np.isfinite(low)
+            if np.any(np.isfinite(high)):
+                scaled = np.clip(bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))[0], low, high)
+            else:
+                # Above a floor only: non-negative least squares, in which what has no floor is a difference.
+                base = np.where(floored, low, 0.0)
+                parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
+                scaled = base + parts[: low.size]
+                scaled[~floored] -= parts[low.size :]
         step = np.zeros_like(theta)
         step[self.free] = scaled / scale
         return step
@@ -171,27 +177,10 @@ class Refit:
             for share in (1.0, SHORTER):
                 trial = np.clip(theta + share * step, space.low, space.high)
                 after = problem.residual(space.values(trial))
-                if _square(after[self.rows]) < _square(residual[self.rows]):
+                before, beside = residual[self.rows], after[self.rows]
+                if float(beside @ beside) < float(before @ before):
                     break
             else:
                 break
             theta, residual = trial, after
         return theta, residual
-
-
-def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the least-squares solution within bounds, of which each is finite on one side at most or on both."""
-    floored = np.isfinite(low)
-    if np.any(np.isfinite(high)):
-        solution, _ = bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))
-        return np.clip(solution, low, high)
-    # Above a floor only: non-negative least squares, in which what has no floor is a difference.
-    base = np.where(floored, low, 0.0)
-    parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
-    solution = base + parts[: low.size]
-    solution[~floored] -= parts[low.size :]
-    return solution
-
-
-def _square(rows: np.ndarray) -> float:
-    return float(rows @ rows)

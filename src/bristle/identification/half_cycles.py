@@ -26,13 +26,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.lazy import cached_property
 from bristle.core.packing import pack
 from bristle.core.values import numbers_of
 from bristle.engine.motion import in_turns
@@ -41,30 +40,6 @@ from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.settings import Settings
 from bristle.logs.turns import half_cycle_numbers, turning_points
-
-__all__ = [
-    "BLOCKS",
-    "SHORT",
-    "TIME",
-    "Disturbance",
-    "Groups",
-    "beside",
-    "blocks_for",
-    "correlation_time",
-    "disturbance_of",
-    "force_with_scatter",
-    "half_cycle_starts",
-    "half_cycles",
-    "independent_rows",
-    "least_way",
-    "neighbour_correlation",
-    "room_for_blocks",
-    "scaled",
-    "scatter_in",
-    "signs",
-    "time_blocks",
-    "within_cycles",
-]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -88,34 +63,27 @@ class Groups:
 
     of_rows: np.ndarray
 
-    @property
-    def count(self) -> int:
-        """Number of groups with rows in them."""
-        return int(self.index[-1]) + 1
+    index: np.ndarray = field(init=False)
+    """Number of the group of each row, counted among those that have any rows."""
+    first: np.ndarray = field(init=False)
+    """The first row of each group."""
+    count: int = field(init=False)
 
-    @cached_property
-    def index(self) -> np.ndarray:
-        """Number of the group of each row, counted among those that have any."""
-        return np.unique(self.of_rows, return_inverse=True)[1]
+    def __post_init__(self) -> None:
+        first, index = np.unique(self.of_rows, return_index=True, return_inverse=True)[1:]
+        self.__dict__.update(index=index, first=first, count=first.size)
 
     def split(self, rows: np.ndarray) -> list[np.ndarray]:
         """Return the rows of each group."""
-        return np.split(rows, self._first[1:])
+        return np.split(rows, self.first[1:])
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Return the sum of a signal over the rows of each group, shape (group, ...)."""
-        return np.add.reduceat(rows, self._first, axis=0)
-
-    @cached_property
-    def _first(self) -> np.ndarray:
-        return np.flatnonzero(np.diff(self.index, prepend=-1))
+        return np.add.reduceat(rows, self.first, axis=0)
 
 
 def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
-    """Return the first sample of each half-cycle of each segment; the first one is 0.
-
-    A half-cycle ends where the direction really changes: not where noise or a step of the encoder turns it.
-    """
+    """Return the first sample, 0 first, of each half-cycle of each segment; noise or a step of the encoder turns none."""
     least = least_way(dataset.resolution, dataset.noise)
     return tuple(
         (0, *turning_points(segment.position, least, turns)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
@@ -196,28 +164,25 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
     of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
     pieces = min(PIECES, rows // (count * 2 * LEAST * max(dataset.reach, 1)))
-    if pieces > 1 and _has_experiments_of_its_own(np.abs(dataset.velocity), part, count):
-        # Each part has one piece of each neighbourhood, in no order that a periodic motion could keep in step with.
-        rng = np.random.default_rng(SEED)
-        owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
-        of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
+    if pieces > 1:
+        speed, moving = np.abs(dataset.velocity), dataset.velocity != 0.0
+        place = np.floor(BINS * np.log10(speed[moving])).astype(int)
+        place -= place.min(initial=0)
+        counts = np.zeros((count, place.max(initial=0) + 1))
+        np.add.at(counts, (part[moving], place), 1.0)
+        alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
+        if np.any(alone > ALONE * np.bincount(part, minlength=count)):
+            # A part has speeds that the others hardly have: so each takes one piece of each neighbourhood, in no order that a
+            # periodic motion could keep in step with.
+            rng = np.random.default_rng(SEED)
+            owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
+            of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
     return of, [part == number for number in range(count)]
 
 
 def beside(part: np.ndarray, reach: int) -> np.ndarray:
     """Return the rows that share no sample with those of a part through filters that reach so far, of bool."""
     return np.convolve(part, np.ones(2 * reach + 1))[reach : reach + part.size] < 0.5
-
-
-def _has_experiments_of_its_own(speed: np.ndarray, part: np.ndarray, count: int) -> bool:
-    """Return whether any of several parts goes at speeds that all others together hardly go at."""
-    moving = speed > 0.0
-    place = np.floor(BINS * np.log10(speed[moving])).astype(int)
-    place -= place.min(initial=0)
-    counts = np.zeros((count, place.max(initial=0) + 1))
-    np.add.at(counts, (part[moving], place), 1.0)
-    alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
-    return bool(np.any(alone > ALONE * np.bincount(part, minlength=count)))
 
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone

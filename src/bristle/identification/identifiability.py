@@ -30,8 +30,6 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Problem
 from bristle.identification.settings import Settings
 
-__all__ = ["Unidentifiable", "as_soft", "unidentifiable"]
-
 BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
 CHUNKS = 40
 STIFFER, PAIRS = 10.0, 8  # times; replicates of such an axis, each with its mirror image
@@ -64,7 +62,10 @@ def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[s
     free = np.ones(len(names), dtype=bool)
     lost: list[Unidentifiable] = []
     doubtful = [name for name in names if name in candidates and solution.values[name] != 0.0]
-    doubtful = _Followed(problem, solution, free, settings).in_doubt(doubtful)
+    followed = _Followed(problem, solution, free, settings)
+    # Where the linear fit makes sure that a parameter is seen, nobody asks.
+    rises = {name: min(followed.linear_rise(name, change) for change in followed.changes) for name in doubtful}
+    doubtful = [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * settings.seen_rise]
     while doubtful:
         around = _Followed(problem, solution, free, settings)
         with Abreast() as pool:
@@ -117,29 +118,30 @@ class _Followed:
     settings: Settings
 
     @property
-    def _changes(self) -> tuple[float, float]:
+    def changes(self) -> tuple[float, float]:
+        """Times by which a parameter is moved."""
         return 1.0 + self.settings.moved, 1.0 - self.settings.moved
-
-    def in_doubt(self, names: Iterable[str]) -> list[str]:
-        """Return the names of parameters of which the linear fit does not make sure that they are seen."""
-        rises = {name: min(self._linear_rise(name, change) for change in self._changes) for name in names}
-        return [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * self.settings.seen_rise]
 
     def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
-        names, starts = self.solution.space.names, [self.moved(name, change) for change in self._changes]
+        names, starts = self.solution.space.names, [self.moved(name, change) for change in self.changes]
         followers, ends = self.free & (np.array(names) != name), []
         for fitted, judged, before in self._trials:
             refit = Refit(self.solution, followers, fitted)
             solved = [refit.solve(self.problem, start) for start in starts]
-            ends.append(([theta for theta, _ in solved], [_square(after[judged]) - before for _, after in solved]))
+            ends.append(([theta for theta, _ in solved], [float(np.sum(after[judged] ** 2)) - before for _, after in solved]))
         (thetas, rises), *held_out = ends
-        instead = set().union(*(self._follows(theta) for theta in thetas)) - {name}
+        then, others, least = self.solution.values, [self.solution.space.values(theta) for theta in thetas], self.settings.follows
+        instead = tuple(
+            part
+            for part in names
+            if part != name and any(abs(now.get(part, then[part]) - then[part]) > least * abs(then[part]) > 0.0 for now in others)
+        )
         return Unidentifiable(
             name,
             rise=float(np.max(np.sum([quarter for _, quarter in held_out], axis=0))) / self._variance,
             flat=max(rises) < self.settings.flat_rise * self._variance,
-            instead=tuple(parameter for parameter in names if parameter in instead),
+            instead=instead,
             percent=100.0 * self.settings.moved,
         )
 
@@ -152,7 +154,11 @@ class _Followed:
         rows = np.ones(count, dtype=bool)
         trials = [(rows, rows), *((quarter != number, quarter == number) for number in range(4))]
         return [
-            (fitted, judged, _square(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged]))
+            (
+                fitted,
+                judged,
+                float(np.sum(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged] ** 2)),
+            )
             for fitted, judged in trials
         ]
 
@@ -161,15 +167,12 @@ class _Followed:
         start = self.problem.residual(self.solution.values)
         return float(start @ start) / max(start.size - len(self.solution.space.names), 1)
 
-    @cached_property
-    def _triangle(self) -> np.ndarray:
-        """The Jacobian in coordinates of its own range: as good for lengths, and much smaller."""
-        return np.asarray(np.linalg.qr(self.solution.jacobian, mode="r"))
-
-    def _linear_rise(self, name: str, change: float) -> float:
+    def linear_rise(self, name: str, change: float) -> float:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
         index = self.solution.space.names.index(name)
-        own, rest = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
+        # The Jacobian in coordinates of its own range is as good for lengths, and much smaller.
+        triangle = np.linalg.qr(self.solution.jacobian, mode="r")
+        own, rest = triangle[:, index], np.delete(triangle, index, axis=1)
         alone = own - rest @ unbounded(rest, own)
         way = self.moved(name, change)[index] - self.solution.theta[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
@@ -189,12 +192,3 @@ class _Followed:
             if abs(step * slope) <= 1e-9 * abs(goal):
                 break
         return theta
-
-    def _follows(self, theta: np.ndarray) -> set[str]:
-        """Return the parameters that are others than those of the solution."""
-        now, then, least = self.solution.space.values(theta), self.solution.values, self.settings.follows
-        return {name for name in self.solution.space.names if name in now and abs(now[name] - then[name]) > least * abs(then[name]) > 0.0}
-
-
-def _square(rows: np.ndarray) -> float:
-    return float(np.sum(rows**2))

@@ -24,8 +24,6 @@ from bristle.identification.parameter_space import ParameterSpace, Solution, Tra
 from bristle.identification.parameters import Scales
 from bristle.identification.problem import Problem
 
-__all__ = ["EVALUATIONS", "Differences", "Report", "Search", "Sliding", "between", "linear", "silent"]
-
 CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60

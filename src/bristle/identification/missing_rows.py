@@ -15,8 +15,6 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.parameters import holds
 
-__all__ = ["FEWEST_ROWS", "SMALLEST", "Rows", "Weighed"]
-
 PARTS = 10  # of the half-cycles, each told by the others
 FEWEST_CYCLES, FEWEST_ROWS = 5, 200
 BANDS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # periods of the cut-off from a reversal
@@ -116,20 +114,11 @@ class Rows:
         """The direction of motion, 1 or -1."""
         return np.where(self.velocity < 0.0, -1.0, 1.0)
 
-    @cached_property
-    def first(self) -> np.ndarray:
-        """The first row of each half-cycle."""
-        return np.flatnonzero(np.diff(self.cycles.index, prepend=-1))
-
-    @cached_property
-    def last(self) -> np.ndarray:
-        """The last row of each half-cycle."""
-        return np.append(self.first[1:], self.residual.size) - 1
-
     def from_ends(self, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far each row is from the first and from the last one of its half-cycle, along a signal."""
-        cycle = self.cycles.index
-        return np.abs(along - along[self.first][cycle]), np.abs(along[self.last][cycle] - along)
+        cycle, first = self.cycles.index, self.cycles.first
+        last = np.append(first[1:], self.residual.size) - 1
+        return np.abs(along - along[first][cycle]), np.abs(along[last][cycle] - along)
 
     @cached_property
     def explained(self) -> np.ndarray:
@@ -173,7 +162,21 @@ class Weighed:
         weight /= float(np.sqrt(np.mean(weight**2)))
         part = np.arange(residual.size) * 2 * PARTS // residual.size
         part = (cycle if rows.cycles.count >= 2 * PARTS else part) % PARTS
-        return cls(rows, weight, _lost(rows, weight), part)
+        slope, residual, cycles = rows.slope * weight, residual * weight, rows.cycles
+        power = _floored(cycles.summed(slope * slope))
+        lost = np.zeros(cycles.count)
+        if power.max() > SMALLEST:
+            # What is lost makes the rows of a half-cycle as good as independent.
+            level = cycles.summed(slope * residual) / power
+            within = residual - level[cycles.index] * slope
+            error = float(within @ within) / max(independent_rows(within), 1.0) / power
+            square = float(np.mean(level**2))
+            for _ in range(ROUNDS):
+                share = 1.0 / (square + error)
+                square = float(np.sum(share * level**2) / np.sum(share))
+            square = max(square - float(np.median(error)), 0.0)
+            lost = 1.0 - np.sqrt(error / np.maximum(error + square, SMALLEST))
+        return cls(rows, weight, lost, part)
 
     def of_columns(self, columns: np.ndarray) -> np.ndarray:
         """Return columns or a signal, shape (row, ...), weighed."""
@@ -227,20 +230,3 @@ class Weighed:
 
 def _floored(power: np.ndarray) -> np.ndarray:
     return np.maximum(power, max(SEEN * float(power.max()), SMALLEST))
-
-
-def _lost(rows: Rows, weight: np.ndarray) -> np.ndarray:
-    """Return the share of its level that each half-cycle loses, so that its rows are as good as independent."""
-    slope, residual, cycles = rows.slope * weight, rows.residual * weight, rows.cycles
-    power = _floored(cycles.summed(slope * slope))
-    if power.max() <= SMALLEST:
-        return np.zeros(cycles.count)
-    level = cycles.summed(slope * residual) / power
-    within = residual - level[cycles.index] * slope
-    error = float(within @ within) / max(independent_rows(within), 1.0) / power
-    square = float(np.mean(level**2))
-    for _ in range(ROUNDS):
-        share = 1.0 / (square + error)
-        square = float(np.sum(share * level**2) / np.sum(share))
-    square = max(square - float(np.median(error)), 0.0)
-    return 1.0 - np.sqrt(error / np.maximum(error + square, SMALLEST))

@@ -38,8 +38,6 @@ from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["OutputError", "SignalReplicates", "Simulation", "loop_of"]
-
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
 FIRST_EVALUATIONS, LAST_EVALUATIONS = 40, 12
@@ -66,7 +64,10 @@ class OutputError:
     def of(cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *, fine: bool = False) -> Self:
         """Return the problem of several logs: simulated quickly, or as finely as the end of a search asks for."""
         if any(axis.seeks_lag for axis in axes):
-            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
+            time, parameters = logs[0].sample_time, inverse.parameters
+            description = "lag of the drive behind its controller"
+            lag = Variable("time", description, min=0.0, max=LAG_MOST * time, nominal=time, excitation="drive")
+            inverse = replace(inverse, parameters=replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag}))
         pairs = zip(logs, axes, strict=True)
         return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log)))
 
@@ -75,15 +76,8 @@ class OutputError:
         """What is simulated."""
         return type(self.outputs[0])
 
-    @property
-    def is_effort(self) -> bool:
-        """Whether the signal is an effort."""
-        return self.loop.is_effort
-
-    @property
-    def intervals_code(self) -> str:
-        """Code of the diagnostic of the intervals."""
-        return self.loop.intervals_code
+    is_effort = property(lambda self: self.loop.is_effort)
+    intervals_code = property(lambda self: self.loop.intervals_code)
 
     @property
     def rough(self) -> Self:
@@ -202,13 +196,6 @@ class OutputError:
         return self.folds(blocks)
 
 
-def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
-    lag = Variable(
-        "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time, excitation="drive"
-    )
-    return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
-
-
 def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     """Return which loop is simulated: as the axis says, else as it can be; axes that disagree are refused."""
     requested = {axis.loop for axis in axes if axis is not None} or {None}
@@ -313,16 +300,13 @@ class Simulation:
     def __call__(self, context: Context, component: FrictionModel, report: Report) -> Estimation:
         """Return the estimation of one model; where its start is interrupted, that of the start."""
         problem = context.problem(component)
-        start = self._start(context, problem, between(report, 0.0, START))
+        if problem.parameters.is_linear:
+            start = linear(problem)
+        else:
+            start = context.search(problem, simulates=True).solve(between(report, 0.0, START))
         if start.unfinished:
             return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
         return self.estimate(context, problem, start, between(report, START, 1.0))
-
-    @staticmethod
-    def _start(context: Context, problem: InverseDynamics, report: Report) -> Solution:
-        if problem.parameters.is_linear:
-            return linear(problem)
-        return context.search(problem, simulates=True).solve(report)
 
     def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
         """Return the estimation of a model of which inverse dynamics has the solution `start`."""
@@ -359,22 +343,18 @@ class Simulation:
         rng = np.random.default_rng(SEED)
         best.take(search.refit(first, limit=FIRST_EVALUATIONS, best=best))
         if everywhere:
-            theta = self._explored(search, best, between(report, 0.0, before))
+            # In the whole range of each parameter a rough simulation looks.
+            assert isinstance(search.problem, OutputError)
+            rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
+            try:
+                theta = rough.explored(best.result.theta, roughly, between(report, 0.0, before))
+            except KeyboardInterrupt:
+                if roughly.at is not None:
+                    best.see(roughly.at, search.cost_at(roughly.at))
+                raise
             best.take(search.descend(theta, limit=FIRST_EVALUATIONS, best=best))
         for number in range(FURTHER_STARTS):
             report_start(number + 1.0)
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
             best.take(search.refit(away, limit=self.loop.away_evaluations, best=best))
         report_start(FURTHER_STARTS + 1.0)
-
-    @staticmethod
-    def _explored(search: Search, best: BestSoFar, report: Report) -> np.ndarray:
-        """Return the best place in the whole range of each parameter, as a rough simulation finds it."""
-        assert isinstance(search.problem, OutputError)
-        rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
-        try:
-            return rough.explored(best.result.theta, roughly, report)
-        except KeyboardInterrupt:
-            if roughly.at is not None:
-                best.see(roughly.at, search.cost_at(roughly.at))
-            raise

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -21,8 +21,6 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.friction.slots import by_direction
 from bristle.identification.parameters import ParameterSet, Scales
-
-__all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace", "Turned"]
 
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")
@@ -117,16 +115,15 @@ class Transform(NamedTuple):
 
     def value(self, theta: float, values: Mapping[str, float]) -> float:
         """Return the parameter [SI] at this coordinate, given those computed before it."""
-        value = math.exp(theta) if self.form == "log" else self._unit(values) * theta
+        unit = self.scale if self.ceiling is None else self.ceiling.largest_value(values)
+        value = math.exp(theta) if self.form == "log" else unit * theta
         # Rounding must not lead out of what the model allows.
-        return min(max(value + self._base(values), self.least), self.most)
+        return min(max(value + (values[self.above] if self.above else 0.0), self.least), self.most)
 
     def theta(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, put inside its range."""
-        if self.form == "log":
-            inside = math.log(max(value, 1e-300))
-        else:
-            inside = (value - self._base(values)) / self._unit(values)
+        unit, base = self.scale if self.ceiling is None else self.ceiling.largest_value(values), values[self.above] if self.above else 0.0
+        inside = math.log(max(value, 1e-300)) if self.form == "log" else (value - base) / unit
         return min(max(inside, self.low), self.high)
 
     def derivative(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -134,15 +131,9 @@ class Transform(NamedTuple):
         value = values[self.name]
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
-            return {self.name: self._unit(values), below: value / values[below], factor: -value / values[factor]}
+            return {self.name: self.ceiling.largest_value(values), below: value / values[below], factor: -value / values[factor]}
         own = {self.name: value if self.form == "log" else self.scale}
         return own | ({self.above: 1.0} if self.above else {})
-
-    def _base(self, values: Mapping[str, float]) -> float:
-        return values[self.above] if self.above else 0.0
-
-    def _unit(self, values: Mapping[str, float]) -> float:
-        return self.scale if self.ceiling is None else self.ceiling.largest_value(values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,12 +146,31 @@ class TransformedSpace(ParameterSpace):
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
         """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
-        floors = _floors(parameters)
+        component = parameters.component
+        floors: dict[str, Floor] = {}
+        for relation in component.relations:
+            match = ABOVE.fullmatch(relation.condition)
+            if match is None:
+                continue
+            uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
+            for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
+                free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
+                if free and not _hangs_on(lower, upper, _bases(floors, {})):
+                    floors[upper] = Floor(lower, match[2] == ">")
         ceilings = _ceilings(parameters, floors)
-        transforms = tuple(
-            _transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name))
-            for name in _in_turn(parameters.free, _bases(floors, ceilings))
-        )
+        bases, placed = _bases(floors, ceilings), list[str]()
+
+        def place(name: str) -> None:
+            # Each after those that it is computed from.
+            for base in bases.get(name, ()):
+                if base in parameters.free:
+                    place(base)
+            if name not in placed:
+                placed.append(name)
+
+        for name in parameters.free:
+            place(name)
+        transforms = [_transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name)) for name in placed]
         return cls(
             tuple(transform.name for transform in transforms),
             np.array([transform.low for transform in transforms]),
@@ -168,12 +178,12 @@ class TransformedSpace(ParameterSpace):
             linear=False,
             logarithmic=frozenset(transform.name for transform in transforms if transform.form == "log"),
             parameters=parameters,
-            transforms=transforms,
+            transforms=tuple(transforms),
         )
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Return the free parameters [SI]."""
-        values = self.parameters.complete({})
+        values = {**self.parameters.held}
         for transform, coordinate in zip(self.transforms, theta.tolist(), strict=True):
             values[transform.name] = transform.value(coordinate, values)
         return {name: values[name] for name in self.names}
@@ -234,23 +244,17 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
         return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.name)
     if variable.min > 0.0 and variable.quantity != "mass":
-        low, high = _sought(name, variable, scales)
+        low, high = scales.range(variable)
+        low, high = max(low, variable.min), min(high, variable.max)
+        if not low < high:
+            raise InputError(
+                f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI",
+                path=name,
+                allowed=f"{variable.min:g} to {variable.max:g}",
+                mend="Mend the units of the time and the position",
+            )
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
     return Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed)
-
-
-def _sought(name: str, variable: Variable, scales: Scales) -> tuple[float, float]:
-    """Return between which values a positive parameter is sought [SI]."""
-    low, high = scales.range(variable)
-    least, most = max(low, variable.min), min(high, variable.max)
-    if not least < most:
-        raise InputError(
-            f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI",
-            path=name,
-            allowed=f"{variable.min:g} to {variable.max:g}",
-            mend="Mend the units of the time and the position",
-        )
-    return least, most
 
 
 class Floor(NamedTuple):
@@ -258,22 +262,6 @@ class Floor(NamedTuple):
 
     name: str
     strict: bool
-
-
-def _floors(parameters: ParameterSet) -> dict[str, Floor]:
-    """Return the floor of each free parameter that a relation keeps above another one."""
-    component = parameters.component
-    floors: dict[str, Floor] = {}
-    for relation in component.relations:
-        match = ABOVE.fullmatch(relation.condition)
-        if match is None:
-            continue
-        uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
-        for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
-            free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
-            if free and not _hangs_on(lower, upper, _bases(floors, {})):
-                floors[upper] = Floor(lower, match[2] == ">")
-    return floors
 
 
 Bases = Mapping[str, tuple[str, ...]]
@@ -310,19 +298,3 @@ def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor]) -> dict[str
         if not any(_hangs_on(name, match[2], _bases(floors, ceilings)) for name in names):
             ceilings[match[2]] = ceiling
     return ceilings
-
-
-def _in_turn(names: Sequence[str], bases: Bases) -> list[str]:
-    """Return names in their order, but each after those that it is computed from."""
-    placed: list[str] = []
-
-    def place(name: str) -> None:
-        for base in bases.get(name, ()):
-            if base in names:
-                place(base)
-        if name not in placed:
-            placed.append(name)
-
-    for name in names:
-        place(name)
-    return placed

@@ -21,8 +21,6 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.settings import DEFAULT, Settings
 
-__all__ = ["Covariance", "Fold", "Jackknife", "Problem", "Replicates", "Residual", "covariance_of", "is_white"]
-
 
 class Residual(Protocol):
     """What is left over of a signal."""
@@ -175,37 +173,28 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     variance = float(residual @ residual) / max(residual.size - len(names), 1)
     plain = variance * inverse
     pulls = columns.T @ np.column_stack([*errors, np.zeros_like(residual)])
-    robust = inverse @ (_scatter(columns * residual[:, None], len(names)) + pulls @ pulls.T) @ inverse
+    # The scatter of the scores, summed over blocks of consecutive rows.
+    rows, count = residual.size, min(CLUSTERS, residual.size)
+    starts = np.linspace(0, rows, count, endpoint=False).astype(int)
+    sums = np.add.reduceat(columns * residual[:, None], starts, axis=0)
+    # Makes up for the freedom that the fit took from the residuals.
+    factor = count / max(count - 1, 1) * (rows - 1) / max(rows - len(names), 1)
+    robust = inverse @ (factor * (sums.T @ sums) + pulls @ pulls.T) @ inverse
     # Columns that take part in a direction that the rows do not see, and those that no row sees.
     blind = np.any(np.abs(directions[~regular]) > 1e-3, axis=0)
     derivative = solution.derivative[:, inner]
     back, without_effect = derivative[:, sensitive] / scale[sensitive], derivative[:, ~sensitive]
     covariance = back @ plain @ back.T
     lost = (back[:, blind] != 0.0).any(axis=1) | (without_effect != 0.0).any(axis=1)
-    std = np.where(lost, np.inf, _root(np.diag(covariance)))
-    robust_std = np.where(lost, np.inf, _root(np.diag(back @ robust @ back.T)))
+    # No standard error is known where rounding left less than nothing of a variance.
+    variances = np.stack([np.diag(covariance), np.diag(back @ robust @ back.T)])
+    std, robust_std = np.where(lost, np.inf, np.sqrt(np.where(variances < 0.0, np.inf, variances)))
     std[~inner], robust_std[~inner] = np.nan, np.nan
     usable = np.isfinite(std) & (std > 0.0)
     correlation = np.full((len(names), len(names)), np.nan)
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
     condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
     return Covariance(std, robust_std, correlation, condition)
-
-
-def _root(variance: np.ndarray) -> np.ndarray:
-    """Return the standard error of each variance; none is known where rounding left less than nothing of it."""
-    return np.sqrt(np.where(variance < 0.0, np.inf, variance))
-
-
-def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
-    """Return the scatter of the scores summed over blocks of consecutive rows, shape (column, column)."""
-    rows = scores.shape[0]
-    count = min(CLUSTERS, rows)
-    starts = np.linspace(0, rows, count, endpoint=False).astype(int)
-    sums = np.add.reduceat(scores, starts, axis=0)
-    # Makes up for the freedom that the fit took from the residuals.
-    factor = count / max(count - 1, 1) * (rows - 1) / max(rows - fitted, 1)
-    return factor * (sums.T @ sums)
 
 
 @dataclass(frozen=True)

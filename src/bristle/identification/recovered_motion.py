@@ -21,8 +21,6 @@ import numpy as np
 from bristle.identification.dataset import Dataset, Segment
 from bristle.logs.filters import derivative, low_passed
 
-__all__ = ["FINER", "Recovered", "between_samples", "noise_density", "recovered"]
-
 FINER = 5  # steps of a sample
 ABOVE = 4.0  # standard deviations of the noise
 FLOOR = 0.4  # of the sampling frequency, from which on nothing is filtered, and the noise is read
@@ -49,6 +47,8 @@ def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
 
 def recovered(segment: Segment, dataset: Dataset) -> Recovered:
     """Return a segment along the motion before the filter, as far as its noise lets it be seen."""
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
     dt, origin, cutoff = dataset.sample_time, segment.position[0], dataset.cutoff
     raw, smooth = segment.recorded - origin, segment.position - origin
     density = noise_density(raw, dataset.resolution, dt)
@@ -57,7 +57,9 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
         wide = 2.0 * cutoff
         above = raw if wide >= FLOOR / dt else low_passed(raw, wide, dt)
         noise = (density * (min(wide, 0.5 / dt) - cutoff)) ** 0.5
-        share = _prominent(np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1))
+        # 1 within the reach of what stands out, less beside it.
+        stands_out, reach = np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1)
+        share = uniform_filter1d(maximum_filter1d(stands_out.astype(float), 4 * reach + 1), 2 * reach + 1)
         position = position + share * (above - below)
         visible = share if not visible.size else visible
         cutoff, below = wide, above
@@ -68,13 +70,6 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
         segment, position=position + origin, velocity=np.where(at_rest, segment.velocity, velocity), acceleration=derivative(velocity, dt)
     )
     return Recovered(moved, visible)
-
-
-def _prominent(stands_out: np.ndarray, reach: int) -> np.ndarray:
-    """Return 1 where something stands out within so many samples, and less beside it, shape (sample,)."""
-    from scipy.ndimage import maximum_filter1d, uniform_filter1d
-
-    return uniform_filter1d(maximum_filter1d(stands_out.astype(float), 4 * reach + 1), 2 * reach + 1)
 
 
 def between_samples(segment: Segment, dt: float, finer: int = FINER) -> Segment:

@@ -23,8 +23,6 @@ from bristle.logs.log import Log
 from bristle.plants import PLANTS, with_terms
 from bristle.plants.terms import TURNS
 
-__all__ = ["CUTOFF", "METHODS", "asks_for_all", "freed", "models_of", "prior_knowledge_of", "settings_of", "treatment_of", "with_method"]
-
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
 CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
@@ -35,16 +33,27 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     """Return the friction models that are asked for."""
     requested = _separated(model)
     components: dict[str, FrictionModel] = {}
-    for component in (_component_of(item) for item in requested if not _is_all(item)):
+    for item in requested:
+        if _is_all(item):
+            continue
+        component = _component_of(item)
         if component.name in components:
             raise InputError(
                 "is asked for twice", path="model", value=component.name, mend="Write it once; give a model of your own a name of its own"
             )
-        _refuse_arrays(component)
+        for names, kind in _not_identified(component):
+            raise InputError(
+                f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
+                path="model",
+                value=component.name,
+                mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
+            )
         components[component.name] = component
     for name in filter(_is_all, requested):
-        for component in _all_models(name):
-            components.setdefault(component.name, component)
+        for base in MODELS:
+            component = find(f"{base}{name.removeprefix(ALL)}", path="model")
+            if not _not_identified(component):
+                components.setdefault(component.name, component)
     if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
     return tuple(components.values())
@@ -65,13 +74,6 @@ def _separated(model: Any) -> list[Any]:
 
 def _is_all(item: Any) -> bool:
     return isinstance(item, str) and item.split("+")[0] == ALL
-
-
-def _all_models(name: str) -> list[FrictionModel]:
-    """Return each model that can be identified, with the slots behind ``"all"``."""
-    slots = name.removeprefix(ALL)
-    components = [find(f"{base}{slots}", path="model") for base in MODELS]
-    return [component for component in components if not _not_identified(component)]
 
 
 def _component_of(item: Any) -> SlottedModel:
@@ -105,16 +107,6 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     choices = [name for name, variable in component.variables.items() if variable.choices and name not in component.defaults]
     kinds = ((arrays, "lists of numbers"), (choices, "choices of names"))
     return [(names, kind) for names, kind in kinds if names]
-
-
-def _refuse_arrays(component: FrictionModel) -> None:
-    for names, kind in _not_identified(component):
-        raise InputError(
-            f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
-            path="model",
-            value=component.name,
-            mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
-        )
 
 
 def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
@@ -156,7 +148,12 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     value = number_or_text(mass if mass is not None else axis.mass, MASS, kind, "mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
         raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to have it identified")
-    plant = with_terms(PLANTS[axis.plant], gravity=axis.gravity, cogging=_harmonics(axis), columns=_columns(axis))
+    plant = with_terms(
+        PLANTS[axis.plant],
+        gravity=axis.gravity,
+        cogging={cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics},
+        columns=tuple(column.name for column in axis.regressors),
+    )
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
     by_quantity = {name: value for name, value in by_quantity.items() if value is not None}
     roles = {name: variable.quantity for name, variable in plant.variables.items()}
@@ -171,14 +168,6 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     return PriorKnowledge(force, values, plant, axis.pitch)
 
 
-def _harmonics(axis: Axis) -> dict[str, tuple[int, ...]]:
-    return {cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics}
-
-
-def _columns(axis: Axis) -> tuple[str, ...]:
-    return tuple(column.name for column in axis.regressors)
-
-
 def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:
     """Return a number in SI from a number or text with a unit; None stays None."""
     return None if value is None else quantity(value, variable, kind, path=path)
@@ -186,5 +175,4 @@ def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> flo
 
 def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
     """Return the cut-off [Hz] and the decimation that are asked for, None where none is."""
-    rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
-    return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows
+    return number_or_text(cutoff, CUTOFF, kind, "cutoff"), optional(whole(1, 10_000))(decimation, "decimation", kind)

@@ -9,7 +9,7 @@ one, and is none there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -29,8 +29,6 @@ from bristle.identification.least_squares import Sliding, linear
 from bristle.identification.parameters import PriorKnowledge, parameters_of, scales_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.plants.terms import TURNS, TermedPlant, with_terms
-
-__all__ = ["FEWEST_TURNS", "context_of", "harmonics_in", "sliding_problem", "told_by", "with_harmonics", "with_pitch"]
 
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
@@ -96,18 +94,15 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
         )
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
-    best = turns[int(np.argmax([_explained(x, residual, count / stroke) for count in turns.tolist()]))]
-    near = np.linspace(best - step, best + step, REFINED)
-    best = near[int(np.argmax([_explained(x, residual, count / stroke) for count in near.tolist()]))]
-    return stroke / float(best)
 
+    def explained(count: float) -> float:
+        phase = 2.0 * np.pi * (count / stroke) * x
+        waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
+        gram, right = waves.T @ waves, waves.T @ residual
+        return float(right @ unbounded(gram, right))
 
-def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:
-    """Return the sum of squares that a wave of this frequency [1/m or 1/rad] takes from a residual."""
-    phase = 2.0 * np.pi * frequency * x
-    waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
-    gram, right = waves.T @ waves, waves.T @ residual
-    return float(right @ unbounded(gram, right))
+    best = max(turns.tolist(), key=explained)
+    return stroke / max(np.linspace(best - step, best + step, REFINED).tolist(), key=explained)
 
 
 def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -> PriorKnowledge:
@@ -115,19 +110,15 @@ def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -
     for place, cogging in enumerate(axis.cogging if axis is not None else ()):
         if cogging.harmonics is None:
             problem = sliding_problem(dataset, prior)
-            prior = _with(prior, cogging, harmonics_in(problem, cogging, f"cogging[{place}].harmonics"))
+            plant, gravity, columns, orders = prior.plant, False, (), dict[str, list[int]]()
+            if isinstance(plant, TermedPlant):
+                gravity, columns = plant.gravity, plant.columns
+                orders = {turner: [n for counted, n in plant.orders if counted == turner] for turner in TURNS}
+                plant = plant.inner
+            orders[cogging.turner] = list(harmonics_in(problem, cogging, f"cogging[{place}].harmonics"))
+            plant = with_terms(plant, gravity=gravity, cogging=orders, columns=columns)
+            prior = replace(prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn})
     return prior
-
-
-def _with(prior: PriorKnowledge, cogging: Cogging, harmonics: Sequence[int]) -> PriorKnowledge:
-    plant, gravity, columns, orders = prior.plant, False, (), dict[str, list[int]]()
-    if isinstance(plant, TermedPlant):
-        gravity, columns = plant.gravity, plant.columns
-        orders = {turner: [n for counted, n in plant.orders if counted == turner] for turner in TURNS}
-        plant = plant.inner
-    orders[cogging.turner] = list(harmonics)
-    plant = with_terms(plant, gravity=gravity, cogging=orders, columns=columns)
-    return replace(prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn})
 
 
 def told_by(plant: Plant, axis: Axis) -> Axis:
@@ -149,7 +140,12 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
             value="identify",
             mend="Write which ones, such as harmonics = [6, 12], or record more turns",
         )
-    basis = np.linalg.qr(_scaled(np.column_stack([problem.columns, _along(dataset)])))[0]
+    x = dataset.position
+    place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
+    powers = np.hstack([place, place**2])
+    columns = np.column_stack([problem.columns, np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])])
+    size = np.linalg.norm(columns, axis=0)
+    basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
     residual = _without(dataset.effort[:, None], basis)[:, 0]
     first, orders = max(int(np.ceil(FEWEST_WAVES / turns)), 1), list[int]()
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
@@ -157,7 +153,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     waves = {order: _without(pair, basis) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
     least = SHARE * float(residual @ residual)
     while len(orders) < MOST:
-        energies = {order: _energy_in(pair, residual) for order, pair in waves.items()}
+        # The sum of squares that each pair of waves takes from the residual.
+        energies = dict[float, float]()
+        for order, pair in waves.items():
+            gram, right = pair.T @ pair, pair.T @ residual
+            energies[order] = float(right @ unbounded(gram, right, rcond=1e-9))
         of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
         chance = float(np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE))
         best = max(of_turns, key=lambda order: of_turns[order], default=0)
@@ -177,14 +177,6 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     return sorted(orders)
 
 
-def _along(dataset: Dataset) -> np.ndarray:
-    """Return what changes along the whole axis, alike in both directions and not, as a cable or a guide does."""
-    x = dataset.position
-    place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
-    powers = np.hstack([place, place**2])
-    return np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])
-
-
 def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
     """Return cosine and sine over the turn in each row, behind the filters, shape (row, 2)."""
     turns = [segment.position * (order / turn) for segment in dataset.segments]
@@ -198,16 +190,5 @@ def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
     return np.stack(waves, axis=1)
 
 
-def _scaled(columns: np.ndarray) -> np.ndarray:
-    size = np.linalg.norm(columns, axis=0)
-    return columns[:, size > 0.0] / size[size > 0.0]
-
-
 def _without(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return columns - basis @ (basis.T @ columns)
-
-
-def _energy_in(pair: np.ndarray, residual: np.ndarray) -> float:
-    """Return the sum of squares that a pair of waves takes from a residual."""
-    gram, right = pair.T @ pair, pair.T @ residual
-    return float(right @ unbounded(gram, right, rcond=1e-9))

@@ -12,15 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.lazy import cached_property
-from bristle.core.least_squares import unbounded
+from bristle.core.least_squares import left_out, normal
 from bristle.identification.dataset import Segment
 from bristle.identification.preprocessing import segment_of, smallest_step
 from bristle.logs.filters import between, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
-
-__all__ = ["InstrumentFit", "WideRows", "wide_rows"]
 
 WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
 WIDEST = 250.0  # Hz
@@ -51,11 +48,8 @@ class _Stretch:
     position: np.ndarray
     columns: np.ndarray
     weight: np.ndarray
-    segment: Segment
 
-    @cached_property
-    def effort_at(self) -> Callable[[np.ndarray], np.ndarray]:
-        return between(self.segment.time, self.segment.effort)
+    effort_at: Callable[[np.ndarray], np.ndarray]
 
     def effort(self, delay: float) -> np.ndarray:
         return self.effort_at(self.time + delay)
@@ -142,15 +136,24 @@ class WideRows:
     def fit(self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS) -> InstrumentFit:
         """Return what the equations say at one cut-off, after so many steps; `free` are delay and filter."""
         rows, target = self._weighed(cutoff, delay, c)
-        theta = _solved(rows @ rows.T, rows @ target)
+        theta = normal(rows @ rows.T, rows @ target, rcond=SINGULAR)
         for step in range(steps):
             equations = np.vstack([rows, *self._slopes(cutoff, c, theta, free)])
-            full = _solved(equations @ equations.T, equations @ target)
+            full = normal(equations @ equations.T, equations @ target, rcond=SINGULAR)
             theta = full[: rows.shape[0]]
             moved, bent = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
             converged = abs(moved) < CLOSE * self.dt and abs(bent) < CLOSE_FILTER
             if converged or step == steps - 1:
-                bias, covariance = self._bias(cutoff, theta, equations), _jackknife(equations, target)
+                # By how much white noise of the position makes the inertia too small.
+                first = np.zeros(equations.shape[0])
+                first[0] = 1.0
+                weight = np.concatenate([s.weight for s in self.stretches])
+                noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * equations.shape[1] * float(np.mean(weight**2))
+                bias = abs(noise * float(theta[0]) * float(normal(equations @ equations.T, first, rcond=SINGULAR)[0]))
+                # The covariance by leaving out one block after the other.
+                parts = np.array([solution for *_, solution in left_out(equations, target, BLOCKS, rcond=SINGULAR)])
+                changes = parts - np.mean(parts, axis=0)
+                covariance = (BLOCKS - 1) / BLOCKS * changes.T @ changes
                 return InstrumentFit(cutoff, theta, delay + moved, c + bent, covariance, bias, converged)
             delay += float(np.clip(moved, -2.0 * self.dt, 2.0 * self.dt))
             c = float(np.clip(c + np.clip(bent, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
@@ -176,19 +179,21 @@ class WideRows:
 
     def _slopes(self, cutoff: float, c: float, theta: np.ndarray, free: tuple[bool, bool]) -> list[np.ndarray]:
         """Return the columns of a little more delay and a little more of a filter, those of them that are free."""
-        rows = self._filtered(c)
-        late = [-derivative(self._explained(theta, x, cutoff), self.step) for x in rows]
-        bent = [derivative(derivative(theta @ x, self.step), self.step) for x in rows]
-        parts = [late, bent]
-        return [self.behind(cutoff, part) for part, is_free in zip(parts, free, strict=True) if is_free]
-
-    def _explained(self, theta: np.ndarray, columns: np.ndarray, cutoff: float) -> np.ndarray:
-        """Return the effort without what noise makes of the acceleration, which a weight would carry into all rows."""
+        slopes, late, bent = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
         calm, without = max(CALM * cutoff, CALMEST), theta.copy()
-        if calm >= self.width:
-            return theta @ columns
         without[0] = 0.0
-        return without @ columns + theta[0] * low_passed(columns[0], calm, self.step)
+        for x in self._filtered(c):
+            explained = theta @ x
+            bent.append(derivative(derivative(explained, self.step), self.step))
+            if calm < self.width:
+                # Without what noise makes of the acceleration, which a weight would carry into all rows.
+                explained = without @ x + theta[0] * low_passed(x[0], calm, self.step)
+            late.append(-derivative(explained, self.step))
+        if free[0]:
+            slopes.append(self.behind(cutoff, late))
+        if free[1]:
+            slopes.append(self.behind(cutoff, bent))
+        return slopes
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
         """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).
@@ -200,15 +205,11 @@ class WideRows:
         lag = (2.0 * abs(bent.c)) ** 0.5
         columns = [s.columns if bent.c > 0.0 else through_filter(s.columns, lag, self.step) for s in self.stretches]
         without = self.behind(bent.cutoff, columns)
-        return _left_out(without, plain) - _left_out(rows, target)
-
-    def _bias(self, cutoff: float, theta: np.ndarray, rows: np.ndarray) -> float:
-        """Return by how much white noise of the position makes the inertia too small."""
-        first = np.zeros(rows.shape[0])
-        first[0] = 1.0
-        weight = np.concatenate([s.weight for s in self.stretches])
-        noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * rows.shape[1] * float(np.mean(weight**2))
-        return abs(noise * float(theta[0]) * float(_solved(rows @ rows.T, first)[0]))
+        squares = [
+            np.array([float(np.sum((effort - theta @ part) ** 2)) for part, effort, theta in left_out(*pair, BLOCKS, rcond=SINGULAR)])
+            for pair in ((without, plain), (rows, target))
+        ]
+        return squares[0] - squares[1]
 
     def find_waves(self, delay: float) -> None:
         """Add waves over the position that the residual shows: cogging, the pitch of a screw."""
@@ -231,28 +232,6 @@ class WideRows:
             self.passed = None
 
 
-def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    return unbounded(gram / np.outer(scale, scale), right / scale, rcond=SINGULAR) / scale
-
-
-def _left_out(rows: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the squared residual of each block by a solution for the others, shape (block,)."""
-    gram, right = rows @ rows.T, rows @ target
-    blocks = zip(np.array_split(rows, BLOCKS, 1), np.array_split(target, BLOCKS), strict=True)
-    solved = ((part, effort, _solved(gram - part @ part.T, right - part @ effort)) for part, effort in blocks)
-    return np.array([float(np.sum((effort - theta @ part) ** 2)) for part, effort, theta in solved])
-
-
-def _jackknife(rows: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the covariance of the solution by leaving out one block after the other."""
-    gram, right = rows @ rows.T, rows @ target
-    blocks = zip(np.array_split(rows, BLOCKS, 1), np.array_split(target, BLOCKS), strict=True)
-    parts = [_solved(gram - part @ part.T, right - part @ effort) for part, effort in blocks]
-    changes = np.array(parts) - np.mean(parts, axis=0)
-    return (BLOCKS - 1) / BLOCKS * changes.T @ changes
-
-
 def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | None:
     """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short."""
     dt = float(logs[0].sample_time)
@@ -265,20 +244,15 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
         little = 2.0 * np.pi * noise * (2.0 / 3.0 * dt * width**3) ** 0.5 < SPEED_NOISE * top
         if little or width <= min(widths):
             stride = max(int(FINE / (width * dt)), 1)
-            pairs = zip(parts, speeds, strict=True)
-            rows = WideRows(
-                [_stretch(*pair, width, dt, stride, top, _waves_of(axes[0])) for pair in pairs if top > 0.0], width, stride * dt, dt, noise
-            )
+            pairs, known = zip(parts, speeds, strict=True), list[float]()
+            if axes[0] is not None:
+                # The waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging.
+                known = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
+                known = [1.0] * axes[0].gravity + known
+            stretches = [_stretch(*pair, width, dt, stride, top, known) for pair in pairs if top > 0.0]
+            rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
-
-
-def _waves_of(axis: Axis | None) -> list[float]:
-    """Return the waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging."""
-    if axis is None:
-        return []
-    turning = [2.0 * np.pi * n / cogging.turn for cogging in axis.cogging for n in cogging.harmonics or ()]
-    return [1.0] * axis.gravity + turning
 
 
 def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) -> tuple[list[Segment], list[float]]:
@@ -319,4 +293,4 @@ def _stretch(
     weight = uniform_filter1d(moving, max(guard, 3)) * moving * rise**2 * (3.0 - 2.0 * rise)
     edge = int(EDGE / (stride * dt))
     weight[:edge], weight[-edge:] = 0.0, 0.0
-    return _Stretch(segment.time[::stride], smooth[0] + segment.position[0], rows, weight, segment)
+    return _Stretch(segment.time[::stride], smooth[0] + segment.position[0], rows, weight, between(segment.time, segment.effort))

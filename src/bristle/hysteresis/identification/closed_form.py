@@ -20,8 +20,6 @@ from bristle.hysteresis.everett import KERNELS
 from bristle.hysteresis.identification.trace import Rows, outputs_of
 from bristle.logs.curves import Curves
 
-__all__ = ["ClosedFormFit", "fit_closed_form"]
-
 EVALUATIONS = 60
 CURVES_MOST = 25
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input

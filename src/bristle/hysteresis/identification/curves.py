@@ -17,8 +17,6 @@ import numpy as np
 from bristle.hysteresis.identification.trace import trace_of
 from bristle.logs.curves import Curve, Curves
 
-__all__ = ["Congruency", "Smoothed", "congruency_of", "smoothed"]
-
 NEARNESS = 0.02  # of the range of inputs: turning points between which branches change evenly
 SAMPLES_LEAST = 5  # of a branch
 WINDOWS = (1, 5, 9, 13)  # samples

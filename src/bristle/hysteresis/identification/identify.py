@@ -22,8 +22,6 @@ from bristle.hysteresis.identification.result import OperatorFit, OperatorIdenti
 from bristle.hysteresis.identification.trace import Rows
 from bristle.logs.curves import Curves
 
-__all__ = ["FITTED", "identify_operator"]
-
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
 Progress = Callable[[float, str], None]

@@ -18,8 +18,6 @@ from bristle.hysteresis import prandtl_ishlinskii, preisach_grid
 from bristle.hysteresis.identification.trace import NormalEquations, Rows, Trace, outputs_of, stacked, trace_of
 from bristle.logs.curves import Curves
 
-__all__ = ["SIGNS", "GridFit", "StopsFit", "fit_grid", "fit_stops", "thresholds_over"]
-
 SIGNS = ("magnet", "friction", "textbook")
 RESOLUTION = 30  # stops, or cells along a side of a grid
 LAGGING = ("piezo",)  # kinds whose output may lag behind the input: plays are tried beside stops

@@ -12,8 +12,6 @@ from bristle.engine import response
 from bristle.hysteresis.identification.curves import Congruency
 from bristle.logs.curves import Curves
 
-__all__ = ["OperatorFit", "OperatorIdentification", "OperatorPrediction", "predict_operator"]
-
 
 @dataclass(frozen=True)
 class OperatorPrediction:

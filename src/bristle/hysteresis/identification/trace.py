@@ -19,8 +19,6 @@ from bristle.core.least_squares import non_negative
 from bristle.logs.curves import Curves
 from bristle.logs.turns import reversals
 
-__all__ = ["NormalEquations", "Rows", "Trace", "Weighted", "design", "outputs_of", "stacked", "trace_of"]
-
 Features = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Rows = Sequence[np.ndarray] | None
 RIDGE = 1e-13  # of the mean square of a column: keeps columns that are alike apart in rounding
