@@ -14,7 +14,7 @@ import re
 import textwrap
 import unicodedata
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 TEXT, EQUATION, REFERENCE = "text", "equation", "reference"
@@ -161,7 +161,19 @@ class _Reader:
                 pieces.append(_with_index(base, token, self._argument()))
             else:
                 pieces.append(self._piece(token))
-        return _joined(pieces)
+        line, left, before = "", TIGHT, ""
+        visible = [piece for piece in pieces if piece.text or piece.role == TIGHT]
+        for place, (text, role) in enumerate(visible):
+            if role == BLANK:
+                continue
+            after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
+            bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
+            together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
+            blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
+            line += f" {bracketed}" if blank and not together else bracketed
+            # A sign with nothing before it belongs to what follows.
+            left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
+        return re.sub(r" +", " ", line).strip()
 
     def _next(self) -> str:
         return self.tokens.popleft() if self.tokens else ""
@@ -214,7 +226,14 @@ class _Reader:
             sign = FRAMES.get(token[1:], token[1:]) if token.startswith("\\") else token.removeprefix(".")
             return Piece(sign, FACTOR if name == "left" else CLOSES)
         if name in ("frac", "tfrac", "dfrac"):
-            return _fraction(self._argument(), self._argument())
+            above = self._argument()
+            below = self._argument()
+            if (above, below) in HALVES:
+                return Piece(HALVES[above, below], ATOM)
+            # A sum in brackets, and what a function without them would take the fraction bar into.
+            product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+            simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
+            return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
         if name in ("operatorname", "mathrm", "text", "textrm"):
             return Piece(self._source(), ATOM if name.startswith("text") else FUNCTION)
         if name == "sqrt":
@@ -223,15 +242,6 @@ class _Reader:
         if name in ACCENTS:
             return Piece(_FIRST.sub(rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
         return Piece(name, ATOM)
-
-
-def _fraction(above: str, below: str) -> Piece:
-    if (above, below) in HALVES:
-        return Piece(HALVES[above, below], ATOM)
-    # A sum in brackets, and what a function without them would take the fraction bar into.
-    product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
-    simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
-    return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
 
 
 def _without_brackets(text: str) -> str:
@@ -252,23 +262,6 @@ def _with_index(base: Piece, side: str, index: str) -> Piece:
         return Piece(base.text + "".join(table[sign] for sign in tight), base.role)
     plain = re.fullmatch(r"[\w′]+", unicodedata.normalize("NFC", tight)) and (side == "^" or "_" not in tight)
     return Piece(f"{base.text}{side}{tight if plain else f'({tight})'}", base.role)
-
-
-def _joined(pieces: Sequence[Piece]) -> str:
-    """Return pieces as a line: blanks around signs between two things, around relations, and behind commas."""
-    line, left, before = "", TIGHT, ""
-    visible = [piece for piece in pieces if piece.text or piece.role == TIGHT]
-    for place, (text, role) in enumerate(visible):
-        if role == BLANK:
-            continue
-        after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
-        bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
-        together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
-        blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
-        line += f" {bracketed}" if blank and not together else bracketed
-        # A sign with nothing before it belongs to what follows.
-        left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
-    return re.sub(r" +", " ", line).strip()
 
 
 class Paragraph(NamedTuple):

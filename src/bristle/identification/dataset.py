@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from operator import attrgetter
 
 import numpy as np
 
@@ -86,6 +87,8 @@ class Segment:
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | {**self.surroundings}
         signals |= {} if transmitted is None else {"transmitted": transmitted}
+        if not self.first_cycle:
+            return signals
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
     def friction(self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None) -> np.ndarray:
@@ -182,21 +185,21 @@ class Dataset:
         """Return a signal along a segment without the transients of the filter at its edges."""
         return part[self.dropped : part.size - self.dropped]
 
-    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def rows_of(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
-    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def sampled(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
         return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
 
-    def _thinned(self, signals: Sequence[np.ndarray]) -> np.ndarray:
+    def _thinned(self, signals: Iterable[np.ndarray]) -> np.ndarray:
         from scipy.signal import resample_poly
 
-        parts = [self.without_edges(part) for part in signals]
-        if self.decimation > 1:
-            taps = _taps(self.decimation)
-            parts = [np.asarray(resample_poly(part, 1, self.decimation, window=taps, padtype="edge")) for part in parts]
+        parts, every = list[np.ndarray](), self.decimation
+        for signal in signals:
+            part = self.without_edges(signal)
+            parts.append(part if every == 1 else np.asarray(resample_poly(part, 1, every, window=_taps(every), padtype="edge")))
         return np.concatenate(parts)
 
     @cached_property
@@ -205,7 +208,7 @@ class Dataset:
         if self.row_mask is not None:
             return self.row_mask
         if self.keeps_rests:
-            return np.ones(self._thinned([segment.time for segment in self.segments]).size, dtype=bool)
+            return np.ones(self._thinned(self._each("time")).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
@@ -224,30 +227,34 @@ class Dataset:
         periods = math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation))
         return periods + (REACH if self.decimation > 1 else 0)
 
+    def _each(self, name: str) -> Iterator[np.ndarray]:
+        """Return a signal of all segments."""
+        return map(attrgetter(name), self.segments)
+
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self.sampled([segment.time for segment in self.segments])
+        return self.sampled(self._each("time"))
 
     @cached_property
     def position(self) -> np.ndarray:
         """Position of each row [m or rad]."""
-        return self.rows_of([segment.position for segment in self.segments])
+        return self.rows_of(self._each("position"))
 
     @cached_property
     def velocity(self) -> np.ndarray:
         """Velocity of each row [m/s or rad/s]."""
-        return self.rows_of([segment.velocity for segment in self.segments])
+        return self.rows_of(self._each("velocity"))
 
     @cached_property
     def acceleration(self) -> np.ndarray:
         """Acceleration of each row [m/s^2 or rad/s^2]."""
-        return self.rows_of([segment.acceleration for segment in self.segments])
+        return self.rows_of(self._each("acceleration"))
 
     @cached_property
     def effort(self) -> np.ndarray:
         """Effort of each row [N or N*m]."""
-        return self.rows_of([segment.effort for segment in self.segments])
+        return self.rows_of(self._each("effort"))
 
     @cached_property
     def log_of_row(self) -> np.ndarray:
@@ -278,7 +285,7 @@ class Dataset:
     @cached_property
     def all_velocities(self) -> np.ndarray:
         """Velocity of every sample [m/s or rad/s], edges left out."""
-        return np.concatenate([self.without_edges(segment.velocity) for segment in self.segments])
+        return np.concatenate(list(map(self.without_edges, self._each("velocity"))))
 
     @property
     def rest_share(self) -> float:
@@ -288,11 +295,11 @@ class Dataset:
     @cached_property
     def reversals(self) -> tuple[tuple[int, ...], ...]:
         """First sample after each change of direction, of each segment, its edges left out."""
-        edge = self.dropped
-        return tuple(
-            tuple(k for k in reversals(segment.velocity, sided=True).tolist() if edge < k < segment.time.size - edge)
-            for segment in self.segments
-        )
+        edge, inside = self.dropped, list[tuple[int, ...]]()
+        for velocity in self._each("velocity"):
+            first = reversals(velocity, sided=True)
+            inside.append(tuple(first[(edge < first) & (first < velocity.size - edge)].tolist()))
+        return tuple(inside)
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:

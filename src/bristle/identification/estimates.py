@@ -89,11 +89,14 @@ class Judgement:
         role = next((role for role in PARTNER if role.fits(variables[name])), None)
         if role is None:
             return None
-        partners = [partner for partner, variable in variables.items() if PARTNER[role].fits(variable)]
-        unknown = {partner for partner in partners if self.problem.parameters.is_redundant(partner)}
-        free = {partner for partner in partners if partner in self.solution.values}
-        unknown |= {partner for partner in free if partner in self.solution.at_edge or self._unsure_alone[partner] is not None}
-        if unknown and free <= unknown:
+        unknown, known = 0, 0
+        for partner, variable in variables.items():
+            if PARTNER[role].fits(variable) and partner in self.solution.values:
+                lost = partner in self.solution.at_edge or self._unsure_alone[partner] is not None
+                unknown, known = unknown + lost, known + (not lost)
+            elif PARTNER[role].fits(variable):
+                unknown += self.problem.parameters.is_redundant(partner)
+        if unknown and not known:
             return self.excitation.cause(name)
         stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
         if name not in names or not stiff or not self.filtered:
@@ -170,12 +173,13 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     """Return which parameters were fixed, and why; a weight that nobody told is a doubt of what holds beside it."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    fixed = {name: entry for name, entry in problem.parameters.fixed.items() if entry.half_width is None}
-    weights = [entry for entry in fixed.values() if entry.reason == GUESSED]
-    return (
-        *(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind) for entry in weights),
-        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if entry.reason not in SHOWN),
-    )
+    weights, why = list[Diagnostic](), list[Diagnostic]()
+    for name, entry in problem.parameters.fixed.items():
+        if entry.half_width is None and entry.reason == GUESSED:
+            weights.append(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind))
+        if entry.half_width is None and entry.reason not in SHOWN:
+            why.append(why_fixed(name, entry, variables[name], kind))
+    return (*weights, *why)
 
 
 def about_estimates(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -102,7 +103,7 @@ def _without_flat(
     for name in names_of(Role.FALL, parameters.component.variables):
         if solution.unfinished or name not in solution.space.logarithmic:
             continue
-        edge = search.space.smallest(name)
+        edge = math.exp(search.space.low[search.space.names.index(name)])
         cause = Excitation(
             context.dataset, context.scales, parameters.complete(solution.values) | {name: edge}, parameters.variables, context.settings
         ).cause(name)

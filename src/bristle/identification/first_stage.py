@@ -127,7 +127,7 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
     """Return whether a wider cut-off says something else: noise makes the inertia smaller, and looks like a filter."""
 
     def apart(place: int, change: float, spare: float) -> bool:
-        before, after = (float(fit.covariance[place, place]) ** 0.5 for fit in (narrow, wide))
+        before, after = float(narrow.covariance[place, place]) ** 0.5, float(wide.covariance[place, place]) ** 0.5
         joint = math.hypot(max(before**2 - after**2, 0.0) ** 0.5, ALIKE * before)
         return abs(change) > AGREE * joint + spare
 
@@ -144,7 +144,7 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     errors = [rung.plain.std(0) for rung in rungs]
     bounds = zip(rungs, errors, strict=True)
     clean = [n for n, (rung, error) in enumerate(bounds) if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * error]
-    sharp = SHARPER * min(errors[n] for n in clean or [0])
+    sharp = SHARPER * min(map(errors.__getitem__, clean or [0]))
     sharpest = max(n for n in clean or [0] if errors[n] <= sharp)
     chosen, narrower, dt = rungs[sharpest], rungs[max(sharpest - 2, 0)], rows.dt
     filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, scale, sought=sought)

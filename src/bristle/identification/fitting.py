@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.diagnostic import UNFINISHED, Diagnostic, HeldOut
+from bristle.core.diagnostic import UNFINISHED, Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
@@ -48,7 +48,12 @@ def fit(context: Context, component: FrictionModel, blocks: int, report: Report)
             unfinished = True
     if not unfinished:
         report(1.0)
-    diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics, *_about_held_out(fit, held_out, context))
+    diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics)
+    # Whether what was held out was like what was fitted.
+    if held_out is not None and held_out.of == "logs":
+        diagnostics += about_repeated_logs(context.dataset, context.settings)
+    elif held_out is not None and fit.position_error_percent is None:
+        diagnostics += about_repetition(context.dataset, context.settings)
     return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=diagnostics), estimation
 
 
@@ -81,15 +86,6 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
             mend="Write --method inverse_dynamics, or ask for dahl or lugre",
         )
     return elements(context, component, report)
-
-
-def _about_held_out(fit: Fit, held_out: HeldOut | None, context: Context) -> tuple[Diagnostic, ...]:
-    """Return whether what was held out was like what was fitted."""
-    if held_out is not None and held_out.of == "logs":
-        return about_repeated_logs(context.dataset, context.settings)
-    if held_out is not None and fit.position_error_percent is None:
-        return about_repetition(context.dataset, context.settings)
-    return ()
 
 
 def fit_of(estimation: Estimation, context: Context) -> Fit:

@@ -226,12 +226,11 @@ def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) 
 
 def scaled(component: FrictionModel, values: Mapping[str, float], level: float) -> dict[str, float]:
     """Return the values of a model with its forces scaled, the constant offset left as it is."""
-    forces = (
-        name
-        for name, variable in component.variables.items()
-        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED
-    )
-    return dict(values) | {name: level * values[name] for name in forces}
+    values = dict(values)
+    for name, variable in component.variables.items():
+        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED:
+            values[name] = level * values[name]
+    return values
 
 
 def force_with_scatter(

@@ -135,7 +135,7 @@ class _Followed:
         instead = tuple(
             part
             for part in names
-            if part != name and any(abs(now.get(part, then[part]) - then[part]) > least * abs(then[part]) > 0.0 for now in others)
+            if part != name and part in then and any(abs(now[part] - then[part]) > least * abs(then[part]) > 0.0 for now in others)
         )
         return Unidentifiable(
             name,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from os import PathLike
 from typing import Any
 
@@ -188,7 +189,8 @@ def identify(
         **({"lag": best.lag} if best.lag is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
-    return Identification((best, *rest), first_log, treatment, tuple(log for log, _ in pairs[1:]), unfinished, broken, left_out, chosen)
+    (_, *further), _ = zip(*pairs, strict=True)
+    return Identification((best, *rest), first_log, treatment, tuple(further), unfinished, broken, left_out, chosen)
 
 
 def _context(
@@ -200,13 +202,13 @@ def _context(
     decimation: int | None,
 ) -> Context:
     """Return what the fits of all models to some logs share."""
-    logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
+    logs, axes = map(list, zip(*pairs, strict=True))
     described = [axis or Axis(kind=log.kind) for log, axis in pairs]
     estimator, treated = None, logs
-    if any(axis.method == "output_error" for axis in described):
+    if "output_error" in map(attrgetter("method"), described):
         estimator = Simulation(logs, described, loop_of(logs, axes))
         treated = estimator.excerpts
-    everywhere = any(axis.global_search for axis in described)
+    everywhere = any(map(attrgetter("global_search"), described))
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
@@ -214,7 +216,7 @@ def _context(
     dataset = treated_dataset = treat(decimation)
     if finds:
         alignment = alignment_of(logs, axes, settings, sought=sought)
-        if decimation is None and all(axis.decimation is None for axis in described):
+        if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # So many fewer rows that noise of the position does not hide friction.
             rows, share = calmed(aligned(treated_dataset, alignment))
             treated_dataset = replace(treat(rows), calmed_from=share) if rows > treated_dataset.decimation else treated_dataset

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -96,14 +96,13 @@ class Differences:
     residuals: Callable[[Sequence[np.ndarray]], Sequence[np.ndarray]]
     high: np.ndarray
     step: float = STEP
-    _at: np.ndarray | None = None
-    _last: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    _last: tuple[np.ndarray, np.ndarray] | None = None
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Return the residual."""
-        if self._at is None or not np.array_equal(x, self._at):
-            self._last, self._at = self.residuals([x])[0], x.copy()
-        return self._last
+        if self._last is None or not np.array_equal(x, self._last[0]):
+            self._last = x.copy(), self.residuals([x])[0]
+        return self._last[1]
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Return the derivative of the residual, shape (row, coordinate)."""
@@ -164,8 +163,7 @@ class Search:
     def _from_several(self, best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
-        costs = [2.0 * self.cost_at(theta) for theta in candidates]
-        for number, index in enumerate(np.argsort(costs)[:STARTS]):
+        for number, index in enumerate(np.argsort(self.costs_at(candidates))[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
             with suppress(_KnownError):
@@ -199,18 +197,20 @@ class Search:
 
     def costs_at(self, thetas: Sequence[np.ndarray]) -> list[float]:
         """Return half the sum of squares at each of several coordinates."""
-        blocks = (thetas[first : first + AT_ONCE] for first in range(0, len(thetas), AT_ONCE))
-        return [0.5 * float(residual @ residual) for block in blocks for residual in self._residuals(block)]
+        costs = list[float]()
+        for first in range(0, len(thetas), AT_ONCE):
+            costs += [0.5 * float(residual @ residual) for residual in self._residuals(thetas[first : first + AT_ONCE])]
+        return costs
 
     def _residuals(
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
     ) -> list[np.ndarray]:
         """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
-        parameter_sets = [self.space.values(theta) for theta in thetas]
+        finite, unit, parameter_sets = list[np.ndarray](), self._unit, [self.space.values(theta) for theta in thetas]
         with np.errstate(over="ignore", invalid="ignore"):
-            scaled = [signal / self._unit for signal in (problem or self.problem).residuals(parameter_sets)]
-        finite = (np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR) for residual in scaled)
-        return [np.clip(residual, -FAR, FAR)[rows] for residual in finite]
+            for residual in (problem or self.problem).residuals(parameter_sets):
+                finite.append(np.clip(np.nan_to_num(residual / unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)[rows])
+        return finite
 
     @property
     def _unit(self) -> float:
@@ -245,18 +245,23 @@ class Search:
         theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
         smooth = self.problem.near(self.space.values(theta)) is self.problem
         jacobian: Any = shared.jacobian if smooth else self._projected_jacobian(rows)
-        return self._solution(
-            least_squares(
-                residual,
-                theta,
-                jac=jacobian,
-                bounds=(low, high),
-                max_nfev=limit,
-                ftol=max(SIMULATED if self.simulates else 1e-9, tolerance),
-                xtol=1e-7,
-                gtol=1e-10,
-            )
+        ended: Any = least_squares(
+            residual,
+            theta,
+            jac=jacobian,
+            bounds=(low, high),
+            max_nfev=limit,
+            ftol=max(SIMULATED if self.simulates else 1e-9, tolerance),
+            xtol=1e-7,
+            gtol=1e-10,
         )
+        theta, at_edge = ended.x.copy(), {}
+        for index, transform in enumerate(self.space.transforms):
+            if theta[index] - transform.low < EDGE:
+                theta[index], at_edge[transform.name] = transform.low, "smallest"
+            elif transform.high - theta[index] < EDGE:
+                theta[index], at_edge[transform.name] = transform.high, "largest"
+        return Solution(self.space, theta, -ended.jac * self._unit, at_edge, float(ended.cost))
 
     def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
@@ -268,15 +273,6 @@ class Search:
             return near.without_found(differences.jacobian(x), values, rows)
 
         return jacobian
-
-    def _solution(self, ended: Any) -> Solution:
-        theta, at_edge = ended.x.copy(), {}
-        for index, transform in enumerate(self.space.transforms):
-            if theta[index] - transform.low < EDGE:
-                theta[index], at_edge[transform.name] = transform.low, "smallest"
-            elif transform.high - theta[index] < EDGE:
-                theta[index], at_edge[transform.name] = transform.high, "largest"
-        return Solution(self.space, theta, -ended.jac * self._unit, at_edge, float(ended.cost))
 
     def _start(self, rng: np.random.Generator) -> np.ndarray:
         """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""

@@ -94,7 +94,7 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
 
 def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share: float, settings: Settings) -> tuple[list[Missing], float]:
     """Return the causes of these names that tell something of rows, besides what is explained, and what is left."""
-    friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.effort))
+    friction, effort = float(np.sqrt(np.mean(rows.friction**2))), float(np.sqrt(np.mean(rows.effort**2)))
     least = max(settings.missing_force * friction, settings.missing_effort * effort)
     weighed, missing = Weighed.of(rows), list[Missing]()
     causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in names}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -85,8 +86,7 @@ class Rows:
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return some of the rows, of which an array of bool is true."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        arrays = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
+        arrays = {entry.name: signal[rows] for entry in fields(self) if isinstance(signal := getattr(self, entry.name), np.ndarray)}
         surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
         return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
 
@@ -218,12 +218,14 @@ class Weighed:
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
         scaled, residual = columns / scale, self.residual
-        parts = [self.part == number for number in range(PARTS)]
-        grams = [scaled[rows].T @ scaled[rows] for rows in parts]
-        rights = [scaled[rows].T @ residual[rows] for rows in parts]
-        held = np.diag(np.where(np.arange(scale.size) < certain, TINY, SMALL))
-        gram, right, left = sum(grams) + held, sum(rights), np.empty_like(residual)
-        for rows, own, pull in zip(parts, grams, rights, strict=True):
+        parts, gram, right, left = list[Any](), 0, 0, np.empty_like(residual)
+        for number in range(PARTS):
+            rows = self.part == number
+            own, pull = scaled[rows].T @ scaled[rows], scaled[rows].T @ residual[rows]
+            parts.append((rows, own, pull))
+            gram, right = gram + own, right + pull
+        gram = gram + np.diag(np.where(np.arange(scale.size) < certain, TINY, SMALL))
+        for rows, own, pull in parts:
             left[rows] = residual[rows] - scaled[rows] @ np.linalg.solve(gram - own, right - pull)
         return left, np.linalg.solve(gram, right) / scale
 

@@ -146,7 +146,7 @@ class TransformedSpace(ParameterSpace):
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
         """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
-        component = parameters.component
+        component, bases = parameters.component, dict[str, tuple[str, ...]]()
         floors: dict[str, Floor] = {}
         for relation in component.relations:
             match = ABOVE.fullmatch(relation.condition)
@@ -155,10 +155,9 @@ class TransformedSpace(ParameterSpace):
             uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
             for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
                 free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
-                if free and not _hangs_on(lower, upper, _bases(floors, {})):
-                    floors[upper] = Floor(lower, match[2] == ">")
-        ceilings = _ceilings(parameters, floors)
-        bases, placed = _bases(floors, ceilings), list[str]()
+                if free and not _hangs_on(lower, upper, bases):
+                    floors[upper], bases[upper] = Floor(lower, match[2] == ">"), (lower,)
+        ceilings, placed = _ceilings(parameters, floors, bases), list[str]()
 
         def place(name: str) -> None:
             # Each after those that it is computed from.
@@ -172,7 +171,7 @@ class TransformedSpace(ParameterSpace):
             place(name)
         transforms = [_transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name)) for name in placed]
         return cls(
-            tuple(transform.name for transform in transforms),
+            tuple(placed),
             np.array([transform.low for transform in transforms]),
             np.array([transform.high for transform in transforms]),
             linear=False,
@@ -191,10 +190,6 @@ class TransformedSpace(ParameterSpace):
     def numbers(self, theta: np.ndarray) -> np.ndarray:
         """Return the free parameters [SI], shape (coordinate,)."""
         return np.array(list(self.values(theta).values()))
-
-    def smallest(self, name: str) -> float:
-        """Return the smallest value that a parameter on a logarithmic scale is sought at [SI]."""
-        return math.exp(next(transform.low for transform in self.transforms if transform.name == name))
 
     def theta(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the coordinates of parameters [SI], put inside their range."""
@@ -264,25 +259,16 @@ class Floor(NamedTuple):
     strict: bool
 
 
-Bases = Mapping[str, tuple[str, ...]]
-
-
-def _bases(floors: Mapping[str, Floor], ceilings: Mapping[str, Ceiling]) -> Bases:
-    """Return what each parameter is computed from, of those with a floor or a ceiling."""
-    below = {name: (floor.name,) for name, floor in floors.items()}
-    return below | {name: (ceiling.factor, *ceiling.below) for name, ceiling in ceilings.items()}
-
-
-def _hangs_on(name: str, base: str, bases: Bases) -> bool:
+def _hangs_on(name: str, base: str, bases: Mapping[str, tuple[str, ...]]) -> bool:
     """Return whether a parameter is `base`, or computed from it."""
     return name == base or any(_hangs_on(further, base, bases) for further in bases.get(name, ()))
 
 
-def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor]) -> dict[str, Ceiling]:
+def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor], bases: dict[str, tuple[str, ...]]) -> dict[str, Ceiling]:
     """Return the ceiling of each free parameter whose multiple a relation keeps below another one.
 
     None of a parameter that may be negative or has a floor, and none that hangs on itself: those are left to the
-    finished model.
+    finished model. `bases` takes in what each is computed from.
     """
     component, variables = parameters.component, parameters.variables
     ceilings: dict[str, Ceiling] = {}
@@ -295,6 +281,6 @@ def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor]) -> dict[str
         is_positive = all(name in variables and variables[name].min > 0.0 for name in names)
         if not is_positive or variables[match[2]].min < 0.0:
             continue
-        if not any(_hangs_on(name, match[2], _bases(floors, ceilings)) for name in names):
-            ceilings[match[2]] = ceiling
+        if not any(_hangs_on(name, match[2], bases) for name in names):
+            ceilings[match[2]], bases[match[2]] = ceiling, names
     return ceilings

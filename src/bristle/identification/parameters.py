@@ -285,8 +285,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         products = tuple(f"{name}*{factor}" for factor in factors)
         held[name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
     refuse_unrecorded(component, dataset)
-    low = min(float(np.min(segment.position)) for segment in dataset.segments)
-    high = max(float(np.max(segment.position)) for segment in dataset.segments)
+    places = np.concatenate([segment.position for segment in dataset.segments])
+    low, high = float(np.min(places)), float(np.max(places))
     of_slots = {MIDDLE: Fixed(0.5 * (low + high), "held_middle"), HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range")}
     if prior.pitch is not None:
         of_slots[PITCH] = Fixed(prior.pitch, "held_pitch")

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -92,7 +93,7 @@ def treat_all(
     merged = replace(
         first,
         segments=tuple(segments),
-        resolution=max(part.resolution for part in parts),
+        resolution=max(map(attrgetter("resolution"), parts)),
         noise=float(np.sqrt(np.mean([part.noise**2 for part in parts]))),
         effort_noise=float(np.sqrt(np.mean([part.effort_noise**2 for part in parts]))),
     )
@@ -291,8 +292,10 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
     if alignment is None or alignment.mass is None:
         return rows, 0.0
-    forces = [segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments]
-    slow = [dataset.without_edges(low_passed(force, alignment.slow, dt)) for force in forces]
+    slow = list[np.ndarray]()
+    for segment in dataset.segments:
+        force = segment.effort - alignment.mass * segment.acceleration
+        slow.append(dataset.without_edges(low_passed(force, alignment.slow, dt)))
     noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -77,7 +78,7 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
     """
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level = float(np.sqrt(np.mean(friction**2)))
-    if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
+    if "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
         # All that a static model leaves over builds up over a distance. Such a force lies over the position as much as over
         # the way since a reversal, and would be taken for one of the place.
         left = float(np.sqrt(np.mean(fit.traces.residual**2)))
@@ -94,7 +95,7 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
         "percent": 100.0 * lacking / level,
         "chance": left,
         "names": names,
-        "causes": tuple(force.cause for force in missing),
+        "causes": tuple(map(attrgetter("cause"), missing)),
         "small": int(lacking < settings.missing_force * level),
     }
     named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
@@ -203,14 +204,14 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
 
 def about_held_effort(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
-    dataset, variables = problem.dataset, problem.parameters.variables
-
-    def identified(role: Role) -> dict[str, float]:
-        names = names_of(role, variables)
-        return {one.name: one.value for one in estimates if one.status == "identified" and one.name in names}
-
-    shift = 0.5 * dataset.sample_time * max(identified(Role.STIFFNESS).values(), default=0.0)
-    touched = tuple(name for name, damping in identified(Role.MICRO_DAMPING).items() if shift > settings.half_sample_damping * abs(damping))
+    dataset, shift, touched = problem.dataset, 0.0, ()
+    for estimate in estimates:
+        if estimate.status == "identified" and Role.STIFFNESS.fits(problem.parameters.variables[estimate.name]):
+            shift = max(shift, 0.5 * dataset.sample_time * estimate.value)
+    for estimate in estimates:
+        damps = estimate.status == "identified" and Role.MICRO_DAMPING.fits(problem.parameters.variables[estimate.name])
+        if damps and shift > settings.half_sample_damping * abs(estimate.value):
+            touched += (estimate.name,)
     aligned = dataset.alignment is not None and dataset.alignment.delay is not None
     if dataset.held is not None or aligned or not touched:
         return ()

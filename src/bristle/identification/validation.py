@@ -57,6 +57,8 @@ def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 
     """
     interrupted = [fit for fit in fits if fit.unfinished]
     finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
+    if not interrupted:
+        return finished
     most = settings.unfinished_error * _error(finished[0]) if finished else 0.0
     ahead = [fit for fit in interrupted if fit.error_percent < most]
     return [*ahead, *finished, *(fit for fit in interrupted if fit.error_percent >= most)]
@@ -139,7 +141,7 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
         return list(fits)
     best = fits[int(np.argmin(squares))].traces.residual
     count = max(independent_rows(best), FEWEST)
-    plain, sizes = count * np.log(squares / best.size), np.array([_size(fit) for fit in fits])
+    plain, sizes = count * np.log(squares / best.size), np.array(list(map(_size, fits)))
     criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
     differences = criteria - criteria.min(axis=1, keepdims=True)
     return [replace(fit, information=Information(aic, bic, count)) for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -51,9 +52,6 @@ class _Stretch:
 
     effort_at: Callable[[np.ndarray], np.ndarray]
 
-    def effort(self, delay: float) -> np.ndarray:
-        return self.effort_at(self.time + delay)
-
 
 class InstrumentFit(NamedTuple):
     """Inertia first of `theta`, delay [s] and filter [s^2] at one cut-off, with their covariance in this order."""
@@ -91,12 +89,18 @@ class WideRows:
         """Return whether these are enough; columns that a log in one direction does not have are dropped."""
         if not self.stretches:
             return False
-        weight = np.concatenate([s.weight for s in self.stretches])
-        columns = np.concatenate([s.columns for s in self.stretches], axis=1)
+        weight, columns = self._together("weight"), self._together("columns")
         present = np.max(np.abs(weight * columns), axis=1) > 1e-6 * np.max(np.abs(columns), axis=1)
         for stretch in self.stretches:
             stretch.columns = stretch.columns[present]
         return bool(present[0] and np.count_nonzero(weight > 0.5) >= FEWEST)
+
+    def _each(self, name: str) -> list[np.ndarray]:
+        return list(map(attrgetter(name), self.stretches))
+
+    def _together(self, name: str) -> np.ndarray:
+        """Return a signal of all stretches, one after the other."""
+        return np.concatenate(self._each(name), axis=-1)
 
     def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
         """Return signals weighed and behind the narrow filter, all stretches one after the other."""
@@ -107,7 +111,7 @@ class WideRows:
     def regressor(self, cutoff: float) -> np.ndarray:
         """Return the columns weighed and behind the narrow filter, shape (column, row)."""
         if cutoff not in self.narrow:
-            self.narrow[cutoff] = self.behind(cutoff, [s.columns for s in self.stretches])
+            self.narrow[cutoff] = self.behind(cutoff, self._each("columns"))
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
@@ -128,7 +132,7 @@ class WideRows:
         reach = max(REACH * self.dt, REACH_TIME)
 
         def left(delay: float) -> float:
-            effort = self.behind(cutoff, [s.effort(delay) for s in self.stretches])
+            effort = self.behind(cutoff, self._efforts(delay))
             return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
 
         return float(min(np.arange(-reach, reach, max(0.5 * self.dt, REACH_STEP)).tolist(), key=left))
@@ -138,31 +142,44 @@ class WideRows:
         rows, target = self._weighed(cutoff, delay, c)
         theta = normal(rows @ rows.T, rows @ target, rcond=SINGULAR)
         for step in range(steps):
-            equations = np.vstack([rows, *self._slopes(cutoff, c, theta, free)])
+            # A little more delay and a little more of a filter, those of them that are free.
+            late, bent = list[np.ndarray](), list[np.ndarray]()
+            calm, without = max(CALM * cutoff, CALMEST), theta.copy()
+            without[0] = 0.0
+            for x in self._filtered(c):
+                explained = theta @ x
+                bent.append(derivative(derivative(explained, self.step), self.step))
+                if calm < self.width:
+                    # Without what noise makes of the acceleration, which a weight would carry into all rows.
+                    explained = without @ x + theta[0] * low_passed(x[0], calm, self.step)
+                late.append(-derivative(explained, self.step))
+            slopes = [self.behind(cutoff, late)] * free[0]
+            slopes += [self.behind(cutoff, bent)] if free[1] else []
+            equations = np.vstack([rows, *slopes])
             full = normal(equations @ equations.T, equations @ target, rcond=SINGULAR)
             theta = full[: rows.shape[0]]
-            moved, bent = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
-            converged = abs(moved) < CLOSE * self.dt and abs(bent) < CLOSE_FILTER
+            moved, further = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
+            converged = abs(moved) < CLOSE * self.dt and abs(further) < CLOSE_FILTER
             if converged or step == steps - 1:
                 # By how much white noise of the position makes the inertia too small.
                 first = np.zeros(equations.shape[0])
                 first[0] = 1.0
-                weight = np.concatenate([s.weight for s in self.stretches])
+                weight = self._together("weight")
                 noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * equations.shape[1] * float(np.mean(weight**2))
                 bias = abs(noise * float(theta[0]) * float(normal(equations @ equations.T, first, rcond=SINGULAR)[0]))
                 # The covariance by leaving out one block after the other.
-                parts = np.array([solution for *_, solution in left_out(equations, target, BLOCKS, rcond=SINGULAR)])
-                changes = parts - np.mean(parts, axis=0)
+                *_, parts = zip(*left_out(equations, target, BLOCKS, rcond=SINGULAR), strict=True)
+                changes = np.array(parts) - np.mean(parts, axis=0)
                 covariance = (BLOCKS - 1) / BLOCKS * changes.T @ changes
-                return InstrumentFit(cutoff, theta, delay + moved, c + bent, covariance, bias, converged)
+                return InstrumentFit(cutoff, theta, delay + moved, c + further, covariance, bias, converged)
             delay += float(np.clip(moved, -2.0 * self.dt, 2.0 * self.dt))
-            c = float(np.clip(c + np.clip(bent, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
+            c = float(np.clip(c + np.clip(further, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
             rows, target = self._weighed(cutoff, delay, c)
         raise AssertionError
 
     def _filtered(self, c: float) -> list[np.ndarray]:
         """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""
-        columns = [s.columns for s in self.stretches]
+        columns = self._each("columns")
         if c <= 0.0:
             return columns
         if self.passed is None or self.passed[0] != c:
@@ -171,29 +188,15 @@ class WideRows:
 
     def _weighed(self, cutoff: float, delay: float, c: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the equations for a delay and a filter: the regressor, shape (column, row), and the effort."""
-        efforts = [s.effort(delay) for s in self.stretches]
+        efforts = self._efforts(delay)
         if c < 0.0:
             efforts = [through_filter(x, (-2.0 * c) ** 0.5, self.step) for x in efforts]
         rows = self.behind(cutoff, self._filtered(c)) if c > 0.0 else self.regressor(cutoff)
         return rows, self.behind(cutoff, efforts)
 
-    def _slopes(self, cutoff: float, c: float, theta: np.ndarray, free: tuple[bool, bool]) -> list[np.ndarray]:
-        """Return the columns of a little more delay and a little more of a filter, those of them that are free."""
-        slopes, late, bent = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
-        calm, without = max(CALM * cutoff, CALMEST), theta.copy()
-        without[0] = 0.0
-        for x in self._filtered(c):
-            explained = theta @ x
-            bent.append(derivative(derivative(explained, self.step), self.step))
-            if calm < self.width:
-                # Without what noise makes of the acceleration, which a weight would carry into all rows.
-                explained = without @ x + theta[0] * low_passed(x[0], calm, self.step)
-            late.append(-derivative(explained, self.step))
-        if free[0]:
-            slopes.append(self.behind(cutoff, late))
-        if free[1]:
-            slopes.append(self.behind(cutoff, bent))
-        return slopes
+    def _efforts(self, delay: float) -> list[np.ndarray]:
+        """Return the effort of all stretches that much later."""
+        return [s.effort_at(s.time + delay) for s in self.stretches]
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
         """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).
@@ -214,9 +217,9 @@ class WideRows:
     def find_waves(self, delay: float) -> None:
         """Add waves over the position that the residual shows: cogging, the pitch of a screw."""
         for _ in range(WAVES):
-            weight, x = (np.concatenate([getattr(s, name) for s in self.stretches]) for name in ("weight", "position"))
-            rows = weight * np.concatenate([s.columns for s in self.stretches], axis=1)
-            target = weight * np.concatenate([s.effort(delay) for s in self.stretches])
+            weight, x = self._together("weight"), self._together("position")
+            rows = weight * self._together("columns")
+            target = weight * np.concatenate(self._efforts(delay))
             basis = np.linalg.qr(rows.T)[0]
             residual, alike = target - basis @ (basis.T @ target), np.ones_like(x)
             frequency = frequency_in(x, alike, weight * residual, MOST_TURNS, TURNS)
@@ -235,14 +238,25 @@ class WideRows:
 def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | None:
     """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short."""
     dt = float(logs[0].sample_time)
-    widths = [1.0 / (share * dt) for share in WIDTHS]
-    for width in [width for width in widths if width <= WIDEST] or widths[-1:]:
-        parts, noises = _segments(logs, axes, width)
+    narrowest = 1.0 / (WIDTHS[-1] * dt)
+    for share in WIDTHS:
+        width = 1.0 / (share * dt)
+        if width > max(WIDEST, narrowest):
+            continue
+        parts, noises = list[Segment](), list[float]()
+        for log, axis in zip(logs, axes, strict=True):
+            step = smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+            for part in log.segments or (slice(0, len(log)),):
+                if len(range(*part.indices(len(log)))) * log.sample_time >= 4.0 * EDGE:
+                    segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
+                    parts.append(segment)
+                    # White noise above the cut-off tells how much there is in all; it is no less than that of rounding.
+                    noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
         speeds = [derivative(segment.position - segment.position[0], dt) for segment in parts]
         top = float(np.quantile(np.abs(np.concatenate([*speeds, [0.0]])), TOP))
         noise = float(np.sqrt(np.mean(np.square([*noises, 0.0][: max(len(noises), 1)]))))
         little = 2.0 * np.pi * noise * (2.0 / 3.0 * dt * width**3) ** 0.5 < SPEED_NOISE * top
-        if little or width <= min(widths):
+        if little or width <= narrowest:
             stride = max(int(FINE / (width * dt)), 1)
             pairs, known = zip(parts, speeds, strict=True), list[float]()
             if axes[0] is not None:
@@ -253,21 +267,6 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
             rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
-
-
-def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) -> tuple[list[Segment], list[float]]:
-    """Return the segments of logs behind a filter, and the noise of the position of each, sample by sample."""
-    parts, noises = list[Segment](), list[float]()
-    for log, axis in zip(logs, axes, strict=True):
-        step = smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
-        for part in log.segments or (slice(0, len(log)),):
-            if len(range(*part.indices(len(log)))) * log.sample_time < 4.0 * EDGE:
-                continue
-            segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
-            parts.append(segment)
-            # White noise above the cut-off tells how much there is in all; it is no less than that of rounding.
-            noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
-    return parts, noises
 
 
 def _stretch(

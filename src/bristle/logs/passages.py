@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -127,16 +128,15 @@ class Stretch:
 
     def passages(self) -> list[Passage]:
         """Return the passages in order, rests among them."""
-        kinds = [self._kind(leg) for leg in self.legs]
+        kinds = list(map(self._kind, self.legs))
         _leave_none_alone(self.legs, kinds)
         _mark_oscillations(self.legs, kinds)
         runs = self._joined(kinds)
-        busy = [slice(legs[0].first, legs[-1].last + 1) for _, legs in runs]
         passages = [self._of_legs(kind, legs) for kind, legs in runs]
         for rest in self.rests:
-            if not any(leg.start < rest.stop - 1 and rest.start + 1 < leg.stop for leg in busy):
+            if not any(legs[0].first < rest.stop - 1 and rest.start < legs[-1].last for _, legs in runs):
                 passages.append(self._passage("rest", rest.start, rest.stop - 1))
-        return sorted(passages, key=lambda passage: passage.samples.start)
+        return sorted(passages, key=attrgetter("samples.start"))
 
     def of_kind(self, kind: str) -> list[Leg]:
         """Return the legs that are of one kind by themselves, whatever lies beside them."""
@@ -247,15 +247,15 @@ class Stretch:
         return runs
 
     def _of_legs(self, kind: str, legs: Sequence[Leg]) -> Passage:
-        inner = [leg for leg in legs if not leg.from_rest] or list(legs)
-        amplitudes = np.array([0.5 * abs(leg.distance) for leg in inner])
-        speeds = [leg.speed for leg in legs]
+        only_from_rest = all(map(attrgetter("from_rest"), legs))
+        amplitudes = np.array([0.5 * abs(leg.distance) for leg in legs if only_from_rest or not leg.from_rest])
+        speeds = list(map(attrgetter("speed"), legs))
         frequencies = (0.0, 0.0)
         if kind in ("chirp", "oscillation"):
             # The first and the last leg are no whole half periods; of the shortest a sample is a good part.
             rates = [0.5 / leg.duration for leg in legs[1:-1]]
             frequencies = (min(rates), float(np.quantile(rates, 0.98)))
-        turning = [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
+        turning = self.position[[legs[0].first, *map(attrgetter("last"), legs)]].tolist()
         return self._passage(
             kind,
             legs[0].first,
@@ -289,7 +289,7 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
     grain of the position, and of how well a loop follows its reference, no speed is constant.
     """
     for k, kind in enumerate(kinds):
-        beside = [kinds[j] for j in (k - 1, k + 1) if 0 <= j < len(legs) and _join(legs[min(j, k)], legs[max(j, k)])]
+        beside = [kinds[j] for j in (k - 1, k + 1) if 0 <= j < len(legs) and legs[min(j, k)].last == legs[max(j, k)].first]
         if kind == "loops" and "loops" not in beside:
             kinds[k] = beside[0] if beside else "moves"
         elif kind == "constant_velocity" and beside == ["moves", "moves"]:
@@ -298,17 +298,13 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
         for k in order:
             j = k - order.step
             small = abs(legs[k].distance) <= AS_SMALL * abs(legs[j].distance)
-            if kinds[k] == "moves" and kinds[j] == "loops" and small and _join(legs[min(j, k)], legs[max(j, k)]):
+            if kinds[k] == "moves" and kinds[j] == "loops" and small and legs[min(j, k)].last == legs[max(j, k)].first:
                 kinds[k] = "loops"
-
-
-def _join(first: Leg, second: Leg) -> bool:
-    return first.last == second.first
 
 
 def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
     """Name the runs of legs that are an oscillation of changing or of one frequency."""
-    parted = [k for k in range(len(legs)) if k == 0 or not _join(legs[k - 1], legs[k])]
+    parted = [k for k in range(len(legs)) if k == 0 or legs[k - 1].last != legs[k].first]
     for begin, end in pairwise([*parted, len(legs)]):
         if not _marked(legs, kinds, begin, end):
             turned = [k for k in range(begin + 1, end) if kinds[k] != kinds[k - 1]]
@@ -319,24 +315,23 @@ def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
 def _marked(legs: Sequence[Leg], kinds: list[str], begin: int, end: int) -> bool:
     """Name a run of legs if it is an oscillation."""
     # The first and the last leg go from rest or to rest.
-    inner = range(begin + 1, end - 1)
-    cruises = sum(kinds[k] == "constant_velocity" for k in inner) > 0.5 * len(inner)
-    if cruises or len(inner) < CHIRP_LEGS:
+    inner, of_inner = legs[begin + 1 : end - 1], kinds[begin + 1 : end - 1]
+    if of_inner.count("constant_velocity") > 0.5 * len(inner) or len(inner) < CHIRP_LEGS:
         return False
-    kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner])
+    kind = _oscillation(inner, of_inner)
     if kind:
         kinds[begin:end] = [kind] * (end - begin)
     return bool(kind)
 
 
-def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
-    durations = np.log([leg.duration for leg in legs])
-    distances = np.log([abs(leg.distance) for leg in legs])
+def _oscillation(legs: Sequence[Leg], kinds: list[str]) -> str:
+    durations = np.log(list(map(attrgetter("duration"), legs)))
+    distances = np.log(np.abs(list(map(attrgetter("distance"), legs))))
     steps = np.arange(len(legs))
     slope, level = np.polyfit(steps, durations, 1)
     swept = abs(slope) * len(legs)
     if swept > np.log(SWEPT) and np.std(durations - level - slope * steps) < ALIKE * swept:
         follows = float(np.polyfit(durations, distances, 1)[0])
         return "chirp" if follows < FALL else ""
-    curved = sum(kind == "moves" for kind in kinds) > 0.5 * len(kinds)
+    curved = kinds.count("moves") > 0.5 * len(kinds)
     return "oscillation" if curved and np.std(durations) < ALIKE * np.log(SWEPT) else ""
