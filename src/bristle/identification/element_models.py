@@ -32,8 +32,7 @@ from bristle.engine.motion import along
 from bristle.friction import coulomb, maxwell_slip
 from bristle.friction.slots import variations_of
 from bristle.friction.variation import HALF_RANGE, is_factor, varied
-from bristle.hysteresis.identification.linear import thresholds_over
-from bristle.hysteresis.identification.trace import NormalEquations
+from bristle.hysteresis.identification.linear import NormalEquations, thresholds_over
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import DIFFERENCE, TOTAL, ElementSpace, ShapedModel, in_lists, shaped

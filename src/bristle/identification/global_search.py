@@ -21,9 +21,8 @@ import numpy as np
 from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
-from bristle.identification.contrast import SINGULAR
 from bristle.identification.parameter_space import Solution, Transform
-from bristle.identification.problem import Residual
+from bristle.identification.problem import SINGULAR, Residual
 
 MEMBERS, FEWEST_MEMBERS = 6, 24  # for each coordinate, in all
 GENERATIONS = 60

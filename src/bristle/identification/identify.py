@@ -20,7 +20,7 @@ from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification.dataset import Alignment, Dataset
-from bristle.identification.estimation import Context, Estimation, along_the_motion
+from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
@@ -42,7 +42,6 @@ from bristle.identification.request import (
 from bristle.identification.result import Fit, Identification
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
-from bristle.identification.sliding_friction import context_of, told_by, with_harmonics
 from bristle.identification.structure import next_models, with_structure
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information

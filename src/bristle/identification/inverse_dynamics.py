@@ -27,16 +27,19 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
-from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.half_cycles import (
+    FINER,
     NUDGE,
     Disturbance,
     Groups,
+    Recovered,
     beside,
+    between_samples,
     force_with_scatter,
     half_cycle_starts,
     half_cycles,
+    recovered,
     room_for_blocks,
     scaled,
     signs,
@@ -44,8 +47,7 @@ from bristle.identification.half_cycles import (
 )
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
-from bristle.identification.problem import Fold
-from bristle.identification.recovered_motion import FINER, Recovered, between_samples, recovered
+from bristle.identification.problem import Away, Fold
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log

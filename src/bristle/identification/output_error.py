@@ -22,7 +22,6 @@ from bristle.core.diagnostic import BestSoFar, Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.global_search import Refit
@@ -32,7 +31,7 @@ from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Fold
+from bristle.identification.problem import Away, Fold
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
