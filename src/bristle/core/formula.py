@@ -22,7 +22,6 @@ DIRECTIVE = ".. math::"
 WIDTH = 88
 NO_BREAK = "\u00a0"
 LONGEST_WHOLE = 30
-DEEPEST = 40  # groups within groups; what nests deeper is none that a person wrote
 _MATH = re.compile(r":math:`([^`]*)`")
 _ROLE = re.compile(r"(?::\w+:)?`~?([^`]*)`")
 
@@ -192,7 +191,7 @@ class _Reader:
         """Return what a command takes as text: a group, or one token with what that takes in turn."""
         while self.tokens and self.tokens[0].isspace():
             self._next()
-        if self.depth > DEEPEST or not self.tokens:
+        if self.depth > 40 or not self.tokens:  # groups within groups; what nests deeper is none that a person wrote
             return self._source()
         if self.tokens[0] == "{":
             return _Reader(self._source(), self.depth + 1).line()

@@ -18,7 +18,6 @@ from bristle.core.typography import number, scale_of
 from bristle.core.variable import Kind, Variable
 
 MOST_REMARKS = 6  # with title, heads and what is left out 30 lines: a screen
-WIDEST = 100  # characters of a remark
 
 
 class Card(NamedTuple):
@@ -32,7 +31,7 @@ class Card(NamedTuple):
     @property
     def _rest(self) -> list[str]:
         """The remarks, as many as there is room for, and how much is left out."""
-        lines = [shortened(in_one_line(remark), WIDEST) for remark in self.remarks[:MOST_REMARKS]]
+        lines = [shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]]  # characters of a remark
         for left, noun in ((len(self.rows) - MOST_SHOWN, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
             lines += [f"and {left} more {noun}"] if left > 0 else []
         return lines

@@ -22,10 +22,8 @@ from bristle.logs.filters import low_passed
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
-SETTLED = 2  # times as far, its response has died out
 
 
 @cache
@@ -210,12 +208,12 @@ class Dataset:
         if self.keeps_rests:
             return np.ones(self._thinned(self._each("time")).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
-        return np.abs(self._thinned(rests)) < REST_IN_ROW
+        return np.abs(self._thinned(rests)) < 0.01  # weight of samples at rest that a row may contain
 
     @property
     def response(self) -> np.ndarray:
         """What a row takes of a signal at the samples around its own, shape (2 n + 1,); the sum is 1."""
-        beside = REACH_PERIODS * SETTLED * math.ceil(1.0 / (self.cutoff * self.sample_time))
+        beside = REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))  # times as far, its response has died out
         impulse = np.zeros(2 * beside + 1)
         impulse[beside] = 1.0
         passed = self.filtered(impulse)

@@ -45,13 +45,10 @@ COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
 SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
-COVERED = 0.9  # of the range of a segment: from there on no element remembers how the log began
-FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 NO_FRICTION = 1e-9  # of the effort: what an element takes where nothing opposes the motion
 SMALL = 2.0**-12  # factor of a slot, with which friction stays far above the least that a slot leaves of it
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
-ONE_SPEED = 0.9  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
 
 
 def estimate_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
@@ -75,7 +72,7 @@ def elements_of(context: Context, component: FrictionModel) -> Elements:
     There it is a constant that turns with the motion, and so is an element that slips at once.
     """
     parameters, speeds = context.parameters(shaped(component, np.ones(1), np.ones(1))), np.abs(context.dataset.velocity)
-    if np.mean(speeds) ** 2 >= ONE_SPEED * np.mean(speeds**2):
+    if np.mean(speeds) ** 2 >= 0.9 * np.mean(speeds**2):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
         damping = names_of(Role.VISCOUS, parameters.component.variables)
         viscous = {name: Fixed(0.0, "held_one_speed") for name in parameters.free if name in damping}
         free = tuple(name for name in parameters.free if name not in viscous)
@@ -193,7 +190,7 @@ class Elements:
         requested = np.zeros(self._target.size, dtype=bool)
         requested[rows] = True
         settled = requested & self._run_in
-        fitted = settled if np.sum(settled) > FITTED_LEAST * np.sum(requested) else requested
+        fitted = settled if np.sum(settled) > 0.5 * np.sum(requested) else requested  # of the rows: with fewer left, all are fitted
         if not self._factors:
             return self._for_factors(np.zeros(0), fitted)
         from scipy.optimize import least_squares
@@ -268,7 +265,7 @@ class Elements:
         marks = []
         for segment in self.dataset.segments:
             covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
-            marks.append(covered > COVERED * covered[-1])
+            marks.append(covered > 0.9 * covered[-1])  # of the range of a segment: from there on no element remembers how the log began
         return self.dataset.sampled(marks)
 
     def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:

@@ -131,12 +131,9 @@ STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
 MOST_ORDER, MOST = 200, 24  # times in a turn that are tried, harmonics that are taken
-FEWEST_TURNS = 1.5  # that a log goes through, to tell the turns of anything
-FEWEST_WAVES = 3.0  # over the range of the log
 PASSING = 0.5  # of the amplitude of a wave, behind the filters
 SAMPLED = 0.5  # of a wave from sample to sample: a faster one is not told from a slower one
 CHANCE, ABOVE = 0.9, 3.0  # quantile of waves that are none, and times by which a harmonic takes more
-SHARE = 0.004  # of the first residual, that a harmonic takes at least
 
 
 def context_of(dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT) -> Context:
@@ -228,7 +225,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     """Return how often in a turn the effort comes back beside what a simple `problem` explains."""
     dataset = problem.dataset
     turns = float(np.ptp(dataset.position)) / cogging.turn
-    if turns < FEWEST_TURNS:
+    if turns < 1.5:  # that a log goes through, to tell the turns of anything
         raise InputError(
             f"cannot be told from a log that goes through {turns:.2g} turns of the {cogging.turner}",
             path=path,
@@ -242,11 +239,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     size = np.linalg.norm(columns, axis=0)
     basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
     residual = _without(dataset.effort[:, None], basis)[:, 0]
-    first, orders = max(int(np.ceil(FEWEST_WAVES / turns)), 1), list[int]()
+    first, orders = max(int(np.ceil(3.0 / turns)), 1), list[int]()  # over the range of the log
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
     waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
     waves = {order: _without(pair, basis) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
-    least = SHARE * float(residual @ residual)
+    least = 0.004 * float(residual @ residual)  # of the first residual, that a harmonic takes at least
     while len(orders) < MOST:
         # The sum of squares that each pair of waves takes from the residual.
         energies = dict[float, float]()

@@ -23,7 +23,6 @@ from bristle.logs.log import Log
 from bristle.logs.passages import passages_along
 from bristle.logs.turns import by_lag, period_of, turning_points
 
-COMPARED = 4000  # samples of the longer of two logs
 DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
 
 
@@ -191,7 +190,7 @@ def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnosti
     motions: dict[int, np.ndarray] = {}
     for segment in sorted(dataset.segments, key=lambda segment: -segment.position.size):
         motions.setdefault(segment.log, segment.position)
-    step = max(max(x.size for x in motions.values()) // COMPARED, 1)
+    step = max(max(x.size for x in motions.values()) // 4000, 1)  # samples of the longer of two logs
     thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
     repeated, most = set[int](), settings.repeated_size**2
     for log, other in permutations(thinned, 2):

@@ -43,17 +43,13 @@ from bristle.logs.log import Log
 
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
-CHANGE = 0.4  # of the change to another cut-off that is put to the error
-MASS_UNKNOWN = 0.2  # of the inertia: a half-width that tells nothing
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
 CLEARLY = 2.0  # half-widths from which a delay is one, whatever made the first stage err
 MAY_BE_NONE = 0.25  # of the half-width of the inertia with which a delay is taken out, where there may be none
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
-FEWEST_ALIKE = 2  # cut-offs, or nothing is known
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
 SCALES = 1.0, 2.0, 4.0  # of errors: as little as lets two cut-offs agree
-BENT_STEPS = 3  # to a filter that is not small
 SHORT = 0.5  # of a filter: by how much less a step from none may see
 GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
 
@@ -89,7 +85,7 @@ def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Set
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
             # A step from none to more than 2 ms goes too short.
-            free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=BENT_STEPS)
+            free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=3)  # to a filter that is not small
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
     return _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
@@ -120,7 +116,7 @@ def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool, filters: bool = 
                 break
             run.append(rung)
         most = run if len(run) > len(most) else most
-    return most if len(most) >= FEWEST_ALIKE else []
+    return most if len(most) >= 2 else []  # cut-offs, or nothing is known
 
 
 def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sought: bool, filters: bool) -> bool:
@@ -150,7 +146,7 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, scale, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
     pairs = zip(channels.errors, channels.changes, strict=False)
-    widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
+    widths = [STUDENT * error + 0.4 * abs(change) for error, change in pairs]  # of the change to another cut-off that is put to the error
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
     # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
@@ -158,7 +154,7 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     share = 1.0 - rows.springiness(chosen.plain.cutoff) ** 2 if abs(delay) > CLEARLY * width else MAY_BE_NONE
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * share * mass
     lag = lag if delay_known or not sought else None
-    mass_known = mass_width <= MASS_UNKNOWN * mass
+    mass_known = mass_width <= 0.2 * mass  # of the inertia: a half-width that tells nothing
     # A filter that makes all of a delay may be as good an explanation as none; half a sample is a hold.
     made, free = abs(delay) - 0.5 * dt, narrower.free
     as_good = made > dt and abs(free.c - math.copysign(0.5 * made**2, delay)) < AGREE * free.std(-1)

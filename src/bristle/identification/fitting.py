@@ -163,7 +163,6 @@ def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) ->
         ) from None
 
 
-STATED_UP_TO = 10.0  # relative standard error that is worth a number
 SHOWN = ("no_fall", "no_steady_slide")  # reasons to hold a fall, said where it is not identified
 GUESSED = "held_constant"  # a constant that is held without that anybody told it
 PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
@@ -280,7 +279,7 @@ class Judgement:
         if small or std <= least.unsure_std * abs(value):
             return None
         cause = self.excitation.cause(name)
-        if not math.isfinite(std) or value == 0.0 or std > STATED_UP_TO * abs(value):
+        if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):  # relative standard error that is worth a number
             return cause
         return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
 

@@ -26,7 +26,6 @@ from bristle.identification.problem import SINGULAR, Residual
 
 MEMBERS, FEWEST_MEMBERS = 6, 24  # for each coordinate, in all
 GENERATIONS = 60
-ALIKE = 0.02  # spread of the costs over their mean at which the members are one
 FAR = 10.0  # times a typical value: the range of what has no bounds
 EVOLUTION_SEED = 19_970_403
 
@@ -100,7 +99,7 @@ def evolved(
         lambda at: costs([coordinates(at)])[0],
         [(side.low, side.high) for side in box],
         maxiter=GENERATIONS,
-        tol=ALIKE,
+        tol=0.02,  # spread of the costs over their mean at which the members are one
         polish=False,
         popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
         init="latinhypercube",
@@ -113,9 +112,7 @@ def evolved(
 
 
 STEPS = 6
-SMALL = 0.03  # of a standard error
 SHORT = 0.02  # of the longest step
-SHORTER = 0.3  # of a step that led too far
 
 
 @dataclass(frozen=True)
@@ -171,9 +168,9 @@ class Refit:
                 return theta + step, residual - change
             variance, length = float(np.mean(residual[self.rows] ** 2)), float(np.sum(change[self.rows] ** 2))
             longest = max(longest, length)
-            if length <= max(SMALL**2 * variance, SHORT**2 * longest):
+            if length <= max(0.03**2 * variance, SHORT**2 * longest):  # of a standard error
                 break
-            for share in (1.0, SHORTER):
+            for share in (1.0, 0.3):  # of a step that led too far
                 trial = np.clip(theta + share * step, space.low, space.high)
                 after = problem.residual(space.values(trial))
                 before, beside = residual[self.rows], after[self.rows]

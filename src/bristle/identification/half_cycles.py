@@ -43,17 +43,12 @@ from bristle.logs.filters import derivative, low_passed
 from bristle.logs.turns import half_cycle_numbers, turning_points
 
 STEPS = 2.0  # of the encoder
-DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
-SHOWS_LEVEL = 4  # rows of a half-cycle that are not all beside a reversal
 FEWEST_LEVELS = 8
-ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 BLOCKS = 5  # that a log is divided into, where nobody asks for another number
 TIME, SHORT = "time blocks", "short time blocks"
 BINS = 4  # of a decade of speed
 FEW = 0.25  # of the rows of a block: so few others at such a speed are none
-ALONE = 0.1  # share of the rows of a block at speeds that no other has
-PIECES = 8  # of each part, at most
 LEAST = 4  # times the reach of the filters, at either end, that a short segment is long
 SEED = 5
 
@@ -100,7 +95,7 @@ def half_cycles(dataset: Dataset) -> Groups:
 
 def least_way(resolution: float, noise: float) -> float:
     """Return the way [m or rad] that is no rest, from the step of the encoder and the noise of the position."""
-    return max(STEPS * resolution, DEVIATIONS * noise)
+    return max(STEPS * resolution, 8.0 * noise)  # of the noise of the position: what a body at rest does not go beyond
 
 
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
@@ -113,11 +108,11 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
         return 0.0
     rest = within_cycles(cycles, slope, residual)
     # Rows beside a reversal are wrong by their filter: what comes and goes within a few shows no level.
-    long = np.bincount(cycles.index, minlength=power.size) >= SHOWS_LEVEL
+    long = np.bincount(cycles.index, minlength=power.size) >= 4  # rows of a half-cycle that are not all beside a reversal
     if np.count_nonzero(long) >= FEWEST_LEVELS:
         power, excess = power[long], excess[long]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
-    for _ in range(ROUNDS):
+    for _ in range(8):  # of the weights, which depend on the scatter that they tell
         weight = power / (power + noise / square)
         square = float(np.sum(weight * excess * excess) / np.sum(weight))
     return square**0.5
@@ -164,7 +159,7 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
     rows = dataset.effort.size
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
     of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
-    pieces = min(PIECES, rows // (count * 2 * LEAST * max(dataset.reach, 1)))
+    pieces = min(8, rows // (count * 2 * LEAST * max(dataset.reach, 1)))  # of each part, at most
     if pieces > 1:
         speed, moving = np.abs(dataset.velocity), dataset.velocity != 0.0
         place = np.floor(BINS * np.log10(speed[moving])).astype(int)
@@ -172,7 +167,7 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
         counts = np.zeros((count, place.max(initial=0) + 1))
         np.add.at(counts, (part[moving], place), 1.0)
         alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
-        if np.any(alone > ALONE * np.bincount(part, minlength=count)):
+        if np.any(alone > 0.1 * np.bincount(part, minlength=count)):  # share of the rows of a block at speeds that no other has
             # A part has speeds that the others hardly have: so each takes one piece of each neighbourhood, in no order that a
             # periodic motion could keep in step with.
             rng = np.random.default_rng(SEED)
@@ -188,7 +183,6 @@ def beside(part: np.ndarray, reach: int) -> np.ndarray:
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 SIGN_BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
-LEAST_LEVEL = 0.05  # of the level: friction does not vanish on any half-cycle
 
 
 class Disturbance(NamedTuple):
@@ -247,7 +241,7 @@ def force_with_scatter(
 
     `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.
     """
-    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST_LEVEL)
+    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), 0.05)  # of the level: friction does not vanish on any half-cycle
     mean = pack(friction.parameters)
     component = friction.component
     doubled = pack(component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0)))
@@ -263,7 +257,6 @@ def force_with_scatter(
 FINER = 5  # steps of a sample
 ABOVE = 4.0  # standard deviations of the noise
 FLOOR = 0.4  # of the sampling frequency, from which on nothing is filtered, and the noise is read
-WINDOW = 512  # samples
 
 
 class Recovered(NamedTuple):
@@ -278,7 +271,7 @@ def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
     from scipy.signal import welch
 
     bent = np.diff(position, 2)
-    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(WINDOW, bent.size), detrend="constant")
+    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(512, bent.size), detrend="constant")  # samples
     top = frequencies >= FLOOR / dt
     of_second_difference = (2.0 * np.sin(np.pi * frequencies[top] * dt)) ** 4
     return max(float(np.median(density[top] / of_second_difference)), 2.0 * dt * resolution**2 / 12.0)

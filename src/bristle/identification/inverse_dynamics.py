@@ -56,7 +56,6 @@ from bristle.plants.terms import TURN
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
-FAR_AWAY = 6.0  # times as long: where a slide is a steady one
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
@@ -196,7 +195,7 @@ class InverseDynamics:
         dataset, x, speed = self.dataset, self.dataset.position, np.abs(self.dataset.velocity)
         time, least = dataset.samples_from_rest * dataset.sample_time, max(AWAY / dataset.cutoff, AWAY_TIME)
         turns = float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
-        return Away(time > least, time > FAR_AWAY * least, x, dataset.velocity, turns)
+        return Away(time > least, time > 6.0 * least, x, dataset.velocity, turns)  # times as long: where a slide is a steady one
 
     @cached_property
     def columns(self) -> np.ndarray:

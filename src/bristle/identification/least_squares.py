@@ -28,7 +28,6 @@ CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
-STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 AT_ONCE = 32  # residuals of a generation that are kept until their cost is known
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
@@ -137,7 +136,7 @@ class Search:
 
         Where it is to look `everywhere`, it goes on in the whole range of each parameter.
         """
-        first = STARTS_SHARE if everywhere else 1.0
+        first = 0.3 if everywhere else 1.0  # of the work, where the whole range is looked at too
 
         def work(best: BestSoFar) -> None:
             self._from_several(best, between(report, 0.0, first))

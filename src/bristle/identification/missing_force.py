@@ -40,16 +40,13 @@ from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Wei
 from bristle.identification.settings import Settings
 from bristle.logs.waves import frequency_in, refined, waves
 
-MOST = 3  # causes
 AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an angle, before a parabola or a ripple
 EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
 OVERTONES = range(2, 7)  # of a ripple
-OVERTONE = 0.1  # of the residual without the ripple, that one tells
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
 WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
-LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
 ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
@@ -99,7 +96,7 @@ def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share
     weighed, missing = Weighed.of(rows), list[Missing]()
     causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in names}
     left = weighed.left(explained)
-    while len(missing) < MOST:
+    while len(missing) < 3:  # causes
         ripple, period = ripple_in(rows, weighed, explained, rows.cutoff) if "ripple" in names else (None, 0.0)
         tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
         forces = dict[str, Missing]()
@@ -160,7 +157,7 @@ def _in_detail(ripple: Missing, rows: Rows, weighed: Weighed, explained: np.ndar
     for times in OVERTONES:
         pair = waves(rows.position, rows.side, times / ripple.period)[:, :2]
         force = force_of(weighed, "ripple", pair, explained=explained, left=weighed.left(explained))
-        if force.share >= OVERTONE and force.force >= least:
+        if force.share >= 0.1 and force.force >= least:  # of the residual without the ripple, that one tells
             overtones.append(times)
             explained = np.column_stack([explained, pair])
     return ripple._replace(alike=True, overtones=tuple(overtones))
@@ -173,7 +170,7 @@ def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
     falls = np.exp(-speed[:, None] / np.array(FALLS))
     middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
     place = ((x - middle) / reach)[:, None]
-    turns = rows.kind == KINDS[1] and 2.0 * reach > LEAST_ANGLE
+    turns = rows.kind == KINDS[1] and 2.0 * reach > 1.0  # [rad], over which the sine of an angle is more than a straight line
     behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
     return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
@@ -245,9 +242,7 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
 
 
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
-FEWEST_CYCLES = 10  # fewer do not tell a scatter of friction from a cause
 FEWEST_UNITS = 24  # half-cycles, or parts of them, that have a sign of their own
-SIGNS = 499  # drawn for each
 SMALL = 1e-3
 
 
@@ -286,7 +281,7 @@ class _Least(NamedTuple):
 
 def _largest(rows: Rows, explained: np.ndarray, causes: Mapping[str, np.ndarray], least: _Least) -> tuple[tuple[Missing, ...], float]:
     """Return the cause that tells most behind the filter, none or one, and what is left beside all causes."""
-    if rows.cycles.count < FEWEST_CYCLES:
+    if rows.cycles.count < 10:  # fewer do not tell a scatter of friction from a cause
         return (), 0.0
     passed = _LowPass.of(rows)
     explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
@@ -342,7 +337,7 @@ def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, lev
     part = np.arange(cycle.size) * FEWEST_UNITS // cycle.size
     units = Groups(cycle if count >= FEWEST_UNITS else cycle * FEWEST_UNITS + part)
     pulls = units.summed(free * weighed.without(explained)[:, None])
-    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (SIGNS, units.count))
+    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (499, units.count))  # drawn for each
     drawn = np.vstack([np.ones(units.count), signs]) @ pulls
     squares = np.sum(drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1)
     return bool(squares[0] > np.quantile(squares[1:], level))

@@ -23,11 +23,8 @@ SLOW = (0.003, 0.01, 0.03)  # of the largest speed
 LEAST_BAND = 0.5  # of the median: no band counts for much more than the others
 SMALL = 1e-3  # of a column: what keeps one that is seldom seen from being fitted to chance
 TINY = 1e-9
-ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 GAP = 1.5  # of the time from row to row, beyond which some are left out
 SMALLEST = float(np.finfo(float).tiny)
-SEEN = 1e-12  # of the friction of the half-cycle with most: less has no level
-FAR = 3.0  # periods of the cut-off from a reversal
 NARROW = 0.125  # of the cut-off: faster than that, rows know of corners and of the filters more than of friction
 
 
@@ -101,7 +98,7 @@ class Rows:
         """Which rows move, far from reversals and wherever the velocity trembles through zero."""
         speed = np.abs(self.velocity)
         periods = np.minimum(self.turned, np.minimum(*self.from_ends(self.time))) * self.cutoff
-        return (periods > FAR) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))
+        return (periods > 3.0) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))  # periods of the cut-off from a reversal
 
     @cached_property
     def stretch(self) -> np.ndarray:
@@ -171,7 +168,7 @@ class Weighed:
             within = residual - level[cycles.index] * slope
             error = float(within @ within) / max(independent_rows(within), 1.0) / power
             square = float(np.mean(level**2))
-            for _ in range(ROUNDS):
+            for _ in range(8):  # of the weights, which depend on the scatter that they tell
                 share = 1.0 / (square + error)
                 square = float(np.sum(share * level**2) / np.sum(share))
             square = max(square - float(np.median(error)), 0.0)
@@ -231,4 +228,4 @@ class Weighed:
 
 
 def _floored(power: np.ndarray) -> np.ndarray:
-    return np.maximum(power, max(SEEN * float(power.max()), SMALLEST))
+    return np.maximum(power, max(1e-12 * float(power.max()), SMALLEST))  # of the friction of the half-cycle with most: less has no level

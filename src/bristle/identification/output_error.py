@@ -40,13 +40,8 @@ from bristle.simulation.result import relative_error_percent
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
 FIRST_EVALUATIONS, LAST_EVALUATIONS = 40, 12
-LAG_AT_FIRST = 0.2  # samples
-EVERYWHERE = 0.7  # of the work, where the whole range is looked at
 SEED = 7_110_601
 START = 0.25  # of the work, which finds where a simulation begins
-EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
-LAG_MOST = 20.0  # samples
-FAR = 1e12  # of a signal that left the finite numbers
 
 
 @dataclass(frozen=True)
@@ -65,7 +60,7 @@ class OutputError:
         if any(axis.seeks_lag for axis in axes):
             time, parameters = logs[0].sample_time, inverse.parameters
             description = "lag of the drive behind its controller"
-            lag = Variable("time", description, min=0.0, max=LAG_MOST * time, nominal=time, excitation="drive")
+            lag = Variable("time", description, min=0.0, max=20.0 * time, nominal=time, excitation="drive")  # samples
             inverse = replace(inverse, parameters=replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag}))
         pairs = zip(logs, axes, strict=True)
         return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log)))
@@ -81,7 +76,7 @@ class OutputError:
     @property
     def rough(self) -> Self:
         """The same on the first samples of each segment, an open loop with one step for a sample."""
-        most = max(EXPLORED // len(self.outputs), 1)
+        most = max(12_000 // len(self.outputs), 1)  # samples of all logs, which are enough to see whether a place is worth a closer look
         return replace(self, outputs=tuple(output.rough(most) for output in self.outputs))
 
     @property
@@ -276,7 +271,7 @@ class Changed:
         if all(free[name] == values[name] for name in error.parameters.free):
             return self.change
         simulated = error.simulated(error.parameters.complete(free))
-        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, FAR)
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)  # of a signal that left the finite numbers
 
 
 @dataclass(frozen=True)
@@ -311,7 +306,7 @@ class Simulation:
         """Return the estimation of a model of which inverse dynamics has the solution `start`."""
         error = self.error(inverse)
         search = context.search(error, error.magnitude, simulates=True)
-        first = {LAG: LAG_AT_FIRST * self.logs[0].sample_time} | start.values
+        first = {LAG: 0.2 * self.logs[0].sample_time} | start.values  # samples
 
         def work(best: BestSoFar) -> None:
             self._from_several(search, first, best, report, everywhere=context.everywhere)
@@ -333,7 +328,7 @@ class Simulation:
         )
 
     def _from_several(self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool) -> None:
-        before = EVERYWHERE if everywhere else 0.0
+        before = 0.7 if everywhere else 0.0  # of the work, where the whole range is looked at
 
         def report_start(number: float) -> None:
             share = before + (1.0 - before) * number / (FURTHER_STARTS + 2.0)

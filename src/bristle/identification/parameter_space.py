@@ -26,7 +26,6 @@ ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")
 SHARE_MOST = 0.95  # of what a multiple must stay below: at 1 a gate would be a jump
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
-BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 
 
 class Turned(NamedTuple):
@@ -236,7 +235,7 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
     if floor is not None:
         # A log shows no force that its effort never came near.
-        most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
+        most = 2.0 * scales.peak / scale if variable.quantity == "force" else math.inf  # times the largest effort of the log
         return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.name)
     if variable.min > 0.0 and variable.quantity != "mass":
         low, high = scales.range(variable)

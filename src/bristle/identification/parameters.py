@@ -30,7 +30,6 @@ from bristle.identification.dataset import Dataset
 from bristle.plants.inertia import MODEL as inertia
 
 SLIDES = ("sliding", "stribeck", "presliding")
-SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
 STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
 ALIKE = 1e-9  # of two scales of a unit that are one
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
@@ -139,7 +138,7 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
     speeds = np.abs(dataset.all_velocities)
     speeds = speeds[speeds > 0.0]
     speed = float(np.quantile(speeds, 0.995))
-    slowest = max(float(np.quantile(speeds, SLOWEST_SHARE)), 1e-4 * speed)
+    slowest = max(float(np.quantile(speeds, 0.01)), 1e-4 * speed)  # of the samples are slower than the smallest Stribeck velocity sought
     stroke = stroke_of(dataset)
     return Scales(
         force=force,

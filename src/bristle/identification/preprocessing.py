@@ -40,13 +40,9 @@ from bristle.logs.turns import rests, whole_cycle, with_sides
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
 BENT_DECIMATION, BENT_ROWS = 4, 400  # of a plant with terms, and rows that are left of a short log
-EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
-REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
 HIDES, CALM = 0.3, 0.03  # of what friction takes: noise that hides it, and that does not
-CALM_ROWS = 1000  # that are left
 CREEPS = 10.0  # encoder steps of the range from which an axis moves, be it ever so slowly
-ALIKE = 1e-3  # relative difference of sample times that is none
 
 
 def treat_all(
@@ -69,7 +65,7 @@ def treat_all(
         path = f"log {log.source.name}"
         if part.kind != first.kind:
             raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
-        if abs(part.sample_time / first.sample_time - 1.0) > ALIKE:
+        if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference of sample times that is none
             period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
             raise InputError(
                 f"was sampled every {period}, the first log every {first_period}",
@@ -131,7 +127,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
                 mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
             )
     resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
-    dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
+    dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
     shortest = 2 * dropped + ROWS_MIN * decimation
     parts = log.segments or (slice(0, len(log)),)
     lengths = [len(range(*part.indices(len(log)))) for part in parts]
@@ -224,7 +220,7 @@ def segment_of(
         # White noise above the cut-off tells how much there is in all.
         noises = noise, effort_noise / max(1.0 - 2.0 * (cutoff * dt), 0.1) ** 0.5
     velocity = np.gradient(smooth, dt)
-    window = max(round(REST_PERIODS / (cutoff * dt)), 1)
+    window = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency, without an encoder step, make a rest
     rest = velocity == 0.0 if creeping else rests(smooth, window, max(1.5 * resolution, 4.0 * noises[0]))
     segment = Segment(
         time=log.time.values[part],
@@ -301,7 +297,7 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     if share <= HIDES:
         return rows, share
     bandwidth = dataset.bandwidth * (CALM / share) ** 0.4
-    most = rows * dataset.effort.size // CALM_ROWS
+    most = rows * dataset.effort.size // 1000  # that are left
     return max(min(round(0.5 / (bandwidth * dt)), most), rows), share
 
 

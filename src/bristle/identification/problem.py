@@ -21,8 +21,6 @@ from bristle.identification.parameters import ParameterSet
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.waves import frequency_in, waves
 
-AS_WELL = 3.0  # times the standard error: what rows away from reversals tell of a parameter
-APART = 0.02  # of a force: what the columns cannot take
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 FEWEST = 50  # rows
 LEAST_TURNS, WAVE_SHARE = 3.0, 0.05  # of waves: turns over the range, share of the squares that are left over
@@ -98,12 +96,12 @@ class Contrast:
         usual, forces = np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1), away.beside(residual)[away.rows]
         length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
         beside = forces[:, length > 0.0] / length[length > 0.0]
-        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > APART]
+        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > 0.02]  # of a force: what the columns cannot take
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual
             worst = int(np.argmax(share))
-            if share[worst] <= AS_WELL:
+            if share[worst] <= 3.0:  # times the standard error: what rows away from reversals tell of a parameter
                 matrix = np.zeros((theta.size, inverse.shape[1]))
                 matrix[places] = inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
                 return cls(matrix, np.flatnonzero(away.rows))
@@ -256,7 +254,6 @@ class Problem(Residual, Protocol):
 
 
 CLUSTERS = 40
-FEWEST_CYCLES = 5  # half-cycles of a jackknife
 RANK = 1e-12  # of the largest singular value of its equations
 
 
@@ -340,7 +337,7 @@ class Jackknife:
         inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
         scale = np.linalg.norm(jacobian[:, inner], axis=0)
         columns = jacobian[:, inner] / scale
-        if cycles.count < FEWEST_CYCLES:
+        if cycles.count < 5:  # half-cycles of a jackknife
             return cls((), frozenset(), cycles, columns, np.zeros((cycles.count, 0, columns.shape[1])))
         parts = np.stack([part.T @ part for part in cycles.split(columns)])
         inverse = np.linalg.pinv(np.sum(parts, axis=0) - parts, rcond=RANK, hermitian=True)

@@ -30,10 +30,8 @@ from bristle.identification.parameter_space import Solution
 OF_THIS_SHAPE = Diagnostic("element_shape", severity="note")
 
 ROUNDS = 4
-FALLS = 0.98  # of the sum of squares before: by less it does not fall
 STARTS = 3  # Stribeck velocities
 COULOMB = 0.8  # of the level of elements without a curve, where the search begins
-ATTRACTION = 30.0  # samples in which the force comes to the curve, where the search begins
 
 
 class Curve(NamedTuple):
@@ -90,7 +88,7 @@ class StribeckElements:
         values, scales = first.parameters.complete(plain.values), self.context.scales
         for static, level in zip(statics, levels, strict=True):
             values |= {static: values[level], level: COULOMB * values[level]}
-        values["C"] = scales.force / (ATTRACTION * scales.sample_time)
+        values["C"] = scales.force / (30.0 * scales.sample_time)  # samples in which the force comes to the curve, where the search begins
         low, high = scales.range(problem.parameters.variables["v_S"])
         ends = []
         for number, v_S in enumerate(np.geomspace(low, high, STARTS + 2)[1:-1].tolist()):
@@ -104,7 +102,7 @@ class StribeckElements:
             again = self._elements(Curve(F_C / F_S, best.values["v_S"], best.values["C"] / F_S))
             trial = self.problem(again.solution()[0].parameters.component)
             solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
-            fell = solution.cost < FALLS * best.cost
+            fell = solution.cost < 0.98 * best.cost  # of the sum of squares before: by less it does not fall
             if solution.cost < best.cost:
                 problem, best, elements = trial, solution, again
             if not fell:

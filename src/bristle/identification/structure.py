@@ -154,7 +154,6 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
 
 
 FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
-MENDED = 0.1  # of the share of noise that is told
 DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
@@ -234,7 +233,7 @@ def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], setting
 def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
     """Return by how much noise of the position makes the inertia too small, and the cut-off that would mend it."""
     share = dataset.acceleration_noise_share
-    enough = dataset.bandwidth * (MENDED * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)
+    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)  # of the share of noise that is told
     return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
 
 

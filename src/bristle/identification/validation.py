@@ -32,7 +32,6 @@ from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
 TOO_SHORT = Diagnostic("too_short")
-FEWEST = 10.0  # measurements
 PLACES = frozenset({"position", "periodic"})  # slots that know the place of the axis
 
 
@@ -140,7 +139,7 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     if not np.all(squares > 0.0) or not fits:
         return list(fits)
     best = fits[int(np.argmin(squares))].traces.residual
-    count = max(independent_rows(best), FEWEST)
+    count = max(independent_rows(best), 10.0)  # measurements
     plain, sizes = count * np.log(squares / best.size), np.array(list(map(_size, fits)))
     criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
     differences = criteria - criteria.min(axis=1, keepdims=True)

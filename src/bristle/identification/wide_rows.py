@@ -258,7 +258,8 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
         little = 2.0 * np.pi * noise * (2.0 / 3.0 * dt * width**3) ** 0.5 < SPEED_NOISE * top
         if little or width <= narrowest:
             stride = max(int(FINE / (width * dt)), 1)
-            pairs, known = zip(parts, speeds, strict=True), list[float]()
+            pairs = zip(parts, speeds, strict=True)
+            known = list[float]()
             if axes[0] is not None:
                 # The waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging.
                 known = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]

@@ -169,7 +169,6 @@ class NormalEquations:
 SIGNS = ("magnet", "friction", "textbook")
 RESOLUTION = 30  # stops, or cells along a side of a grid
 LAGGING = ("piezo",)  # kinds whose output may lag behind the input: plays are tried beside stops
-NEGLIGIBLE = 1e-5  # of the largest force of a stop: a weight that rounding left
 ROWS_MOST = 10_000  # of a regressor: beyond, samples are left out evenly
 
 
@@ -305,7 +304,7 @@ def _fit(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, pl
 
     solution = NormalEquations.of(stacked(traces, features, rows), outputs_of(recorded, rows)).solve()
     weights, spring = solution.weights[:-1], float(solution.weights[-1])
-    used = weights * r > NEGLIGIBLE * float(np.max(weights * r))
+    used = weights * r > 1e-5 * float(np.max(weights * r))  # of the largest force of a stop: a weight that rounding left
     used[-1] |= not used.any()
     if plays:  # a play is the input less the stop of its threshold
         spring, weights = spring + float(np.sum(weights[used])), -weights

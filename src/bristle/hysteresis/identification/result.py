@@ -13,12 +13,8 @@ from bristle.engine import response
 from bristle.hysteresis.identification.linear import trace_of
 from bristle.logs.curves import Curve, Curves
 
-NEARNESS = 0.02  # of the range of inputs: turning points between which branches change evenly
-SAMPLES_LEAST = 5  # of a branch
 WINDOWS = (1, 5, 9, 13)  # samples
 SHARES = np.linspace(0.0, 1.0, 101)  # of the way along a curve, at which it is compared
-GAIN = 0.999  # of the error, at most: a wider window has to earn its place
-POINTS = 20  # of a branch, at which it is compared
 
 
 class Congruency(NamedTuple):
@@ -43,7 +39,7 @@ class Branch(NamedTuple):
 def congruency_of(recorded: Curves) -> Congruency:
     """Return how far recorded branches are from congruent."""
     close, far = [], []
-    nearness = NEARNESS * (recorded.high - recorded.low)
+    nearness = 0.02 * (recorded.high - recorded.low)  # of the range of inputs: turning points between which branches change evenly
     for side in (1.0, -1.0):
         branches = _branches(recorded, side)
         third = len(branches) // 3
@@ -62,7 +58,7 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
         base, rising = trace.base[trace.first :] - trace.first, trace.side[trace.first :] == side
         for turned in np.unique(base[rising & (base >= 0)]):
             part = np.flatnonzero((base == turned) & rising)
-            if part.size >= SAMPLES_LEAST:
+            if part.size >= 5:  # of a branch
                 travel, change = side * (curve.u[part] - curve.u[turned]), side * (curve.f[part] - curve.f[turned])
                 branches.append(Branch(float(curve.u[turned]), travel, change))
     return sorted(branches, key=lambda branch: branch.turn)
@@ -71,7 +67,7 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
 def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
     """Return by how much a branch differs from what two others say in between, over the part that all have."""
     three = (before, branch, behind)
-    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), POINTS + 1)[1:]
+    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), 20 + 1)[1:]  # of a branch, at which it is compared
     low, inner, high = (np.interp(travel, [0.0, *branch.travel], [0.0, *branch.change]) for branch in three)
     width = behind.turn - before.turn
     share = float(np.clip((branch.turn - before.turn) / width, 0.0, 1.0)) if width > 0.0 else 0.5
@@ -101,7 +97,7 @@ def smoothed(recorded: Curves) -> Smoothed:
     raw, best, window = _rows(order), np.inf, 1
     for width in WINDOWS:
         error = _error_between(_rows([_behind(curve, width) for curve in order]), raw, order)
-        if error < GAIN * best:
+        if error < 0.999 * best:  # of the error, at most: a wider window has to earn its place
             best, window = error, width
     return Smoothed(replace(recorded, curves=tuple(_behind(curve, window) for curve in recorded.curves)), window)
 
