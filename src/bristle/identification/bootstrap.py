@@ -280,6 +280,10 @@ class Level(NamedTuple):
         above = max(self.visible / deviation**2 - self.quiet, 0.0)
         return (above / self.gain) ** 0.5 if self.gain > 0.0 else 0.0
 
+    def visible_of(self, scatter: float) -> float:
+        """Return which deviation a scatter is seen as."""
+        return (self.quiet + self.gain * scatter**2) ** 0.5 or 1.0
+
 
 class _Drawn(NamedTuple):
     """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual.
@@ -329,7 +333,7 @@ class _Fits:
         scatter, usual, share = self.disturbance.scatter, 1.0, rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL)
         if self.level is not None:
             scatter = self.level.scatter(self.level.squares.deviation(share))
-            usual = (self.level.quiet + self.level.gain * scatter**2) ** 0.5 or 1.0  # the deviation that it is seen as
+            usual = self.level.visible_of(scatter)
         replicate = self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side)
         theta, residual = self.refit.solve(replicate, solution.theta)
         return _Drawn(
