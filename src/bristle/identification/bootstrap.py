@@ -172,8 +172,8 @@ def bootstrap(
             centre = np.clip(fits.centre - off, solution.space.low, solution.space.high)
             if np.all(np.abs(centre - fits.centre) <= OFF * np.std(thetas, axis=0, ddof=1)):
                 break
-            made = fits.replicates.made_with(problem.parameters.complete(solution.space.values(centre)))
-            fits = replace(fits, replicates=made, centre=centre)
+            replicates = fits.replicates.made_with(problem.parameters.complete(solution.space.values(centre)))
+            fits = replace(fits, replicates=replicates, centre=centre)
         square, pilots = float(np.mean(residual**2)), pool.map(fits.fit, second)
         lacking = max(square - float(np.mean([fit.square for fit in pilots])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)

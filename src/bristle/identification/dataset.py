@@ -194,10 +194,10 @@ class Dataset:
     def _thinned(self, signals: Iterable[np.ndarray]) -> np.ndarray:
         from scipy.signal import resample_poly
 
-        parts, every = list[np.ndarray](), self.decimation
+        parts, step = list[np.ndarray](), self.decimation
         for signal in signals:
             part = self.without_edges(signal)
-            parts.append(part if every == 1 else np.asarray(resample_poly(part, 1, every, window=_taps(every), padtype="edge")))
+            parts.append(part if step == 1 else np.asarray(resample_poly(part, 1, step, window=_taps(step), padtype="edge")))
         return np.concatenate(parts)
 
     @cached_property
@@ -206,7 +206,7 @@ class Dataset:
         if self.row_mask is not None:
             return self.row_mask
         if self.keeps_rests:
-            return np.ones(self._thinned(self._each("time")).size, dtype=bool)
+            return np.ones(self._thinned(self._signals("time")).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
         return np.abs(self._thinned(rests)) < 0.01  # weight of samples at rest that a row may contain
 
@@ -225,34 +225,34 @@ class Dataset:
         periods = math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation))
         return periods + (REACH if self.decimation > 1 else 0)
 
-    def _each(self, name: str) -> Iterator[np.ndarray]:
+    def _signals(self, name: str) -> Iterator[np.ndarray]:
         """Return a signal of all segments."""
         return map(attrgetter(name), self.segments)
 
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self.sampled(self._each("time"))
+        return self.sampled(self._signals("time"))
 
     @cached_property
     def position(self) -> np.ndarray:
         """Position of each row [m or rad]."""
-        return self.rows_of(self._each("position"))
+        return self.rows_of(self._signals("position"))
 
     @cached_property
     def velocity(self) -> np.ndarray:
         """Velocity of each row [m/s or rad/s]."""
-        return self.rows_of(self._each("velocity"))
+        return self.rows_of(self._signals("velocity"))
 
     @cached_property
     def acceleration(self) -> np.ndarray:
         """Acceleration of each row [m/s^2 or rad/s^2]."""
-        return self.rows_of(self._each("acceleration"))
+        return self.rows_of(self._signals("acceleration"))
 
     @cached_property
     def effort(self) -> np.ndarray:
         """Effort of each row [N or N*m]."""
-        return self.rows_of(self._each("effort"))
+        return self.rows_of(self._signals("effort"))
 
     @cached_property
     def log_of_row(self) -> np.ndarray:
@@ -283,7 +283,7 @@ class Dataset:
     @cached_property
     def all_velocities(self) -> np.ndarray:
         """Velocity of every sample [m/s or rad/s], edges left out."""
-        return np.concatenate(list(map(self.without_edges, self._each("velocity"))))
+        return np.concatenate(list(map(self.without_edges, self._signals("velocity"))))
 
     @property
     def rest_share(self) -> float:
@@ -294,7 +294,7 @@ class Dataset:
     def reversals(self) -> tuple[tuple[int, ...], ...]:
         """First sample after each change of direction, of each segment, its edges left out."""
         edge, inside = self.dropped, list[tuple[int, ...]]()
-        for velocity in self._each("velocity"):
+        for velocity in self._signals("velocity"):
             first = reversals(velocity, sided=True)
             inside.append(tuple(first[(edge < first) & (first < velocity.size - edge)].tolist()))
         return tuple(inside)

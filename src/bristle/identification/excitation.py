@@ -193,9 +193,9 @@ def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnosti
     step = max(max(x.size for x in motions.values()) // 4000, 1)  # samples of the longer of two logs
     thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
     repeated, most = set[int](), settings.repeated_size**2
-    for log, other in permutations(thinned, 2):
+    for log, second in permutations(thinned, 2):
         # The same, one of them shifted in time.
-        x, y = thinned[log], thinned[other]
+        x, y = thinned[log], thinned[second]
         shared, product, xx, yy = by_lag(x, y)
         long = (shared >= settings.repeated_overlap * min(x.size, y.size)) & (xx > 0.0) & (yy > 0.0)
         alike = long & (product >= settings.repeated * np.sqrt(xx * yy))

@@ -156,8 +156,8 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     lag = lag if delay_known or not sought else None
     mass_known = mass_width <= 0.2 * mass  # of the inertia: a half-width that tells nothing
     # A filter that makes all of a delay may be as good an explanation as none; half a sample is a hold.
-    made, free = abs(delay) - 0.5 * dt, narrower.free
-    as_good = made > dt and abs(free.c - math.copysign(0.5 * made**2, delay)) < AGREE * free.std(-1)
+    lag_alone, free = abs(delay) - 0.5 * dt, narrower.free
+    as_good = lag_alone > dt and abs(free.c - math.copysign(0.5 * lag_alone**2, delay)) < AGREE * free.std(-1)
     may_be_filter = delay_known and lag is None and as_good
     return Alignment(
         delay=delay if delay_known else None,

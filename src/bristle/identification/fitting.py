@@ -228,32 +228,32 @@ class Judgement:
         role = next((role for role in PARTNER if role.fits(variables[name])), None)
         if role is None:
             return None
-        unknown, known = 0, 0
+        unsure_count, sure_count = 0, 0
         for partner, variable in variables.items():
             if PARTNER[role].fits(variable) and partner in self.solution.values:
-                lost = partner in self.solution.at_edge or self._unsure_alone[partner] is not None
-                unknown, known = unknown + lost, known + (not lost)
+                is_unsure = partner in self.solution.at_edge or self._unsure_alone[partner] is not None
+                unsure_count, sure_count = unsure_count + is_unsure, sure_count + (not is_unsure)
             elif PARTNER[role].fits(variable):
-                unknown += self.problem.parameters.is_redundant(partner)
-        if unknown and not known:
+                unsure_count += self.problem.parameters.is_redundant(partner)
+        if unsure_count and not sure_count:
             return self.excitation.cause(name)
         stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
         if name not in names or not stiff or not self.filtered:
             return None
         fall = [place for place, part in enumerate(names) if any(role.fits(variables[part]) for role in PARTNER)]
         away = self.problem.away
-        told = Contrast.of(self.solution, replace(away, rows=away.far), np.ones(len(names), dtype=bool)).determined
+        determined = Contrast.of(self.solution, replace(away, rows=away.far), np.ones(len(names), dtype=bool)).determined
         reasons = [reason for part in stiff if (reason := self._unsure_alone[part]) is not None]
-        return replace(reasons[0], parameter=name) if not told[fall].all() and len(reasons) == len(stiff) else None
+        return replace(reasons[0], parameter=name) if not determined[fall].all() and len(reasons) == len(stiff) else None
 
     @cached_property
     def _unsure_alone(self) -> dict[str, Diagnostic | None]:
         """Why each free parameter cannot be identified, whatever is known of those that it goes with; None where it can."""
         # The largest part of the effort that the plant does not take.
-        taken = float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
-        return {name: self._doubt(name, taken) for name in self.solution.values}
+        largest = float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
+        return {name: self._doubt(name, largest) for name in self.solution.values}
 
-    def _doubt(self, name: str, taken: float) -> Diagnostic | None:
+    def _doubt(self, name: str, largest: float) -> Diagnostic | None:
         least, variable, dataset = self.excitation.settings, self.excitation.variables[name], self.problem.dataset
         value, std, is_inertia = self.excitation.values[name], max(self._std[name]), Role.INERTIA.fits(variable)
         if self.excitation.is_hidden(name, filtered=self.filtered):
@@ -271,8 +271,8 @@ class Judgement:
             return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if is_inertia else None
-        if acts_in_sliding(variable) and value > least.beyond_effort * taken:
-            return Diagnostic("beyond_effort", name, "warning", {"effort": taken}, dataset.kind)
+        if acts_in_sliding(variable) and value > least.beyond_effort * largest:
+            return Diagnostic("beyond_effort", name, "warning", {"effort": largest}, dataset.kind)
         # No value of a constant force within its error would matter.
         rms_effort = float(np.sqrt(np.mean(dataset.effort**2)))
         small = variable.quantity == "force" and std < least.negligible_force * rms_effort
@@ -292,8 +292,8 @@ class Judgement:
         # Neither a level of friction nor a damping takes any effort.
         roles = (Role.LEVEL, Role.BREAK_AWAY, Role.VISCOUS)
         opposing = (part for role in roles for part in names_of(role, self.excitation.variables))
-        nothing = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
-        if edge == "smallest" and Role.LEVEL.fits(variable) and nothing:
+        frictionless = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
+        if edge == "smallest" and Role.LEVEL.fits(variable) and frictionless:
             return Diagnostic("no_friction", name, "warning", numbers, kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
@@ -312,13 +312,13 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     """Return which parameters were fixed, and why; a weight that nobody told is a doubt of what holds beside it."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    weights, why = list[Diagnostic](), list[Diagnostic]()
+    weights, reasons = list[Diagnostic](), list[Diagnostic]()
     for name, entry in problem.parameters.fixed.items():
         if entry.half_width is None and entry.reason == GUESSED:
             weights.append(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind))
         if entry.half_width is None and entry.reason not in SHOWN:
-            why.append(why_fixed(name, entry, variables[name], kind))
-    return (*weights, *why)
+            reasons.append(why_fixed(name, entry, variables[name], kind))
+    return (*weights, *reasons)
 
 
 def about_estimates(

@@ -83,8 +83,8 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
         missing, left = _search(away, away.explained, ANYWHERE, settings.missing_share, settings)
     explained, causes = rows.explained, columns_by_cause(rows)
     for force in missing:
-        taken = waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
-        explained = np.column_stack([explained, taken])
+        columns = waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
+        explained = np.column_stack([explained, columns])
     around, of_all = _search(rows, explained, AROUND, settings.missing_share_around, settings)
     return (*missing, *around), left if missing else of_all
 

@@ -325,8 +325,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     else:
         variables = component.variables.items()
         forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
-        told = not side or not forces
-        offset = None if told else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
+        identifiable = not side or not forces
+        offset = None if identifiable else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
     offset = offset if prior.offset is None else Fixed(prior.offset, "held_known")
     if offset is not None:
         held |= dict.fromkeys(names_of(OFFSET, component.variables), offset)

@@ -160,8 +160,8 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
         cogging={cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics},
         columns=tuple(map(attrgetter("name"), axis.regressors)),
     )
-    known = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
-    values = {name: number for name, variable in plant.variables.items() if (number := known.get(variable.quantity)) is not None}
+    by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
+    values = {name: number for name, variable in plant.variables.items() if (number := by_quantity.get(variable.quantity)) is not None}
     values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
     constant = offset if offset is not None else axis.offset
     if isinstance(constant, str) and constant == "identify":

@@ -112,8 +112,8 @@ def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[
     """
     problem, solution = estimation.resampled
     variables, doubts = problem.parameters.variables, TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics)
-    shown = (name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
-    return tuple(shown) if doubts else ()
+    turning = (name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
+    return tuple(turning) if doubts else ()
 
 
 def _identified(estimates: Sequence[Estimate]) -> list[str]:

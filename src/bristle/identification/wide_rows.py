@@ -95,12 +95,12 @@ class WideRows:
             stretch.columns = stretch.columns[present]
         return bool(present[0] and np.count_nonzero(weight > 0.5) >= FEWEST)
 
-    def _each(self, name: str) -> list[np.ndarray]:
+    def _signals(self, name: str) -> list[np.ndarray]:
         return list(map(attrgetter(name), self.stretches))
 
     def _together(self, name: str) -> np.ndarray:
         """Return a signal of all stretches, one after the other."""
-        return np.concatenate(self._each(name), axis=-1)
+        return np.concatenate(self._signals(name), axis=-1)
 
     def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
         """Return signals weighed and behind the narrow filter, all stretches one after the other."""
@@ -111,7 +111,7 @@ class WideRows:
     def regressor(self, cutoff: float) -> np.ndarray:
         """Return the columns weighed and behind the narrow filter, shape (column, row)."""
         if cutoff not in self.narrow:
-            self.narrow[cutoff] = self.behind(cutoff, self._each("columns"))
+            self.narrow[cutoff] = self.behind(cutoff, self._signals("columns"))
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
@@ -179,7 +179,7 @@ class WideRows:
 
     def _filtered(self, c: float) -> list[np.ndarray]:
         """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""
-        columns = self._each("columns")
+        columns = self._signals("columns")
         if c <= 0.0:
             return columns
         if self.passed is None or self.passed[0] != c:
@@ -259,12 +259,12 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
         if little or width <= narrowest:
             stride = max(int(FINE / (width * dt)), 1)
             pairs = zip(parts, speeds, strict=True)
-            known = list[float]()
+            frequencies = list[float]()
             if axes[0] is not None:
                 # The waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging.
-                known = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
-                known = [1.0] * axes[0].gravity + known
-            stretches = [_stretch(*pair, width, dt, stride, top, known) for pair in pairs if top > 0.0]
+                frequencies = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
+                frequencies = [1.0] * axes[0].gravity + frequencies
+            stretches = [_stretch(*pair, width, dt, stride, top, frequencies) for pair in pairs if top > 0.0]
             rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
