@@ -84,10 +84,10 @@ class Documented:
         """Each parameter that a person sets, with its description, in order."""
         return ReadOnly(variables_of(self.Parameters))
 
-    @cached_property
-    def defaults(self) -> ReadOnly[str, Any]:
+    @property
+    def defaults(self) -> Mapping[str, Any]:
         """The parameters that have a default value."""
-        return ReadOnly(self._written(getattr(self.Parameters, "_field_defaults", {})))
+        return self._written(getattr(self.Parameters, "_field_defaults", {}))
 
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""

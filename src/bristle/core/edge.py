@@ -24,7 +24,7 @@ import inspect
 import math
 import numbers
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -132,6 +132,7 @@ def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Conve
         is_real = isinstance(number, numbers.Real) and not isinstance(number, bool)
         if not is_real or not (isinstance(number, numbers.Integral) or (math.isfinite(number) and number == number // 1)):
             raise InputError("must be a whole number", path=path, value=shown(value), allowed=allowed)
+        number = cast("Any", number)
         if not (least <= number <= most or (none and number == 0)):
             raise InputError("out of range", path=path, value=value, allowed=allowed)
         return int(number)

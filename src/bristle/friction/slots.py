@@ -173,7 +173,7 @@ class SlottedModel(EnclosingModel):
         return ReadOnly(variables | dict(self.beside))
 
     @cached_property
-    def defaults(self) -> ReadOnly[str, Any]:
+    def defaults(self) -> ReadOnly[str, Any]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The parameters that have a default value."""
         inner = self.inner.defaults
         return ReadOnly({key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0})

@@ -70,8 +70,15 @@ class OutputError:
         """What is simulated."""
         return type(self.outputs[0])
 
-    is_effort = property(lambda self: self.loop.is_effort)
-    intervals_code = property(lambda self: self.loop.intervals_code)
+    @property
+    def is_effort(self) -> bool:
+        """Whether the signal is an effort."""
+        return self.loop.is_effort
+
+    @property
+    def intervals_code(self) -> str:
+        """Code of the diagnostic of the intervals."""
+        return self.loop.intervals_code
 
     @property
     def rough(self) -> Self:

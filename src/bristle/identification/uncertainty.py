@@ -240,8 +240,8 @@ def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[s
     doubtful = [name for name in names if name in candidates and solution.values[name] != 0.0]
     followed = _Followed(problem, solution, free, settings)
     # Where the linear fit makes sure that a parameter is seen, nobody asks.
-    rises = {name: min(followed.linear_rise(name, change) for change in followed.changes) for name in doubtful}
-    doubtful = [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * settings.seen_rise]
+    linear = {name: min(followed.linear_rise(name, change) for change in followed.changes) for name in doubtful}
+    doubtful = [name for name, rise in linear.items() if not rise >= BEYOND_DOUBT * settings.seen_rise]
     while doubtful:
         around = _Followed(problem, solution, free, settings)
         with Abreast() as pool:
