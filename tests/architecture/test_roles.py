@@ -14,7 +14,7 @@ ROOT = Path(bristle.__file__).parent / "identification"
 ALLOWED = {
     "identify.py": {"lugre"},  # tells a filtered position from a command that acts late
     "request.py": {"offset"},  # an argument of identify
-    "sliding_friction.py": {"coulomb_viscous", "F_C", "F_v"},
+    "estimation.py": {"coulomb_viscous", "F_C", "F_v"},
     "fixed_shape.py": {"k_i", "nu_i", "s"},
     "element_models.py": {"F_C"},
     "stribeck_element_models.py": {"F_C", "F_S", "C", "v_S"},

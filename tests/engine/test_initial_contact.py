@@ -6,9 +6,9 @@ import pytest
 import bristle as br
 from bristle.engine import force_along
 from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge, parameters_of
-from bristle.identification.sliding_friction import context_of
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.report.messages import notes_of

@@ -37,7 +37,7 @@ def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
 @pytest.mark.parametrize(("times", "status"), [(10.0, "identified"), (1.03, "unidentifiable"), (1.01, "identified")])
 def test_one_of_eight_steps_is_told_unless_a_stiffer_axis_is_seen_as_it(monkeypatch, times, status):
     # What is no stiffer than the end of the interval asks nothing that the interval does not say.
-    monkeypatch.setattr("bristle.identification.identifiability.STIFFER", times)
+    monkeypatch.setattr("bristle.identification.uncertainty.STIFFER", times)
     model = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=5e5, sigma_1=600.0, sigma_2=30.0)
     fit = identify(slow_log(model, step=2e-6, duration=10.0), "lugre", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["sigma_0"].status == status

@@ -8,12 +8,13 @@ import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 
 from bristle import friction
-from bristle.identification import contrast, identify
-from bristle.identification.contrast import Away, Contrast, between
+from bristle.identification import identify
+from bristle.identification import problem as contrast
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import linear
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
+from bristle.identification.problem import Away, Contrast, between
 
 SEEDS = range(6)
 DT = 1e-3

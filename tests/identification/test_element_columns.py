@@ -7,12 +7,12 @@ from tests.identification.test_elements import MASS, elements_log
 from bristle import plants
 from bristle.friction import find
 from bristle.identification.element_models import elements_of
+from bristle.identification.estimation import context_of
 from bristle.identification.fixed_shape import shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.identification.problem import covariance_of
-from bristle.identification.sliding_friction import context_of
 
 T = 1e-3 * np.arange(3000)
 AROUND = {"load": 1.0 + 0.3 * np.sin(9.0 * T), "temperature": 293.15 + 10.0 * np.cos(3.7 * T)}

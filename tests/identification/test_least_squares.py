@@ -7,10 +7,10 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle.core import Axis
 from bristle.friction import find
+from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.sliding_friction import context_of
 
 STEP = 1e-8  # N
 

@@ -9,10 +9,10 @@ from tests.identification.known_logs import log_of, sines, sliding_effort
 from bristle.core import Axis, FrictionModel, Relation, Variable
 from bristle.friction import find
 from bristle.friction.slots import slotted
+from bristle.identification.estimation import context_of
 from bristle.identification.parameter_space import TransformedSpace
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.sliding_friction import context_of
 
 CASES = {
     "as it is": ("elastoplastic", False, {}),

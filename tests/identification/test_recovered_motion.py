@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, strokes
 
+from bristle.identification.half_cycles import FINER, between_samples, noise_density, recovered
 from bristle.identification.preprocessing import treat
-from bristle.identification.recovered_motion import FINER, between_samples, noise_density, recovered
 
 DT, NOISE = 1e-3, 2e-7
 

@@ -12,8 +12,7 @@ from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.identifiability import Unidentifiable
-from bristle.identification.uncertainty import _without_stiffness
+from bristle.identification.uncertainty import Unidentifiable, _without_stiffness
 from bristle.report.messages import warnings_of
 
 

@@ -9,7 +9,8 @@ from bristle.exports.targets import Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.files.model import read_model
-from bristle.identification.structure import _with_presliding
+from bristle.identification.settings import DEFAULT
+from bristle.identification.structure import with_structure
 from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report.identification import answers
@@ -96,5 +97,5 @@ def test_friction_that_builds_up_is_named_before_friction_of_the_place(log):
 def test_nobody_is_sent_to_what_was_compared(log):
     fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
     static = next(one for one in fits if one.name == "coulomb_viscous")
-    named = _with_presliding(static, ["preisach_contact"]).diagnostics[0].numbers
+    named = with_structure(static, None, DEFAULT, compared=["preisach_contact"]).diagnostics[0].numbers
     assert (named["model"], named["compared"]) == ("", "preisach_contact")

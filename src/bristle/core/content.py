@@ -105,7 +105,20 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
     if isinstance(readable, (bytes, bytearray, memoryview)):
         return Content(Path("<bytes>"), bytes(refuse_larger(len(readable), limit, "<bytes>") and readable))
     if not isinstance(readable, (str, os.PathLike)):
-        return _of_object(readable, limit, path, what)
+        try:
+            read = getattr(readable, "read", None)
+            if not callable(read):
+                value = "None" if readable is None else readable
+                raise InputError(f"must be {what}", path=path, value=value, allowed="a path, bytes, or an open file")
+            data: Any = read(limit + 1)
+            data = data.encode() if isinstance(data, str) else bytes(data)
+        except InputError:
+            raise
+        except Exception as error:  # noqa: BLE001  (an open file may be any object with a `read`)
+            raise InputError(f"cannot be read ({told_by(error)})", path=path, value=readable) from None
+        refuse_larger(len(data), limit, "<file>")
+        name = getattr(readable, "name", None)
+        return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)
     source = Path(readable)
     if "\0" in os.fspath(source):
         raise InputError("holds a NUL character and names no file", path=path, value=os.fspath(source))
@@ -155,23 +168,6 @@ def size_in_words(size: float) -> str:
         if size >= 10**power:
             return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")
     return f"{int(size)} B"
-
-
-def _of_object(readable: Any, limit: int, path: str, expected: str) -> Content:
-    try:
-        read = getattr(readable, "read", None)
-        if not callable(read):
-            value = "None" if readable is None else readable
-            raise InputError(f"must be {expected}", path=path, value=value, allowed="a path, bytes, or an open file")
-        data: Any = read(limit + 1)
-        data = data.encode() if isinstance(data, str) else bytes(data)
-    except InputError:
-        raise
-    except Exception as error:  # noqa: BLE001  (an open file may be any object with a `read`)
-        raise InputError(f"cannot be read ({told_by(error)})", path=path, value=readable) from None
-    refuse_larger(len(data), limit, "<file>")
-    name = getattr(readable, "name", None)
-    return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)
 
 
 def _bytes_of(source: Path, limit: int) -> bytes:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 from bristle.core.errors import InputError, did_you_mean
@@ -97,10 +98,11 @@ def _canonical(quantity: str) -> str:
     return written(powers, NAMES)
 
 
-def exponents_of(quantity: str) -> dict[str, float]:
+@lru_cache(maxsize=512)
+def exponents_of(quantity: str) -> Mapping[str, float]:
     """Return the power of each name that is short for no other in a quantity; those of power 0 are left out."""
     products = {name: entry.product or name for name, entry in NAMES.items()}
-    return _expanded(_names_in(quantity), products)
+    return MappingProxyType(_expanded(_names_in(quantity), products))
 
 
 @lru_cache(maxsize=512)
@@ -170,20 +172,15 @@ def _names_in(quantity: str) -> dict[str, float]:
     powers = factors_of(text)
     for name in powers:
         if name not in NAMES:
-            reason = f"is not a quantity: there is no {name!r}"
-            raise InputError(reason, value=quantity, allowed=_allowed(), mend=_mend(name))
+            reason, without = f"is not a quantity: there is no {name!r}", WITHOUT_NAME.get(name.lower())
+            mend = f'Write "{without}" for {name}' if without else did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
+            raise InputError(reason, value=quantity, allowed=_allowed(), mend=mend)
     return powers
 
 
 def _allowed() -> str:
     names = sorted(NAMES, key=lambda name: ("travel" in name, NAMES[name].product != ""))
     return f"1, or a product of powers of {', '.join(names)}"
-
-
-def _mend(name: str) -> str:
-    if name.lower() in WITHOUT_NAME:
-        return f'Write "{WITHOUT_NAME[name.lower()]}" for {name}'
-    return did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
 
 
 def factors_of(product: str) -> dict[str, float]:

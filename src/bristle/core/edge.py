@@ -24,7 +24,7 @@ import inspect
 import math
 import numbers
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def guarded(**arguments: Converter) -> Callable[[T], T]:
 def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     parameters = inspect.signature(function).parameters
     names = tuple(name for name, parameter in parameters.items() if parameter.kind is parameter.POSITIONAL_OR_KEYWORD)
-    usual = {"kind": parameters["kind"].default} if "kind" in parameters else {}
+    usual = parameters["kind"].default if "kind" in parameters else None
     unknown = arguments.keys() - parameters.keys()
     if unknown:
         raise TypeError(f"{function.__qualname__} has no arguments {', '.join(sorted(unknown))}")
@@ -66,22 +66,19 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
         if len(args) > len(names) or not keywords.keys().isdisjoint(names[: len(args)]):
             return function(*args, **keywords)  # which says what is wrong with that, as every function does
         handed = dict(zip(names, args, strict=False)) | keywords
-        kind = _kind_of(usual | handed)
+        # The kind of axis that a call is about is that of its first model, or the one that it names.
+        kind = handed.get("kind", usual)
+        kind = kind if isinstance(kind, str) and kind in KINDS else None
+        for argument in handed.values():
+            if isinstance(argument, Model):
+                kind = argument.kind
+                break
         for name, converter in arguments.items():
             if name in handed:
                 handed[name] = looked_at(converter, handed[name], name, kind)
         return function(**handed)
 
     return convert_first
-
-
-def _kind_of(handed: Mapping[str, Any]) -> Kind | None:
-    """Return the kind of axis that a call is about: that of its first model, or the one that it names."""
-    for argument in handed.values():
-        if isinstance(argument, Model):
-            return argument.kind
-    named = handed.get("kind")
-    return named if isinstance(named, str) and named in KINDS else None  # type: ignore[return-value]
 
 
 SMALLEST = 1e-300  # below, a quotient is no number any more
@@ -91,7 +88,14 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
     """Return what takes a number in SI, or text with a unit."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> float:
-        number = _number(value, variable, path, kind, endless)
+        value = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+        try:
+            number = quantity(value, variable, kind or KINDS[0], path=path, infinite=endless)
+        except InputError:
+            # Where nobody says which kind of axis it is, the unit may be that of either.
+            if kind is not None or not isinstance(value, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
+                raise
+            number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
             raise InputError(
                 "is out of any range", path=path, value=value, allowed=f"0, or {SMALLEST:g} and more in SI", mend="Is the unit right?"
@@ -118,18 +122,6 @@ def of_variables(
     }
 
 
-def _number(value: Any, variable: Variable, path: str, kind: Kind | None, endless: bool) -> float:
-    """Return a number in SI; where nobody says which kind of axis it is, the unit may be that of either."""
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value.item()
-    try:
-        return quantity(value, variable, kind or KINDS[0], path=path, infinite=endless)
-    except InputError:
-        if kind is not None or not isinstance(value, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
-            raise
-        return quantity(value, variable, KINDS[1], path=path, infinite=endless)
-
-
 def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Converter:
     """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
     allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < LARGEST_COUNT else f"{'0, or ' if none else '>= '}{least}"
@@ -137,19 +129,15 @@ def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Conve
 
     def convert(value: Any, path: str, kind: Kind | None) -> int:
         number: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
-        if not _is_whole(number):
+        is_real = isinstance(number, numbers.Real) and not isinstance(number, bool)
+        if not is_real or not (isinstance(number, numbers.Integral) or (math.isfinite(number) and number == number // 1)):
             raise InputError("must be a whole number", path=path, value=shown(value), allowed=allowed)
+        number = cast("Any", number)
         if not (least <= number <= most or (none and number == 0)):
             raise InputError("out of range", path=path, value=value, allowed=allowed)
         return int(number)
 
     return convert
-
-
-def _is_whole(number: Any) -> bool:
-    if isinstance(number, numbers.Integral):
-        return not isinstance(number, bool)
-    return isinstance(number, numbers.Real) and math.isfinite(number) and number == number // 1
 
 
 def among(*names: str) -> Converter:
@@ -243,8 +231,11 @@ def mapping(converter: Converter) -> Converter:
     return convert
 
 
+_TRUTH: Converter = instance((bool, np.bool_), "True or False")
+
+
 def _flag(value: Any, path: str, kind: Kind | None) -> bool:
-    return bool(instance((bool, np.bool_), "True or False")(value, path, kind))
+    return bool(_TRUTH(value, path, kind))
 
 
 def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
@@ -264,9 +255,12 @@ FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 
+_AMONG_KINDS: Converter = among(*KINDS)
+
+
 def _kind(value: Any, path: str, kind: Kind | None) -> str:
     """Take a kind of axis, also by what else people call it."""
-    return among(*KINDS)(kind_called(value), path, kind)
+    return _AMONG_KINDS(kind_called(value), path, kind)
 
 
 KIND: Converter = _kind

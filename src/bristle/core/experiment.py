@@ -59,14 +59,13 @@ LEARNING = {
 }
 
 OF_A_SAMPLE = 1e-6  # within which times are the same: those told in decimals, or as a mean of differences, are not exact
-LONGEST_STEP = 2.5e-4  # of the integration [s]
 FEWEST_STEPS = 4  # in a sample
 
 
 @guarded(sample_time=amount(RUN["sample_time"]))
 def substeps_for(sample_time: float) -> int:
     """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
-    return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - OF_A_SAMPLE))
+    return max(FEWEST_STEPS, math.ceil(sample_time / 2.5e-4 - OF_A_SAMPLE))  # of the integration [s]
 
 
 @guarded(**of_variables(RUN, whole_ones=("substeps", "delay", "seeds"), none=("substeps",), endless=("effort_limit",)))

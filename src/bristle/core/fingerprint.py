@@ -45,7 +45,12 @@ class _Reader:
         self._order[id(value)] = len(self._order)
         self._alive.append(value)
         if isinstance(value, types.FunctionType):
-            self._function(value)
+            self._feed("function", value.__qualname__)
+            self._code(value.__code__, value.__globals__)
+            self.follow(value.__defaults__)
+            self.follow(tuple(sorted((value.__kwdefaults__ or {}).items())))
+            for cell in value.__closure__ or ():
+                self.follow(cell.cell_contents)
         elif isinstance(value, types.CodeType):
             self._code(value, {})
         elif isinstance(value, types.ModuleType):
@@ -55,7 +60,14 @@ class _Reader:
                     self._feed("name", name)
                     self.follow(getattr(value, name))
         elif isinstance(value, type):
-            self._class(value)
+            self._feed("class", f"{value.__module__}.{value.__qualname__}")
+            self.follow(tuple(getattr(value, "_fields", ())))
+            self.follow(tuple(sorted(getattr(value, "_field_defaults", {}).items())))
+            if issubclass(value, enum.Enum):
+                for member in value:
+                    self.follow(member)
+            for function in functions_of(value):
+                self.follow(function)
         elif isinstance(value, dict):
             # What dispatches by type: the functions that it may lead to are fed apart.
             self._feed("dict", "")
@@ -74,24 +86,6 @@ class _Reader:
             kind = type(value)
             name = getattr(value, "__qualname__", kind.__qualname__)
             self._feed("other", f"{getattr(value, '__module__', kind.__module__)}.{name}")
-
-    def _function(self, function: types.FunctionType) -> None:
-        self._feed("function", function.__qualname__)
-        self._code(function.__code__, function.__globals__)
-        self.follow(function.__defaults__)
-        self.follow(tuple(sorted((function.__kwdefaults__ or {}).items())))
-        for cell in function.__closure__ or ():
-            self.follow(cell.cell_contents)
-
-    def _class(self, cls: type) -> None:
-        self._feed("class", f"{cls.__module__}.{cls.__qualname__}")
-        self.follow(tuple(getattr(cls, "_fields", ())))
-        self.follow(tuple(sorted(getattr(cls, "_field_defaults", {}).items())))
-        if issubclass(cls, enum.Enum):
-            for member in cls:
-                self.follow(member)
-        for function in functions_of(cls):
-            self.follow(function)
 
     def _code(self, code: types.CodeType, scope: dict[str, Any]) -> None:
         self._feed("code", code.co_code)
@@ -122,9 +116,7 @@ CHANCE = ("seed",)  # what differs between two runs of one thing
 
 def digest(model: Model) -> str:
     """Return the first letters of a checksum over name and values of a model; the seed of its scatter is left out."""
-    values = sorted((name, _plain(value)) for name, value in model.values.items() if name not in CHANCE)
+    values = sorted(
+        (name, value.tolist() if hasattr(value, "tolist") else value) for name, value in model.values.items() if name not in CHANCE
+    )
     return hashlib.sha256(repr((model.name, model.kind, values)).encode()).hexdigest()[:LETTERS]
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else value

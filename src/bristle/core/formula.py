@@ -14,7 +14,7 @@ import re
 import textwrap
 import unicodedata
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 TEXT, EQUATION, REFERENCE = "text", "equation", "reference"
@@ -22,7 +22,6 @@ DIRECTIVE = ".. math::"
 WIDTH = 88
 NO_BREAK = "\u00a0"
 LONGEST_WHOLE = 30
-DEEPEST = 40  # groups within groups; what nests deeper is none that a person wrote
 _MATH = re.compile(r":math:`([^`]*)`")
 _ROLE = re.compile(r"(?::\w+:)?`~?([^`]*)`")
 
@@ -161,7 +160,19 @@ class _Reader:
                 pieces.append(_with_index(base, token, self._argument()))
             else:
                 pieces.append(self._piece(token))
-        return _joined(pieces)
+        line, left, before = "", TIGHT, ""
+        visible = [piece for piece in pieces if piece.text or piece.role == TIGHT]
+        for place, (text, role) in enumerate(visible):
+            if role == BLANK:
+                continue
+            after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
+            bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
+            together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
+            blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
+            line += f" {bracketed}" if blank and not together else bracketed
+            # A sign with nothing before it belongs to what follows.
+            left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
+        return re.sub(r" +", " ", line).strip()
 
     def _next(self) -> str:
         return self.tokens.popleft() if self.tokens else ""
@@ -180,7 +191,7 @@ class _Reader:
         """Return what a command takes as text: a group, or one token with what that takes in turn."""
         while self.tokens and self.tokens[0].isspace():
             self._next()
-        if self.depth > DEEPEST or not self.tokens:
+        if self.depth > 40 or not self.tokens:  # groups within groups; what nests deeper is none that a person wrote
             return self._source()
         if self.tokens[0] == "{":
             return _Reader(self._source(), self.depth + 1).line()
@@ -214,7 +225,14 @@ class _Reader:
             sign = FRAMES.get(token[1:], token[1:]) if token.startswith("\\") else token.removeprefix(".")
             return Piece(sign, FACTOR if name == "left" else CLOSES)
         if name in ("frac", "tfrac", "dfrac"):
-            return _fraction(self._argument(), self._argument())
+            above = self._argument()
+            below = self._argument()
+            if (above, below) in HALVES:
+                return Piece(HALVES[above, below], ATOM)
+            # A sum in brackets, and what a function without them would take the fraction bar into.
+            product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+            simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
+            return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
         if name in ("operatorname", "mathrm", "text", "textrm"):
             return Piece(self._source(), ATOM if name.startswith("text") else FUNCTION)
         if name == "sqrt":
@@ -223,15 +241,6 @@ class _Reader:
         if name in ACCENTS:
             return Piece(_FIRST.sub(rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
         return Piece(name, ATOM)
-
-
-def _fraction(above: str, below: str) -> Piece:
-    if (above, below) in HALVES:
-        return Piece(HALVES[above, below], ATOM)
-    # A sum in brackets, and what a function without them would take the fraction bar into.
-    product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
-    simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
-    return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
 
 
 def _without_brackets(text: str) -> str:
@@ -252,23 +261,6 @@ def _with_index(base: Piece, side: str, index: str) -> Piece:
         return Piece(base.text + "".join(table[sign] for sign in tight), base.role)
     plain = re.fullmatch(r"[\w′]+", unicodedata.normalize("NFC", tight)) and (side == "^" or "_" not in tight)
     return Piece(f"{base.text}{side}{tight if plain else f'({tight})'}", base.role)
-
-
-def _joined(pieces: Sequence[Piece]) -> str:
-    """Return pieces as a line: blanks around signs between two things, around relations, and behind commas."""
-    line, left, before = "", TIGHT, ""
-    visible = [piece for piece in pieces if piece.text or piece.role == TIGHT]
-    for place, (text, role) in enumerate(visible):
-        if role == BLANK:
-            continue
-        after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
-        bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
-        together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
-        blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
-        line += f" {bracketed}" if blank and not together else bracketed
-        # A sign with nothing before it belongs to what follows.
-        left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
-    return re.sub(r" +", " ", line).strip()
 
 
 class Paragraph(NamedTuple):

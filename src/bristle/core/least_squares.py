@@ -21,6 +21,19 @@ def unbounded(A: np.ndarray, b: np.ndarray, *, rcond: float | None = None) -> np
     return np.linalg.lstsq(A, b, rcond=rcond)[0] * unit
 
 
+def normal(gram: np.ndarray, right: np.ndarray, *, rcond: float) -> np.ndarray:
+    """Return the solution of normal equations, their diagonal made ones."""
+    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    return unbounded(gram / np.outer(scale, scale), right / scale, rcond=rcond) / scale
+
+
+def left_out(A: np.ndarray, b: np.ndarray, count: int, *, rcond: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return each of so many blocks of equations, columns of `A` and parts of `b`, and the solution of all others."""
+    gram, right = A @ A.T, A @ b
+    blocks = zip(np.array_split(A, count, 1), np.array_split(b, count), strict=True)
+    return [(part, of_b, normal(gram - part @ part.T, right - part @ of_b, rcond=rcond)) for part, of_b in blocks]
+
+
 def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the least-squares solution between bounds, and -1, 0 or 1 for each part that is at a bound or is not."""
     from scipy.optimize import lsq_linear

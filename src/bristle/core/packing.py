@@ -50,21 +50,20 @@ Structure = tuple[type, tuple[Any, ...]]
 
 def structure_of(value: Any) -> Structure:
     """Return the type of a NamedTuple and, field by field, what it holds: all that its layout depends on."""
-    parts = tuple(_part(field) for field in value)
-    return type(value), parts
+    parts: list[Any] = []
+    for field in value:
+        if hasattr(field, "_fields"):
+            parts.append(structure_of(field))
+        elif isinstance(field, np.ndarray):
+            parts.append("array")
+        else:
+            parts.append("integer" if isinstance(field, (int, np.integer)) and not isinstance(field, bool) else "number")
+    return type(value), tuple(parts)
 
 
 def is_scalar(structure: Structure) -> bool:
     """Return whether what a NamedTuple holds, and what that holds, are numbers only: its layout is then fixed."""
     return all(is_scalar(part) if isinstance(part, tuple) else part != "array" for part in structure[1])
-
-
-def _part(field: Any) -> Any:
-    if hasattr(field, "_fields"):
-        return structure_of(field)
-    if isinstance(field, np.ndarray):
-        return "array"
-    return "integer" if isinstance(field, (int, np.integer)) and not isinstance(field, bool) else "number"
 
 
 def pack(value: Any) -> np.ndarray:

@@ -65,7 +65,7 @@ class Surrounding:
                 value=type(self.variable).__name__,
                 mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
             )
-        if (name in COLUMNS or name in Motion._fields) and not self._is_of_motion:
+        if (name in COLUMNS or name in Motion._fields) and variables_of(Motion).get(self.field) != self.variable:
             raise InputError(
                 "is the name of a channel of bristle",
                 path="channel",
@@ -88,10 +88,6 @@ class Surrounding:
     def is_recorded(self) -> bool:
         """Whether a log must have it beside its motion: what passes on to the load follows from the plant."""
         return self.is_own or (self.name in COLUMNS and self.field == self.name)
-
-    @property
-    def _is_of_motion(self) -> bool:
-        return variables_of(Motion).get(self.field) == self.variable
 
 
 OF_MOTION: dict[str, Surrounding] = {

@@ -18,7 +18,6 @@ from bristle.core.typography import number, scale_of
 from bristle.core.variable import Kind, Variable
 
 MOST_REMARKS = 6  # with title, heads and what is left out 30 lines: a screen
-WIDEST = 100  # characters of a remark
 
 
 class Card(NamedTuple):
@@ -32,7 +31,7 @@ class Card(NamedTuple):
     @property
     def _rest(self) -> list[str]:
         """The remarks, as many as there is room for, and how much is left out."""
-        lines = [shortened(in_one_line(remark), WIDEST) for remark in self.remarks[:MOST_REMARKS]]
+        lines = [shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]]  # characters of a remark
         for left, noun in ((len(self.rows) - MOST_SHOWN, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
             lines += [f"and {left} more {noun}"] if left > 0 else []
         return lines
@@ -118,7 +117,7 @@ class Tabular(WithCard):
         """Return the signals that there are, time first."""
         held: dict[str, Any] = {name: getattr(self, name, None) for name in SIGNALS}
         return {
-            name: Signal(held[name], variable.unit(self._kind), variable.description)
+            name: Signal(held[name], variable.unit(getattr(self, "kind", "translational")), variable.description)
             for name, variable in SIGNALS.items()
             if isinstance(held[name], np.ndarray) and np.shape(held[name]) == np.shape(held["time"])
         }
@@ -126,7 +125,7 @@ class Tabular(WithCard):
     def _facts(self) -> dict[str, Any]:
         """Return what is told beside the signals, as plain data."""
         rest = (spec.name for spec in fields(self) if spec.name not in SIGNALS)  # type: ignore[arg-type]
-        return {"kind": self._kind} | {name: plain(getattr(self, name)) for name in rest}
+        return {"kind": getattr(self, "kind", "translational")} | {name: plain(getattr(self, name)) for name in rest}
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data: ``signals`` and ``units`` by name, and what is told beside them."""
@@ -157,14 +156,13 @@ class Tabular(WithCard):
     def _card(self) -> Card:
         signals = self._signals()
         rows = tuple((name, ranged(signal.values, signal.unit), signal.description) for name, signal in signals.items())
-        return Card(self._title(), ("Signal", "Range", "What it is"), rows, tuple(self._remarks()))
-
-    def _title(self) -> str:
-        return f"{type(self).__name__} of {len(self._signals()['time'].values)} samples, {self._kind}"
-
-    def _remarks(self) -> list[str]:
         status = getattr(self, "status", Status.OK)
-        return [f"status: {status.sentence}", *getattr(self, "notes", ())]
+        return Card(
+            f"{type(self).__name__} of {len(self._signals()['time'].values)} samples, {self._kind}",
+            ("Signal", "Range", "What it is"),
+            rows,
+            (f"status: {status.sentence}", *getattr(self, "notes", ())),
+        )
 
 
 def ranged(values: np.ndarray, unit: str) -> str:

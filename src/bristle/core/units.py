@@ -75,14 +75,7 @@ def _registry() -> Any:
 
     # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ. They are written into the
     # library's own definitions: what is redefined afterwards holds or not, depending on what was looked up before.
-    return pint.UnitRegistry(_definitions(Path(pint.__file__).parent), autoconvert_offset_to_baseunit=True)
-
-
-OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
-OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "permille_rated = 0.001 * rated", "@alias turn = rev")
-
-
-def _definitions(folder: Path) -> Any:
+    folder = Path(pint.__file__).parent
     lines = (folder / "constants_en.txt").read_text(encoding="utf-8").splitlines()
     for line in (folder / "default_en.txt").read_text(encoding="utf-8").splitlines():
         head = next((head for head in OWN_DIMENSIONS if line.startswith(head)), None)
@@ -90,7 +83,11 @@ def _definitions(folder: Path) -> Any:
             lines.append(OWN_DIMENSIONS[head] + line[len(head) :])
         elif not line.startswith("@import"):
             lines.append(line)
-    return [*lines, *OWN_UNITS]
+    return pint.UnitRegistry([*lines, *OWN_UNITS], autoconvert_offset_to_baseunit=True)
+
+
+OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
+OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "permille_rated = 0.001 * rated", "@alias turn = rev")
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
@@ -126,7 +123,9 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     """Return text with a unit as a number in `unit`."""
     number, source_unit = split(text, path)
     if not source_unit and unit != "1":
-        raise InputError("has no unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_EXAMPLE)
+        raise InputError(
+            "has no unit", path=path, value=text, allowed="a plain number" if unit == "1" else f"a value in {unit}", mend=_EXAMPLE
+        )
     if source_unit in _SHARES and unit == "1":
         return float(Decimal(number).scaleb(_SHARES[source_unit]))
     source, target = _decimal(source_unit), _decimal(unit)
@@ -135,7 +134,13 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     if source_unit in ("", "1"):
         return float(number)
     if not compatible(source_unit, unit, path=path) or _misnamed(source_unit, unit):
-        raise InputError("has the wrong unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_mend(source_unit, unit))
+        raise InputError(
+            "has the wrong unit",
+            path=path,
+            value=text,
+            allowed="a plain number" if unit == "1" else f"a value in {unit}",
+            mend=_mend(source_unit, unit),
+        )
     return float(_registry().Quantity(float(number), _unit(source_unit)).to(_unit(unit)).magnitude)
 
 
@@ -247,10 +252,6 @@ def _misnamed(source_unit: str, unit: str) -> bool:
     if "N*m" in unit:
         return bool(_names(source_unit) & ENERGY_UNITS)
     return unit == "1/s" and "hertz" in _names(source_unit)
-
-
-def _allowed_unit(unit: str) -> str:
-    return "a plain number" if unit == "1" else f"a value in {unit}"
 
 
 def _mend(source_unit: str, unit: str) -> str:

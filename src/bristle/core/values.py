@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -125,7 +126,12 @@ class Thresholds:
                 if isinstance(getattr(cls, name, None), float):
                     raise InputError("is fixed, and no longer set", path=f"{path}.{name}", value=value, mend="Leave it out")
                 raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
-            numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
+            entry = by_name[name]
+            number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+            if not (entry.least <= number <= entry.most and math.isfinite(number)):
+                allowed = f"{entry.least:g} to {entry.most:g}" if math.isfinite(entry.most) else f">= {entry.least:g}"
+                raise InputError("is out of range", path=f"{path}.{name}", value=value, allowed=allowed)
+            numbers[name] = float(number)
         return cls(**numbers)
 
     @classmethod
@@ -144,14 +150,7 @@ class Thresholds:
         return {entry.name: getattr(self, entry.name) for entry in thresholds_of(type(self))}
 
 
-def _checked(entry: Threshold, value: Any, path: str) -> float:
-    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
-    if not (entry.least <= number <= entry.most and math.isfinite(number)):
-        allowed = f"{entry.least:g} to {entry.most:g}" if math.isfinite(entry.most) else f">= {entry.least:g}"
-        raise InputError("is out of range", path=path, value=value, allowed=allowed)
-    return float(number)
-
-
+@cache
 def thresholds_of(settings: type[Thresholds]) -> tuple[Threshold, ...]:
     """Return what each of the thresholds of a class is, in order."""
     return tuple(Threshold(entry.name, **entry.metadata) for entry in fields(settings))

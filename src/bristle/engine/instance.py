@@ -23,6 +23,7 @@ class Instance:
     """One component of a run: its vectors, of which the run changes `state`, and how to name and compile it."""
 
     model: Model
+    component: Any = field(init=False)
     parameters: np.ndarray = field(init=False)
     state: np.ndarray = field(init=False)
     structures: tuple[Any, Any] = field(init=False)
@@ -32,8 +33,8 @@ class Instance:
             raise InputError(
                 "must be a model with parameters", path="model", value=self.model, mend='Give them, as in friction.coulomb(F_C="20 N")'
             )
-        p = self.model.parameters
-        state = self.model.component.initial_state(p)
+        p, self.component = self.model.parameters, self.model.component
+        state = self.component.initial_state(p)
         self.parameters, self.state = pack(p), pack(state)
         self.structures = (structure_of(p), structure_of(state))
 
@@ -48,11 +49,6 @@ class Instance:
         self.state = pack(state)
 
     @property
-    def component(self) -> Any:
-        """The descriptor."""
-        return self.model.component
-
-    @property
     def motion(self) -> Any:
         """The class of what a friction model sees of a step."""
         return motion_with(self.component.surroundings)
@@ -65,7 +61,7 @@ class Instance:
     @property
     def lost(self) -> int:
         """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
-        return int(sum(self.state[place] for place in _places_of("lost", self.structures[1])))
+        return int(sum(map(self.state.__getitem__, _places_of("lost", self.structures[1]))))
 
     @property
     def state_now(self) -> Any:
@@ -99,9 +95,9 @@ def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
 
 def warn_of_lost(part: Instance) -> None:
     """Warn where the memory of a component had too little room."""
-    if part.lost:
+    if lost := part.lost:
         warnings.warn(
-            f"{part.model.name}: the memory of turning points was full and forgot its innermost pair {part.lost} "
+            f"{part.model.name}: the memory of turning points was full and forgot its innermost pair {lost} "
             f"times, so loops do not close as they should. Raise capacity, now {part.model.values.get('capacity')}",
             InputWarning,
             stacklevel=4,

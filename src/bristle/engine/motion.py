@@ -165,7 +165,7 @@ def compensation_along(
     """Return the effort [N or N*m] that a compensator feeds forward along a desired motion, step by step."""
     part = Instance(model)
     part.begin(state)
-    passed_on = _signal(v.size, transmitted)
+    passed_on = np.full(v.size, float(transmitted)) if np.ndim(transmitted) == 0 else vector(transmitted)
     check_run(v.size, x=x, transmitted=passed_on)
     effort = np.empty(v.size)
     entry = entry_of("compensate_along", part, entry_points.CompensateAlong, entry_points.make_compensate_along)
@@ -191,16 +191,14 @@ def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
 def _surroundings(part: Instance, count: int, around: Mapping[str, Any]) -> np.ndarray:
     """Return what surrounds a contact in each step, shape (surrounding, step), as far as its motion holds it."""
     usual = part.motion._field_defaults
-    signals = {name: _signal(count, values) for name, values in around.items() if name in usual}
-    check_run(count, **signals)
     table = np.empty((len(usual), count))
     for row, (name, value) in zip(table, usual.items(), strict=True):
-        row[:] = signals.get(name, value)
+        signal = around.get(name, value)
+        if np.ndim(signal) > 0:
+            signal = vector(signal)
+            check_run(count, **{name: signal})
+        row[:] = signal
     return table
-
-
-def _signal(count: int, values: Any) -> np.ndarray:
-    return np.full(count, float(values)) if np.ndim(values) == 0 else vector(values)
 
 
 @guarded(model=FRICTION, v=SPEED)

@@ -9,7 +9,7 @@ from typing import Any
 from bristle import files
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.edge import Converter, instance, optional
+from bristle.core.edge import Converter, instance
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
@@ -25,7 +25,7 @@ LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     """Return a log and what is known of its axis; a path of either is read, and so is a table of columns."""
-    axis = looked_at(optional(AXIS), axis, "axis", None)
+    axis = None if axis is None else looked_at(AXIS, axis, "axis", None)
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
     converter = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))

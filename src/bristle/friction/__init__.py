@@ -10,6 +10,7 @@ coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from bristle.core.contracts import FrictionModel
@@ -119,6 +120,11 @@ def find(name: str, path: str = "friction.model") -> SlottedModel:
     """
     if not isinstance(name, str):
         raise InputError("must be the name of a friction model", path=path, value=name, allowed=", ".join(MODELS))
+    return _named(name, path)
+
+
+@cache
+def _named(name: str, path: str) -> SlottedModel:
     base, *slots = name.split("+")
     if base not in MODELS:
         raise InputError("no such friction model", path=path, value=base, allowed=", ".join(MODELS), mend=did_you_mean(base, MODELS))

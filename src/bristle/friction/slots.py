@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Relation
@@ -171,11 +172,11 @@ class SlottedModel(EnclosingModel):
                 variables[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
         return ReadOnly(variables | dict(self.beside))
 
-    @property
-    def defaults(self) -> dict[str, Any]:
+    @cached_property
+    def defaults(self) -> ReadOnly[str, Any]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The parameters that have a default value."""
         inner = self.inner.defaults
-        return {key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0}
+        return ReadOnly({key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0})
 
     def initial_state(self, parameters: Any) -> Any:
         """Return the virgin state of the model inside."""
@@ -217,12 +218,14 @@ def base_of(component: FrictionModel) -> FrictionModel:
     return base
 
 
+@cache
 def by_direction(component: FrictionModel, name: str) -> tuple[str, ...]:
     """Return what a parameter of the model inside is called: forward and backward apart where they may differ."""
     layer = _slotted_layer(component)
     return layer.keys(name) if layer is not None and name in layer.inner.variables else (name,)
 
 
+@cache
 def directional(component: FrictionModel) -> tuple[str, ...]:
     """Return the parameters that there is one of for each direction."""
     layer = _slotted_layer(component)

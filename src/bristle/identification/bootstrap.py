@@ -22,7 +22,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -30,15 +30,11 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
-from bristle.identification.contrast import Contrast, between
 from bristle.identification.global_search import Refit
 from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
 from bristle.identification.parameter_space import Solution, Turned
-from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Jackknife, Problem, Replicates
+from bristle.identification.problem import Contrast, Jackknife, Problem, Replicates, between
 from bristle.identification.result import Scatter
-
-__all__ = ["CERTAIN", "Bootstrap", "ChiSquare", "bootstrap", "turned"]
 
 QUIET = 8  # draws without scatter, by which what looks like it is known
 PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
@@ -156,7 +152,6 @@ def bootstrap(
         Refit(solution, free, linear=linear),
         levels,
         solution.theta,
-        problem.parameters,
         Jackknife.of(solution, cycles),
         Contrast.of(solution, problem.away, free, residual),
     )
@@ -168,7 +163,17 @@ def bootstrap(
         quiet = _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean if visible > 0.0 else 0.0
         pilot = _squares(pool.map(fits.fit, first))
         level = Level(visible**2, quiet, max(pilot.mean - quiet, 0.0) / visible**2 if visible > 0.0 else 0.0, pilot)
-        fits = _centred(fits.disturbed(scatter=level.scatter()), pool, pairs[:CENTRING])
+        fits = fits.disturbed(scatter=level.scatter())
+        # Replicates of those parameters to which fits come out where that to the log did: the error of a fit to what the
+        # first one found is that of the truth only where both are close together.
+        for _ in range(0 if linear or solution.space.linear else ROUNDS):
+            thetas = np.array([fit.theta for pair in pool.map(fits.pair, pairs[:CENTRING]) for fit in pair])
+            off = np.where(_on_edge(solution), 0.0, np.mean(thetas, axis=0) - solution.theta)
+            centre = np.clip(fits.centre - off, solution.space.low, solution.space.high)
+            if np.all(np.abs(centre - fits.centre) <= OFF * np.std(thetas, axis=0, ddof=1)):
+                break
+            replicates = fits.replicates.made_with(problem.parameters.complete(solution.space.values(centre)))
+            fits = replace(fits, replicates=replicates, centre=centre)
         square, pilots = float(np.mean(residual**2)), pool.map(fits.fit, second)
         lacking = max(square - float(np.mean([fit.square for fit in pilots])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
@@ -178,7 +183,7 @@ def bootstrap(
             report(min(len(drawn) / count, 1.0))
     thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
     moved = between(fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED))
-    level = level.as_seen(_squares(drawn))
+    level = level._replace(squares=_squares(drawn))
     draws = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved, scale, wide)
     ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
@@ -191,26 +196,10 @@ def bootstrap(
         lacking**0.5,
         residual,
         slope,
-        *fits.jackknifed(residual, drawn),
+        # What leaving out half-cycles changes by the residual of the log, and by those of replicates.
+        fits.jackknife.named(fits.jackknife.std(residual)),
+        fits.jackknife.named(np.sqrt(np.mean([fit.jackknife**2 for fit in drawn], axis=0))),
     )
-
-
-def _centred(fits: _Fits, pool: Abreast, seeds: Sequence[np.random.SeedSequence]) -> _Fits:
-    """Return the same with replicates of those parameters to which fits come out where that to the log did.
-
-    The error of a fit to what the first one found is that of the truth only where both are close together.
-    """
-    solution = fits.refit.solution
-    if fits.refit.linear or solution.space.linear:
-        return fits
-    for _ in range(ROUNDS):
-        thetas = np.array([fit.theta for pair in pool.map(fits.pair, seeds) for fit in pair])
-        off = np.where(_on_edge(solution), 0.0, np.mean(thetas, axis=0) - solution.theta)
-        centre = np.clip(fits.centre - off, solution.space.low, solution.space.high)
-        if np.all(np.abs(centre - fits.centre) <= OFF * np.std(thetas, axis=0, ddof=1)):
-            break
-        fits = fits.around(centre)
-    return fits
 
 
 class ChiSquare(NamedTuple):
@@ -295,10 +284,6 @@ class Level(NamedTuple):
         """Return which deviation a scatter is seen as."""
         return (self.quiet + self.gain * scatter**2) ** 0.5 or 1.0
 
-    def as_seen(self, squares: ChiSquare) -> Level:
-        """Return the same with another distribution of what is seen."""
-        return self._replace(squares=squares)
-
 
 class _Drawn(NamedTuple):
     """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual.
@@ -330,7 +315,6 @@ class _Fits:
     refit: Refit
     levels: Levels
     centre: np.ndarray
-    parameters: ParameterSet
     jackknife: Jackknife
     contrast: Contrast
     level: Level | None = None
@@ -338,16 +322,6 @@ class _Fits:
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
         return replace(self, disturbance=self.disturbance._replace(**changes))
-
-    def around(self, centre: np.ndarray) -> _Fits:
-        """Return the same with replicates of other coordinates."""
-        values = self.parameters.complete(self.refit.solution.space.values(centre))
-        return replace(self, replicates=self.replicates.made_with(values), centre=centre)
-
-    def jackknifed(self, residual: np.ndarray, drawn: Sequence[_Drawn]) -> tuple[dict[str, float], dict[str, float]]:
-        """Return what leaving out half-cycles changes by the residual of the log, and by those of replicates."""
-        usual = np.sqrt(np.mean([fit.jackknife**2 for fit in drawn], axis=0))
-        return self.jackknife.named(self.jackknife.std(residual)), self.jackknife.named(usual)
 
     def pair(self, seed: np.random.SeedSequence) -> tuple[_Drawn, _Drawn]:
         """Fit the model to a replicate and to its mirror image."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from operator import attrgetter
 
 import numpy as np
 
@@ -21,12 +22,8 @@ from bristle.logs.filters import low_passed
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-__all__ = ["Alignment", "Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
-
-REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
-SETTLED = 2  # times as far, its response has died out
 
 
 @cache
@@ -88,6 +85,8 @@ class Segment:
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | {**self.surroundings}
         signals |= {} if transmitted is None else {"transmitted": transmitted}
+        if not self.first_cycle:
+            return signals
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
     def friction(self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None) -> np.ndarray:
@@ -184,21 +183,21 @@ class Dataset:
         """Return a signal along a segment without the transients of the filter at its edges."""
         return part[self.dropped : part.size - self.dropped]
 
-    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def rows_of(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
-    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def sampled(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
         return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
 
-    def _thinned(self, signals: Sequence[np.ndarray]) -> np.ndarray:
+    def _thinned(self, signals: Iterable[np.ndarray]) -> np.ndarray:
         from scipy.signal import resample_poly
 
-        parts = [self.without_edges(part) for part in signals]
-        if self.decimation > 1:
-            taps = _taps(self.decimation)
-            parts = [np.asarray(resample_poly(part, 1, self.decimation, window=taps, padtype="edge")) for part in parts]
+        parts, step = list[np.ndarray](), self.decimation
+        for signal in signals:
+            part = self.without_edges(signal)
+            parts.append(part if step == 1 else np.asarray(resample_poly(part, 1, step, window=_taps(step), padtype="edge")))
         return np.concatenate(parts)
 
     @cached_property
@@ -207,14 +206,14 @@ class Dataset:
         if self.row_mask is not None:
             return self.row_mask
         if self.keeps_rests:
-            return np.ones(self._thinned([segment.time for segment in self.segments]).size, dtype=bool)
+            return np.ones(self._thinned(self._signals("time")).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
-        return np.abs(self._thinned(rests)) < REST_IN_ROW
+        return np.abs(self._thinned(rests)) < 0.01  # weight of samples at rest that a row may contain
 
     @property
     def response(self) -> np.ndarray:
         """What a row takes of a signal at the samples around its own, shape (2 n + 1,); the sum is 1."""
-        beside = REACH_PERIODS * SETTLED * math.ceil(1.0 / (self.cutoff * self.sample_time))
+        beside = REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))  # times as far, its response has died out
         impulse = np.zeros(2 * beside + 1)
         impulse[beside] = 1.0
         passed = self.filtered(impulse)
@@ -226,30 +225,34 @@ class Dataset:
         periods = math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation))
         return periods + (REACH if self.decimation > 1 else 0)
 
+    def _signals(self, name: str) -> Iterator[np.ndarray]:
+        """Return a signal of all segments."""
+        return map(attrgetter(name), self.segments)
+
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self.sampled([segment.time for segment in self.segments])
+        return self.sampled(self._signals("time"))
 
     @cached_property
     def position(self) -> np.ndarray:
         """Position of each row [m or rad]."""
-        return self.rows_of([segment.position for segment in self.segments])
+        return self.rows_of(self._signals("position"))
 
     @cached_property
     def velocity(self) -> np.ndarray:
         """Velocity of each row [m/s or rad/s]."""
-        return self.rows_of([segment.velocity for segment in self.segments])
+        return self.rows_of(self._signals("velocity"))
 
     @cached_property
     def acceleration(self) -> np.ndarray:
         """Acceleration of each row [m/s^2 or rad/s^2]."""
-        return self.rows_of([segment.acceleration for segment in self.segments])
+        return self.rows_of(self._signals("acceleration"))
 
     @cached_property
     def effort(self) -> np.ndarray:
         """Effort of each row [N or N*m]."""
-        return self.rows_of([segment.effort for segment in self.segments])
+        return self.rows_of(self._signals("effort"))
 
     @cached_property
     def log_of_row(self) -> np.ndarray:
@@ -280,7 +283,7 @@ class Dataset:
     @cached_property
     def all_velocities(self) -> np.ndarray:
         """Velocity of every sample [m/s or rad/s], edges left out."""
-        return np.concatenate([self.without_edges(segment.velocity) for segment in self.segments])
+        return np.concatenate(list(map(self.without_edges, self._signals("velocity"))))
 
     @property
     def rest_share(self) -> float:
@@ -290,11 +293,11 @@ class Dataset:
     @cached_property
     def reversals(self) -> tuple[tuple[int, ...], ...]:
         """First sample after each change of direction, of each segment, its edges left out."""
-        edge = self.dropped
-        return tuple(
-            tuple(k for k in reversals(segment.velocity, sided=True).tolist() if edge < k < segment.time.size - edge)
-            for segment in self.segments
-        )
+        edge, inside = self.dropped, list[tuple[int, ...]]()
+        for velocity in self._signals("velocity"):
+            first = reversals(velocity, sided=True)
+            inside.append(tuple(first[(edge < first) & (first < velocity.size - edge)].tolist()))
+        return tuple(inside)
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:

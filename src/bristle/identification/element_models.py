@@ -32,9 +32,8 @@ from bristle.engine.motion import along
 from bristle.friction import coulomb, maxwell_slip
 from bristle.friction.slots import variations_of
 from bristle.friction.variation import HALF_RANGE, is_factor, varied
-from bristle.hysteresis.identification.linear import thresholds_over
-from bristle.hysteresis.identification.trace import NormalEquations
-from bristle.identification.dataset import Dataset, Segment
+from bristle.hysteresis.identification.linear import NormalEquations, thresholds_over
+from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import DIFFERENCE, TOTAL, ElementSpace, ShapedModel, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -42,34 +41,14 @@ from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Fixed, ParameterSet, Role, names_of, stroke_of
 
-__all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
-
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
 SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
-COVERED = 0.9  # of the range of a segment: from there on no element remembers how the log began
-FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 NO_FRICTION = 1e-9  # of the effort: what an element takes where nothing opposes the motion
 SMALL = 2.0**-12  # factor of a slot, with which friction stays far above the least that a slot leaves of it
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
-ONE_SPEED = 0.9  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
-
-
-def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
-    """Return the unknowns of elements, viscous friction held at nothing where the log has one speed.
-
-    There it is a constant that turns with the motion, and so is an element that slips at once.
-    """
-    speeds = np.abs(dataset.velocity)
-    damping = names_of(Role.VISCOUS, parameters.component.variables)
-    viscous = [name for name in parameters.free if name in damping]
-    if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
-        return parameters
-    fixed = Fixed(0.0, "held_one_speed")
-    free = tuple(name for name in parameters.free if name not in viscous)
-    return replace(parameters, free=free, fixed={**parameters.fixed, **dict.fromkeys(viscous, fixed)})
 
 
 def estimate_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
@@ -88,14 +67,17 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
 
 
 def elements_of(context: Context, component: FrictionModel) -> Elements:
-    """Return the problem of the elements of a log."""
-    prototype = shaped(component, np.ones(1), np.ones(1))
-    return Elements(context.dataset, component, of_one_speed(context.parameters(prototype), context.dataset))
+    """Return the problem of the elements of a log, viscous friction held at nothing where it has one speed.
 
-
-def slipping_at(r: float) -> Model:
-    """Return an element of stiffness 1 that slips at a deflection `r` [m or rad], whatever the speed."""
-    return maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False)
+    There it is a constant that turns with the motion, and so is an element that slips at once.
+    """
+    parameters, speeds = context.parameters(shaped(component, np.ones(1), np.ones(1))), np.abs(context.dataset.velocity)
+    if np.mean(speeds) ** 2 >= 0.9 * np.mean(speeds**2):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
+        damping = names_of(Role.VISCOUS, parameters.component.variables)
+        viscous = {name: Fixed(0.0, "held_one_speed") for name in parameters.free if name in damping}
+        free = tuple(name for name in parameters.free if name not in viscous)
+        parameters = replace(parameters, free=free, fixed={**parameters.fixed, **viscous})
+    return Elements(context.dataset, component, parameters)
 
 
 class Weights(NamedTuple):
@@ -122,7 +104,7 @@ class Elements:
     dataset: Dataset
     component: FrictionModel
     parameters: ParameterSet
-    element: Callable[[float], Model] = slipping_at
+    element: Callable[[float], Model] = lambda r: maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False)
 
     @cached_property
     def thresholds(self) -> np.ndarray:
@@ -204,7 +186,11 @@ class Elements:
         return {name: self._varying[place + 1] @ multiplied for place, name in enumerate(self._factors)}
 
     def _best(self, rows: np.ndarray | slice) -> Weights:
-        fitted = self._fitted(rows)
+        # The rows that are asked for, without the start of each segment.
+        requested = np.zeros(self._target.size, dtype=bool)
+        requested[rows] = True
+        settled = requested & self._run_in
+        fitted = settled if np.sum(settled) > 0.5 * np.sum(requested) else requested  # of the rows: with fewer left, all are fitted
         if not self._factors:
             return self._for_factors(np.zeros(0), fitted)
         from scipy.optimize import least_squares
@@ -219,56 +205,38 @@ class Elements:
         return self._for_factors(best.x, fitted)
 
     def _for_factors(self, factors: np.ndarray, fitted: np.ndarray) -> Weights:
-        """Return the best of all else for these factors of the slots."""
-        columns, count = self._columns(factors), self.thresholds.size
+        """Return the best of all else for these factors of the slots; the regressor has elements, then single parameters."""
+        varying, count = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1), self.thresholds.size
+        single = self._constant | {name: varying[:, count + place] for place, name in enumerate(self._slotted)}
+        columns = np.column_stack([varying[:, :count], *(single[name] for name in self._single)])
         positive = [float(name in self._positive) for name in self._single]
         signs = np.concatenate([np.ones(count), positive])
         weights = NormalEquations.of(columns[fitted], self._target[fitted], constant=False).solve(signs).weights
-        single = dict(zip(self._single, weights[count:].tolist(), strict=True))
-        return Weights(weights[:count], factors, single, columns)
-
-    def _columns(self, factors: np.ndarray) -> np.ndarray:
-        """Return the regressor, shape (row, elements and single parameters)."""
-        varying = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1)
-        count = self.thresholds.size
-        columns = self._constant | {name: varying[:, count + place] for place, name in enumerate(self._slotted)}
-        return np.column_stack([varying[:, :count], *(columns[name] for name in self._single)])
+        return Weights(weights[:count], factors, dict(zip(self._single, weights[count:].tolist(), strict=True)), columns)
 
     @cached_property
     def _varying(self) -> np.ndarray:
         """What the slots multiply, elements and more: plain, then times each cause; shape (cause, row, column)."""
         segments, filtered = self.dataset.segments, self.dataset.filtered
-        causes = [[np.ones(1)] * len(segments)]
-        causes += [[self._cause(name, segment) for segment in segments] for name in self._factors]
+        causes, dt = [[np.ones(1)] * len(segments)], self.dataset.sample_time
+        for name in self._factors:
+            # What a factor multiplies by the kernels of the slots: a contact at rest that leans forward with a force of 1
+            # tells the factor of friction wherever it is.
+            steady = varied(coulomb, variations_of(self.component))
+            fixed = {key: fixed.value for key, fixed in self.parameters.fixed.items() if key in steady.variables}
+            values: dict[str, Any] = {"F_C": 1.0, **fixed, name: SMALL}
+            contact, at_rest = steady(validate=False, **values), [np.zeros(segment.position.size) for segment in segments]
+            pushed = [along(contact, v, dt, part.position, **part.surroundings) for v, part in zip(at_rest, segments, strict=True)]
+            causes.append([(push - 1.0) / SMALL for push in pushed])
         columns = []
         for multiplied in (*self.thresholds.tolist(), *self._slotted):
-            forces = [self._answer(segment, multiplied) for segment in segments]
+            # The deflection of an element [m or rad], or what else the slots multiply, by name.
+            model = self.element(multiplied) if isinstance(multiplied, float) else self._empty.model(self._empty.unit(TOTAL, multiplied))
+            forces = [np.ones_like(part.velocity) if multiplied == DIFFERENCE else part.friction(model, dt) for part in segments]
             columns.append(
                 [self.dataset.rows_of([filtered(force * share) for force, share in zip(forces, cause, strict=True)]) for cause in causes]
             )
         return np.moveaxis(np.array(columns), 0, -1)
-
-    def _answer(self, segment: Segment, multiplied: float | str) -> np.ndarray:
-        """Return the deflection of an element along a segment [m or rad], or what else the slots multiply, by name."""
-        if multiplied == DIFFERENCE:
-            return np.ones_like(segment.velocity)
-        if isinstance(multiplied, str):
-            model = self._empty.model(self._empty.unit(TOTAL, multiplied))
-        else:
-            model = self.element(multiplied)
-        return segment.friction(model, self.dataset.sample_time)
-
-    def _cause(self, name: str, segment: Segment) -> np.ndarray:
-        """Return what a factor multiplies along a segment, shape (sample,), by the kernels of the slots.
-
-        A contact at rest that leans forward with a force of 1 tells the factor of friction wherever it is.
-        """
-        steady = varied(coulomb, variations_of(self.component))
-        fixed = {key: fixed.value for key, fixed in self.parameters.fixed.items() if key in steady.variables}
-        values: dict[str, Any] = {"F_C": 1.0, **fixed, name: SMALL}
-        contact = steady(validate=False, **values)
-        at_rest, dt = np.zeros(segment.position.size), self.dataset.sample_time
-        return (along(contact, at_rest, dt, segment.position, **segment.surroundings) - 1.0) / SMALL
 
     @cached_property
     def _empty(self) -> InverseDynamics:
@@ -291,20 +259,13 @@ class Elements:
         values = self.parameters.complete(dict.fromkeys(self.parameters.free, 0.0) | {TOTAL: 1.0})
         return self.dataset.effort - self._empty.mechanical(values) - self._empty.friction(values)
 
-    def _fitted(self, rows: np.ndarray | slice) -> np.ndarray:
-        """Return which rows are fitted: those asked for, without the start of each segment."""
-        requested = np.zeros(self._target.size, dtype=bool)
-        requested[rows] = True
-        settled = requested & self._run_in
-        return settled if np.sum(settled) > FITTED_LEAST * np.sum(requested) else requested
-
     @cached_property
     def _run_in(self) -> np.ndarray:
         """Which rows come after the motion has been through its range, shape (row,) of bool."""
         marks = []
         for segment in self.dataset.segments:
             covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
-            marks.append(covered > COVERED * covered[-1])
+            marks.append(covered > 0.9 * covered[-1])  # of the range of a segment: from there on no element remembers how the log began
         return self.dataset.sampled(marks)
 
     def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -9,18 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.axis import Axis, Cogging
+from bristle.core.contracts import FrictionModel, Model, Plant
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.friction import find
+from bristle.friction.variation import PITCH
 from bristle.identification.dataset import Dataset
 from bristle.identification.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, Sliding, linear
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Fixed, ParameterSet, PriorKnowledge, Role, Scales, names_of, parameters_of
+from bristle.identification.parameters import Fixed, ParameterSet, PriorKnowledge, Role, Scales, names_of, parameters_of, scales_of
 from bristle.identification.problem import Problem
 from bristle.identification.settings import DEFAULT, Settings
-
-__all__ = ["Context", "Estimation", "Estimator", "along_the_motion"]
+from bristle.plants.terms import TURNS, TermedPlant, with_terms
 
 
 @dataclass(frozen=True)
@@ -104,7 +111,7 @@ def _without_flat(
     for name in names_of(Role.FALL, parameters.component.variables):
         if solution.unfinished or name not in solution.space.logarithmic:
             continue
-        edge = search.space.smallest(name)
+        edge = math.exp(search.space.low[search.space.names.index(name)])
         cause = Excitation(
             context.dataset, context.scales, parameters.complete(solution.values) | {name: edge}, parameters.variables, context.settings
         ).cause(name)
@@ -116,3 +123,164 @@ def _without_flat(
         if settled.cost <= (1.0 + FLAT) * solution.cost:
             problem, search, solution, parameters = held, again, settled, held.parameters
     return problem, search, solution
+
+
+LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
+TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
+STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
+SCAN_MOST = 20_000
+REFINED = 40
+MOST_ORDER, MOST = 200, 24  # times in a turn that are tried, harmonics that are taken
+PASSING = 0.5  # of the amplitude of a wave, behind the filters
+SAMPLED = 0.5  # of a wave from sample to sample: a faster one is not told from a slower one
+CHANCE, ABOVE = 0.9, 3.0  # quantile of waves that are none, and times by which a harmonic takes more
+
+
+def context_of(dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT) -> Context:
+    """Return what the fits of all models to a log share; an effort of zero is refused."""
+    effort = float(np.sqrt(np.mean(dataset.effort**2)))
+    if effort == 0.0:
+        raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
+    problem = sliding_problem(dataset, prior)
+    values = problem.parameters.complete(linear(problem).values)
+    coulomb, viscous = values.pop("F_C"), values.pop("F_v")
+    if coulomb <= LEAST_LEVEL * effort:
+        # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+        friction = viscous * dataset.velocity + coulomb * np.sign(dataset.velocity)
+        coulomb = max(float(np.sqrt(np.mean(friction**2))), coulomb)
+    scales = scales_of(dataset, max(coulomb, LEAST_LEVEL * effort))
+    return Context(dataset, prior, Sliding(values, coulomb, viscous), scales, everywhere, settings)
+
+
+def with_pitch(context: Context, component: FrictionModel) -> Context:
+    """Return the context with the pitch of the screw, found in what sliding leaves, where a model asks for it."""
+    if PITCH not in component.variables.values() or context.prior.pitch is not None:
+        return context
+    sliding = context.sliding
+    values = {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous}
+    pitch = _pitch_in(sliding_problem(context.dataset, context.prior), values)
+    return replace(context, prior=replace(context.prior, pitch=pitch))
+
+
+def sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
+    """Return the problem of Coulomb and viscous friction, with which a log is looked at first."""
+    return InverseDynamics(dataset, parameters_of(find("coulomb_viscous"), prior, dataset))
+
+
+def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
+    """Return the period over the position of what a simple model without the slot leaves of a log [m or rad].
+
+    The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
+    """
+    dataset = problem.dataset
+    x, residual = dataset.position, dataset.effort - problem.predicted(values)
+    stroke = float(np.ptp(x))
+    # At half of the speeds the wave passes the filter.
+    most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
+    if most <= TURNS_LEAST:
+        raise InputError(
+            "does not resolve a pitch",
+            path="log.position",
+            value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
+            mend="Give the lead in [transmission] of the axis file",
+        )
+    turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
+    step = turns[1] - turns[0]
+
+    def explained(count: float) -> float:
+        phase = 2.0 * np.pi * (count / stroke) * x
+        waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
+        gram, right = waves.T @ waves, waves.T @ residual
+        return float(right @ unbounded(gram, right))
+
+    best = max(turns.tolist(), key=explained)
+    return stroke / max(np.linspace(best - step, best + step, REFINED).tolist(), key=explained)
+
+
+def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -> PriorKnowledge:
+    """Return what is known beforehand with the harmonics that an axis leaves to its log."""
+    for place, cogging in enumerate(axis.cogging if axis is not None else ()):
+        if cogging.harmonics is None:
+            problem = sliding_problem(dataset, prior)
+            plant, gravity, columns, orders = prior.plant, False, (), dict[str, list[int]]()
+            if isinstance(plant, TermedPlant):
+                gravity, columns = plant.gravity, plant.columns
+                orders = {turner: [n for counted, n in plant.orders if counted == turner] for turner in TURNS}
+                plant = plant.inner
+            orders[cogging.turner] = list(harmonics_in(problem, cogging, f"cogging[{place}].harmonics"))
+            plant = with_terms(plant, gravity=gravity, cogging=orders, columns=columns)
+            prior = replace(prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn})
+    return prior
+
+
+def told_by(plant: Plant, axis: Axis) -> Axis:
+    """Return an axis with the harmonics that a plant has."""
+    orders = plant.orders if isinstance(plant, TermedPlant) else ()
+    harmonics = [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging]
+    pairs = zip(axis.cogging, harmonics, strict=True)
+    return replace(axis, cogging=tuple(replace(cogging, harmonics=numbers) for cogging, numbers in pairs))
+
+
+def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[int]:
+    """Return how often in a turn the effort comes back beside what a simple `problem` explains."""
+    dataset = problem.dataset
+    turns = float(np.ptp(dataset.position)) / cogging.turn
+    if turns < 1.5:  # that a log goes through, to tell the turns of anything
+        raise InputError(
+            f"cannot be told from a log that goes through {turns:.2g} turns of the {cogging.turner}",
+            path=path,
+            value="identify",
+            mend="Write which ones, such as harmonics = [6, 12], or record more turns",
+        )
+    x = dataset.position
+    place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
+    powers = np.hstack([place, place**2])
+    columns = np.column_stack([problem.columns, np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])])
+    size = np.linalg.norm(columns, axis=0)
+    basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
+    residual = _without(dataset.effort[:, None], basis)[:, 0]
+    first, orders = max(int(np.ceil(3.0 / turns)), 1), list[int]()  # over the range of the log
+    tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
+    waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
+    waves = {order: _without(pair, basis) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
+    least = 0.004 * float(residual @ residual)  # of the first residual, that a harmonic takes at least
+    while len(orders) < MOST:
+        # The sum of squares that each pair of waves takes from the residual.
+        energies = dict[float, float]()
+        for order, pair in waves.items():
+            gram, right = pair.T @ pair, pair.T @ residual
+            energies[order] = float(right @ unbounded(gram, right, rcond=1e-9))
+        of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
+        chance = float(np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE))
+        best = max(of_turns, key=lambda order: of_turns[order], default=0)
+        if not best or of_turns[best] < max(ABOVE * chance, least):
+            break
+        orders.append(best)
+        pair = np.linalg.qr(waves.pop(float(best)))[0]
+        residual = _without(residual[:, None], pair)[:, 0]
+        waves = {order: _without(columns, pair) for order, columns in waves.items()}
+    if not orders:
+        raise InputError(
+            f"are not seen in this log: no effort comes back with the turns of the {cogging.turner}",
+            path=path,
+            value="identify",
+            mend="Leave [[cogging]] out, or write harmonics = [6]",
+        )
+    return sorted(orders)
+
+
+def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
+    """Return cosine and sine over the turn in each row, behind the filters, shape (row, 2)."""
+    turns = [segment.position * (order / turn) for segment in dataset.segments]
+    sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
+    waves = [
+        dataset.rows_of(
+            [dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0)) for phase, slow in zip(turns, sampled, strict=True)]
+        )
+        for bend in (np.cos, np.sin)
+    ]
+    return np.stack(waves, axis=1)
+
+
+def _without(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    return columns - basis @ (basis.T @ columns)

@@ -23,20 +23,6 @@ from bristle.logs.log import Log
 from bristle.logs.passages import passages_along
 from bristle.logs.turns import by_lag, period_of, turning_points
 
-__all__ = [
-    "Excitation",
-    "about_amplitudes",
-    "about_repeated_logs",
-    "about_repetition",
-    "checks_of",
-    "repeats_after",
-    "shortest_zone",
-    "spread_between_repeats",
-    "stroke_lengths",
-    "with_checks",
-]
-
-COMPARED = 4000  # samples of the longer of two logs
 DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
 
 
@@ -52,8 +38,23 @@ class Excitation:
 
     def cause(self, name: str) -> Diagnostic:
         """Return what the log lacks to identify a parameter."""
-        code, numbers = self._lacking(self.variables[name].excitation)
-        return Diagnostic(code, name, "warning", numbers, self.dataset.kind)
+        dataset, scales = self.dataset, self.scales
+        code, numbers = "small_effect", dict[str, Number]()
+        match self.variables[name].excitation:
+            case "acceleration":
+                code, numbers = "low_acceleration", {"acceleration": float(np.max(np.abs(dataset.acceleration)))}
+            case "speed":
+                low, high = np.quantile(np.abs(dataset.velocity), [0.1, 0.9])
+                code, numbers = "few_speeds" if high < self.settings.one_speed * low else "low_speed", {"speed": scales.speed}
+            case "stribeck":
+                code, numbers = self._without_fall()
+            case "presliding":
+                code, numbers = self._without_presliding()
+            case "displacement":
+                code, numbers = "few_strokes", {"stroke": scales.stroke}
+            case "sliding":
+                code, numbers = "few_strokes", {"reversals": self._reversals, "stroke": scales.stroke}
+        return Diagnostic(code, name, "warning", numbers, dataset.kind)
 
     def is_hidden(self, name: str, *, filtered: bool = True) -> bool:
         """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
@@ -70,25 +71,6 @@ class Excitation:
             return not self._reversals
         period = self._filter_period if filtered else 2.0
         return self._samples_within(self._zone) < period or self._below_the_noise(self._zone) is not None
-
-    def _lacking(self, excitation: str) -> tuple[str, dict[str, Number]]:
-        """Return which kind of excitation a log lacks, as a code with its numbers."""
-        dataset, scales = self.dataset, self.scales
-        match excitation:
-            case "acceleration":
-                return "low_acceleration", {"acceleration": float(np.max(np.abs(dataset.acceleration)))}
-            case "speed":
-                low, high = np.quantile(np.abs(dataset.velocity), [0.1, 0.9])
-                return "few_speeds" if high < self.settings.one_speed * low else "low_speed", {"speed": scales.speed}
-            case "stribeck":
-                return self._without_fall()
-            case "presliding":
-                return self._without_presliding()
-            case "displacement":
-                return "few_strokes", {"stroke": scales.stroke}
-            case "sliding":
-                return "few_strokes", {"reversals": self._reversals, "stroke": scales.stroke}
-        return "small_effect", {}
 
     def _without_fall(self) -> tuple[str, dict[str, Number]]:
         speeds, fall = self.dataset.all_velocities, name_of(Role.FALL, self.variables)
@@ -208,21 +190,18 @@ def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnosti
     motions: dict[int, np.ndarray] = {}
     for segment in sorted(dataset.segments, key=lambda segment: -segment.position.size):
         motions.setdefault(segment.log, segment.position)
-    step = max(max(x.size for x in motions.values()) // COMPARED, 1)
+    step = max(max(x.size for x in motions.values()) // 4000, 1)  # samples of the longer of two logs
     thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
-    repeated = {log for log, second in permutations(thinned, 2) if _repeats(thinned[log], thinned[second], settings)}
-    if not repeated:
-        return ()
-    return (Diagnostic("motion_repeats", numbers={"repeated": len(repeated), "logs": len(motions)}),)
-
-
-def _repeats(x: np.ndarray, y: np.ndarray, settings: Settings) -> bool:
-    """Return whether two motions, each about its mean, are the same, one of them shifted in time."""
-    shared, product, xx, yy = by_lag(x, y)
-    long = (shared >= settings.repeated_overlap * min(x.size, y.size)) & (xx > 0.0) & (yy > 0.0)
-    alike = long & (product >= settings.repeated * np.sqrt(xx * yy))
-    most = settings.repeated_size**2
-    return bool(np.any(alike & (xx <= most * yy) & (yy <= most * xx)))
+    repeated, most = set[int](), settings.repeated_size**2
+    for log, second in permutations(thinned, 2):
+        # The same, one of them shifted in time.
+        x, y = thinned[log], thinned[second]
+        shared, product, xx, yy = by_lag(x, y)
+        long = (shared >= settings.repeated_overlap * min(x.size, y.size)) & (xx > 0.0) & (yy > 0.0)
+        alike = long & (product >= settings.repeated * np.sqrt(xx * yy))
+        if np.any(alike & (xx <= most * yy) & (yy <= most * xx)):
+            repeated.add(log)
+    return (Diagnostic("motion_repeats", numbers={"repeated": len(repeated), "logs": len(motions)}),) if repeated else ()
 
 
 TRADED = {
@@ -253,26 +232,24 @@ def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, s
 
 def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     """Return a fit with what its logs say against themselves, and which of its parameters that concerns."""
-    of_fit = {diagnostic.code for diagnostic in fit.diagnostics}
-    added = [_naming(fit, diagnostic) for diagnostic in diagnostics if not of_fit.intersection(TOLD_MORE_FULLY.get(diagnostic.code, ()))]
-    return replace(fit, diagnostics=(*fit.diagnostics, *added))
-
-
-def _naming(fit: Fit, diagnostic: Diagnostic) -> Diagnostic:
-    """Return a diagnostic with the names of all parameters that trade places where it holds."""
+    of_fit, added = {diagnostic.code for diagnostic in fit.diagnostics}, list[Diagnostic]()
     variables = {**fit.plant.component.variables, **fit.friction.component.variables}
-    names = tuple(
-        estimate.name
+    untold = {
+        estimate.name: variables[estimate.name]
         for estimate in fit.estimates
         # A fit with elements has further parameters than its models ask for.
         if estimate.name in variables
-        and _trades(variables[estimate.name], diagnostic.code)
         and (estimate.status != "held" or (estimate.reason is not None and estimate.reason.code in BY_THE_LOG))
-    )
-    return replace(diagnostic, numbers={**diagnostic.numbers, "names": names}) if names else diagnostic
-
-
-def _trades(variable: Variable, code: str) -> bool:
-    """Return whether a parameter is one that a log with this finding does not tell apart from others."""
-    of_sliding = code == "never_slides" and acts_in_sliding(variable)
-    return of_sliding or variable.excitation in TRADED.get(code, ())
+    }
+    for diagnostic in diagnostics:
+        code = diagnostic.code
+        if of_fit.intersection(TOLD_MORE_FULLY.get(code, ())):
+            continue
+        # Parameters that trade places where it holds.
+        names = tuple(
+            name
+            for name, variable in untold.items()
+            if variable.excitation in TRADED.get(code, ()) or (code == "never_slides" and acts_in_sliding(variable))
+        )
+        added.append(replace(diagnostic, numbers={**diagnostic.numbers, "names": names}) if names else diagnostic)
+    return replace(fit, diagnostics=(*fit.diagnostics, *added))

@@ -41,21 +41,15 @@ from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
 
-__all__ = ["Rung", "agreeing", "alignment_of", "believed"]
-
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
-CHANGE = 0.4  # of the change to another cut-off that is put to the error
-MASS_UNKNOWN = 0.2  # of the inertia: a half-width that tells nothing
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
 CLEARLY = 2.0  # half-widths from which a delay is one, whatever made the first stage err
 MAY_BE_NONE = 0.25  # of the half-width of the inertia with which a delay is taken out, where there may be none
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
-FEWEST_ALIKE = 2  # cut-offs, or nothing is known
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
 SCALES = 1.0, 2.0, 4.0  # of errors: as little as lets two cut-offs agree
-BENT_STEPS = 3  # to a filter that is not small
 SHORT = 0.5  # of a filter: by how much less a step from none may see
 GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
 
@@ -65,10 +59,6 @@ class Rung(NamedTuple):
 
     plain: InstrumentFit
     free: InstrumentFit
-
-    def doubted(self, scale: float) -> Rung:
-        """Return the same with errors so many times as large."""
-        return Rung(self.plain.doubted(scale), self.free.doubted(scale))
 
 
 class _Channels(NamedTuple):
@@ -95,7 +85,7 @@ def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Set
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
             # A step from none to more than 2 ms goes too short.
-            free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=BENT_STEPS)
+            free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=3)  # to a filter that is not small
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
     return _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
@@ -107,7 +97,7 @@ def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Ru
     Parts of a log that share a fault of the model scatter less than it: their errors are too small (Birge's ratio).
     """
     for scale in SCALES:
-        doubted = [rung.doubted(scale) for rung in rungs]
+        doubted = [Rung(rung.plain.doubted(scale), rung.free.doubted(scale)) for rung in rungs]
         run = agreeing(doubted, dt, sought=sought) or agreeing(doubted, dt, sought=sought, filters=False)
         if run:
             return run, scale
@@ -126,14 +116,14 @@ def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool, filters: bool = 
                 break
             run.append(rung)
         most = run if len(run) > len(most) else most
-    return most if len(most) >= FEWEST_ALIKE else []
+    return most if len(most) >= 2 else []  # cut-offs, or nothing is known
 
 
 def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sought: bool, filters: bool) -> bool:
     """Return whether a wider cut-off says something else: noise makes the inertia smaller, and looks like a filter."""
 
     def apart(place: int, change: float, spare: float) -> bool:
-        before, after = narrow.std(place), wide.std(place)
+        before, after = float(narrow.covariance[place, place]) ** 0.5, float(wide.covariance[place, place]) ** 0.5
         joint = math.hypot(max(before**2 - after**2, 0.0) ** 0.5, ALIKE * before)
         return abs(change) > AGREE * joint + spare
 
@@ -150,13 +140,13 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     errors = [rung.plain.std(0) for rung in rungs]
     bounds = zip(rungs, errors, strict=True)
     clean = [n for n, (rung, error) in enumerate(bounds) if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * error]
-    sharp = SHARPER * min(errors[n] for n in clean or [0])
+    sharp = SHARPER * min(map(errors.__getitem__, clean or [0]))
     sharpest = max(n for n in clean or [0] if errors[n] <= sharp)
     chosen, narrower, dt = rungs[sharpest], rungs[max(sharpest - 2, 0)], rows.dt
     filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, scale, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
     pairs = zip(channels.errors, channels.changes, strict=False)
-    widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
+    widths = [STUDENT * error + 0.4 * abs(change) for error, change in pairs]  # of the change to another cut-off that is put to the error
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
     # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
@@ -164,7 +154,11 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     share = 1.0 - rows.springiness(chosen.plain.cutoff) ** 2 if abs(delay) > CLEARLY * width else MAY_BE_NONE
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * share * mass
     lag = lag if delay_known or not sought else None
-    mass_known = mass_width <= MASS_UNKNOWN * mass
+    mass_known = mass_width <= 0.2 * mass  # of the inertia: a half-width that tells nothing
+    # A filter that makes all of a delay may be as good an explanation as none; half a sample is a hold.
+    lag_alone, free = abs(delay) - 0.5 * dt, narrower.free
+    as_good = lag_alone > dt and abs(free.c - math.copysign(0.5 * lag_alone**2, delay)) < AGREE * free.std(-1)
+    may_be_filter = delay_known and lag is None and as_good
     return Alignment(
         delay=delay if delay_known else None,
         delay_half_width=width if delay_known else None,
@@ -174,15 +168,8 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
         mass_half_width=mass_width if mass_known else None,
         slow=chosen.plain.cutoff,
         sought=sought,
-        filter_open=delay_known and lag is None and _may_be_filter(narrower.free, delay, dt),
+        filter_open=may_be_filter,
     )
-
-
-def _may_be_filter(fit: InstrumentFit, delay: float, dt: float) -> bool:
-    """Return whether a filter that makes all of a delay is as good an explanation as none; half a sample is a hold."""
-    lag = abs(delay) - 0.5 * dt
-    bent = math.copysign(0.5 * lag**2, delay)
-    return lag > dt and abs(fit.c - bent) < AGREE * fit.std(-1)
 
 
 def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool) -> _Channels | None:
@@ -201,19 +188,16 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale
     bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS).doubted(scale)
     if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
         return None
-    if not _above_zero(rows.lowered(bent, rung.plain.delay)):
+    # What a filter lowers lies above zero for certain by its signed ranks [4]_: a value that is huge is one vote.
+    lowered = rows.lowered(bent, rung.plain.delay)
+    ranks = 1.0 + np.argsort(np.argsort(np.abs(lowered)))
+    if np.sum(lowered) <= 0.0 or np.sum(np.sign(lowered) * ranks) <= AGREE * np.sum(ranks**2) ** 0.5:
         return None
     again = rows.fit(narrower.plain.cutoff, bent.delay, bent.c, free=(sought, False))
     places = (0, bent.theta.size)[: 1 + sought]
     lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)
     values, changed = ((float(bent.theta[0]), bent.delay), (float(again.theta[0] - bent.theta[0]), again.delay - bent.delay))
     return _Channels(lag, bent.std(-1) / abs(lag), values, [bent.std(place) for place in places], changed)
-
-
-def _above_zero(values: np.ndarray) -> bool:
-    """Return whether values lie above zero for certain, by their signed ranks [4]_: one that is huge is one vote."""
-    ranks = 1.0 + np.argsort(np.argsort(np.abs(values)))
-    return bool(np.sum(values) > 0.0 and np.sum(np.sign(values) * ranks) > AGREE * np.sum(ranks**2) ** 0.5)
 
 
 def _without_filter(rung: Rung, narrower: Rung, *, sought: bool) -> _Channels:

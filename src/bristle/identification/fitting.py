@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.diagnostic import UNFINISHED, Diagnostic, HeldOut
+from bristle.core.diagnostic import UNFINISHED, Diagnostic, Number
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind
+from bristle.core.lazy import cached_property
+from bristle.core.normal import NORMAL_95
+from bristle.core.variable import Kind, Variable, unit_of
 from bristle.engine.checks import finite
 from bristle.friction import base_of, channel_slots_of
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification.element_models import estimate_elements
-from bristle.identification.estimates import Judgement, about_estimates, about_fixed, about_level, combinations_of
-from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion
+from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion, with_pitch
 from bristle.identification.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
-from bristle.identification.fixed_shape import ELEMENT_MODELS
+from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedModel
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, between
-from bristle.identification.problem import covariance_of
-from bristle.identification.result import Fit, Traces
-from bristle.identification.sliding_friction import with_pitch
+from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import Fixed, Role, acts_in_sliding, names_of
+from bristle.identification.problem import Contrast, Covariance, covariance_of
+from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
-from bristle.identification.structure import about_alignment, about_held_effort, about_noise, about_residual, about_rise, about_treatment
+from bristle.identification.structure import (
+    about_alignment,
+    about_held_effort,
+    about_noise,
+    about_residual,
+    about_rise,
+    about_treatment,
+    noisy_inertia,
+)
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
-
-__all__ = ["fit", "fit_of"]
 
 ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
 
@@ -50,7 +62,12 @@ def fit(context: Context, component: FrictionModel, blocks: int, report: Report)
             unfinished = True
     if not unfinished:
         report(1.0)
-    diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics, *_about_held_out(fit, held_out, context))
+    diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics)
+    # Whether what was held out was like what was fitted.
+    if held_out is not None and held_out.of == "logs":
+        diagnostics += about_repeated_logs(context.dataset, context.settings)
+    elif held_out is not None and fit.position_error_percent is None:
+        diagnostics += about_repetition(context.dataset, context.settings)
     return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=diagnostics), estimation
 
 
@@ -83,15 +100,6 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
             mend="Write --method inverse_dynamics, or ask for dahl or lugre",
         )
     return elements(context, component, report)
-
-
-def _about_held_out(fit: Fit, held_out: HeldOut | None, context: Context) -> tuple[Diagnostic, ...]:
-    """Return whether what was held out was like what was fitted."""
-    if held_out is not None and held_out.of == "logs":
-        return about_repeated_logs(context.dataset, context.settings)
-    if held_out is not None and fit.position_error_percent is None:
-        return about_repetition(context.dataset, context.settings)
-    return ()
 
 
 def fit_of(estimation: Estimation, context: Context) -> Fit:
@@ -153,3 +161,211 @@ def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) ->
             value=component.name,
             mend=f"Fit another model to this log. {error.mend}".strip(),
         ) from None
+
+
+GUESSED = "held_constant"  # a constant that is held without that anybody told it
+PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
+"""What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What one fit tells of each parameter: where it ended, how sure that is, and what the log shows.
+
+    The rows that were fitted are `filtered`, or not.
+    """
+
+    problem: InverseDynamics
+    solution: Solution
+    uncertainty: Covariance
+    excitation: Excitation
+    filtered: bool
+
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Return every parameter, plant first."""
+        estimates, kind, at_edge = list[Estimate](), self.problem.dataset.kind, self.solution.at_edge
+        for name, variable in self.excitation.variables.items():
+            if variable.choices:
+                continue
+            fixed, value = self.problem.parameters.fixed.get(name), self.excitation.values[name]
+            estimate = Estimate(name, variable.unit(kind), variable.description, value if fixed is None else fixed.value, None)
+            if fixed is not None and fixed.half_width is not None:
+                std, ends = fixed.half_width / NORMAL_95, (fixed.value - fixed.half_width, fixed.value + fixed.half_width)
+                estimates.append(replace(estimate, std=std, robust_std=std, interval=ends))
+                continue
+            if fixed is not None:
+                reason, status = why_fixed(name, fixed, variable, kind), "held"
+                if fixed.redundant:
+                    reason, status = replace(reason, severity="warning"), "unidentifiable"
+                estimates.append(replace(estimate, status=status, reason=reason))
+                continue
+            unsure = self._unsure_alone[name]
+            if unsure is None and name not in at_edge:
+                unsure = self._unsure_beside(name)
+            if unsure is None and name in at_edge:
+                estimates.append(replace(estimate, status="at_edge", reason=self._at_edge(name)))
+                continue
+            most = self.excitation.settings.hopeless_std * abs(value)
+            std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
+            status = "identified" if unsure is None else "unidentifiable"
+            estimates.append(replace(estimate, std=std, robust_std=robust, status=status, reason=unsure))
+        return tuple(estimates)
+
+    @cached_property
+    def _std(self) -> dict[str, tuple[float, float]]:
+        """Both standard errors of each free parameter [SI]."""
+        deviations = zip(self.uncertainty.std.tolist(), self.uncertainty.robust_std.tolist(), strict=True)
+        return dict(zip(self.solution.values, deviations, strict=True))
+
+    def _unsure_beside(self, name: str) -> Diagnostic | None:
+        """Return why a parameter that is sure alone is not beside others; None where it is.
+
+        A velocity that friction falls with needs the force that it falls from, and a force the velocity. A fall that only
+        rows near reversals show is as unsure as the stiffness there.
+        """
+        variables, names = self.excitation.variables, self.solution.space.names
+        role = next((role for role in PARTNER if role.fits(variables[name])), None)
+        if role is None:
+            return None
+        unsure_count, sure_count = 0, 0
+        for partner, variable in variables.items():
+            if PARTNER[role].fits(variable) and partner in self.solution.values:
+                is_unsure = partner in self.solution.at_edge or self._unsure_alone[partner] is not None
+                unsure_count, sure_count = unsure_count + is_unsure, sure_count + (not is_unsure)
+            elif PARTNER[role].fits(variable):
+                unsure_count += self.problem.parameters.is_redundant(partner)
+        if unsure_count and not sure_count:
+            return self.excitation.cause(name)
+        stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
+        if name not in names or not stiff or not self.filtered:
+            return None
+        fall = [place for place, part in enumerate(names) if any(role.fits(variables[part]) for role in PARTNER)]
+        away = self.problem.away
+        determined = Contrast.of(self.solution, replace(away, rows=away.far), np.ones(len(names), dtype=bool)).determined
+        reasons = [reason for part in stiff if (reason := self._unsure_alone[part]) is not None]
+        return replace(reasons[0], parameter=name) if not determined[fall].all() and len(reasons) == len(stiff) else None
+
+    @cached_property
+    def _unsure_alone(self) -> dict[str, Diagnostic | None]:
+        """Why each free parameter cannot be identified, whatever is known of those that it goes with; None where it can."""
+        # The largest part of the effort that the plant does not take.
+        largest = float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
+        return {name: self._doubt(name, largest) for name in self.solution.values}
+
+    def _doubt(self, name: str, largest: float) -> Diagnostic | None:
+        least, variable, dataset = self.excitation.settings, self.excitation.variables[name], self.problem.dataset
+        value, std, is_inertia = self.excitation.values[name], max(self._std[name]), Role.INERTIA.fits(variable)
+        if self.excitation.is_hidden(name, filtered=self.filtered):
+            return self.excitation.cause(name)
+        component = self.problem.parameters.component
+        if name == TOTAL and isinstance(component, ShapedModel):
+            # Around a reversal an encoder shows nothing of the first steps: elements take up what it leaves out.
+            # Replicates begin from what it has shown, and do not tell by how much.
+            level = float(np.mean([self.excitation.values[level] for level in names_of(Role.LEVEL, self.excitation.variables)]))
+            share = component.share_within(least.zone_counts * dataset.resolution, value, level)
+            if share > least.blurred_share:
+                numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": dataset.resolution}
+                return Diagnostic("coarse_elements", name, "warning", numbers, dataset.kind)
+        if self.filtered and is_inertia and dataset.acceleration_noise_share > least.noisy_inertia:
+            return noisy_inertia(dataset, name, least)
+        if name in self.solution.at_edge:
+            return self.excitation.cause(name) if is_inertia else None
+        if acts_in_sliding(variable) and value > least.beyond_effort * largest:
+            return Diagnostic("beyond_effort", name, "warning", {"effort": largest}, dataset.kind)
+        # No value of a constant force within its error would matter.
+        rms_effort = float(np.sqrt(np.mean(dataset.effort**2)))
+        small = variable.quantity == "force" and std < least.negligible_force * rms_effort
+        if small or std <= least.unsure_std * abs(value):
+            return None
+        cause = self.excitation.cause(name)
+        if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):  # relative standard error that is worth a number
+            return cause
+        return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
+
+    def _at_edge(self, name: str) -> Diagnostic:
+        edge, variable, kind = self.solution.at_edge[name], self.excitation.variables[name], self.problem.dataset.kind
+        value = self.excitation.values[name]
+        numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind)}
+        if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
+            return Diagnostic("edge_no_fall", name, "warning", numbers, kind)
+        # Neither a level of friction nor a damping takes any effort.
+        roles = (Role.LEVEL, Role.BREAK_AWAY, Role.VISCOUS)
+        opposing = (part for role in roles for part in names_of(role, self.excitation.variables))
+        frictionless = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
+        if edge == "smallest" and Role.LEVEL.fits(variable) and frictionless:
+            return Diagnostic("no_friction", name, "warning", numbers, kind)
+        cause = self.excitation.cause(name)
+        numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
+        bound, small = variable.min if edge == "smallest" else variable.max, self.excitation.scales.magnitude(variable)
+        of_model = math.isclose(value, bound, rel_tol=1e-2, abs_tol=1e-9 * abs(small))
+        return Diagnostic("edge_of_model" if of_model else "edge_of_search", name, "warning", numbers, kind)
+
+
+def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagnostic:
+    """Return why a parameter is fixed, with its value."""
+    value = variable.written(fixed.value) if variable.choices else fixed.value
+    numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind), **fixed.numbers}
+    return Diagnostic(fixed.reason, name, "note", numbers, kind)
+
+
+def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
+    """Return which parameters were fixed, and why; a weight that nobody told is a doubt of what holds beside it."""
+    variables, kind = problem.parameters.variables, problem.dataset.kind
+    weights, reasons = list[Diagnostic](), list[Diagnostic]()
+    for name, entry in problem.parameters.fixed.items():
+        if entry.half_width is None and entry.reason == GUESSED:
+            weights.append(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind))
+        if entry.half_width is None and entry.reason != "no_fall":
+            reasons.append(why_fixed(name, entry, variables[name], kind))
+    return (*weights, *reasons)
+
+
+def about_estimates(
+    estimates: Sequence[Estimate], correlation: np.ndarray, names: Sequence[str], inseparable: float
+) -> tuple[Diagnostic, ...]:
+    """Return what is to be known of parameters: those not identified, and pairs of these `names` that go together."""
+    reasons = [estimate.reason for estimate in estimates if estimate.status != "held" and estimate.reason is not None]
+    sure = {estimate.name for estimate in estimates if estimate.status == "identified"}
+    pairs = [
+        Diagnostic("correlated", name, "warning", {"other": second, "correlation": float(coefficient)})
+        for row, name in enumerate(names)
+        for second, coefficient in zip(names[:row], correlation[row], strict=False)
+        if {name, second} <= sure and abs(coefficient) > inseparable
+    ]
+    return (*reasons, *pairs)
+
+
+def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[Diagnostic, ...]:
+    """Return a warning where a level of friction is told, and nothing of how friction falls or rises with speed."""
+    variables = excitation.variables
+    names = {estimate.name for estimate in estimates if estimate.status in ("identified", "held")}
+    curve = [name for role in (Role.FALL, Role.VISCOUS) for name in names_of(role, variables)]
+    levels = tuple(name for name in names_of(Role.LEVEL, variables) if name in names)
+    if not levels or not names_of(Role.FALL, variables) or not names.isdisjoint(curve):
+        return ()
+    numbers: dict[str, Number] = {"names": levels, "speed": excitation.scales.speed}
+    return (Diagnostic("level_as_seen", levels[0], "warning", numbers, excitation.dataset.kind),)
+
+
+def combinations_of(component: FrictionModel, by_name: Mapping[str, Estimate], kind: Kind) -> tuple[Estimate, ...]:
+    """Return the products of a redundant parameter with each one that it is a factor of."""
+    combinations = []
+    for redundancy in component.redundancies:
+        factor = by_name[redundancy.name]
+        for name in redundancy.factor_of:
+            member = by_name[name]
+            unit = unit_of("*".join(component.variables[part].quantity for part in (factor.name, name)), kind)
+            std, robust = (None if deviation is None else abs(factor.value) * deviation for deviation in (member.std, member.robust_std))
+            combinations.append(
+                Estimate(
+                    f"{factor.name}*{name}",
+                    unit,
+                    f"product of {factor.name} and {name}",
+                    factor.value * member.value,
+                    std,
+                    member.status,
+                    member.reason,
+                    robust,
+                )
+            )
+    return tuple(combinations)

@@ -18,12 +18,9 @@ from bristle.core.variable import Variable
 from bristle.friction import gms, maxwell_slip
 from bristle.identification.parameter_space import ParameterSpace, Turned
 
-__all__ = ["DIFFERENCE", "ELEMENT_MODELS", "TOTAL", "ElementSpace", "ShapedModel", "in_lists", "shaped"]
-
 ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)
-CURVE = 12  # displacements at which the virgin curve has intervals
 LEAST = 0.05  # of level and stiffness: both stay positive, however far a draw is off
 DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 STIFFNESS = Variable("force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding")
@@ -147,7 +144,7 @@ class ElementSpace(ParameterSpace):
             names,
             np.array([*np.zeros(thresholds.size), *single.values()]),
             np.full(len(names), np.inf),
-            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist()),
+            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], 12).tolist()),  # displacements at which the virgin curve has intervals
             thresholds=thresholds,
             levels=levels,
             rest=tuple(name for name in free if name not in (*levels, TOTAL)),

@@ -21,15 +21,11 @@ import numpy as np
 from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
-from bristle.identification.contrast import SINGULAR
 from bristle.identification.parameter_space import Solution, Transform
-from bristle.identification.problem import Residual
-
-__all__ = ["EVOLUTION_SEED", "Refit", "Side", "box_of", "evolved"]
+from bristle.identification.problem import SINGULAR, Residual
 
 MEMBERS, FEWEST_MEMBERS = 6, 24  # for each coordinate, in all
 GENERATIONS = 60
-ALIKE = 0.02  # spread of the costs over their mean at which the members are one
 FAR = 10.0  # times a typical value: the range of what has no bounds
 EVOLUTION_SEED = 19_970_403
 
@@ -103,7 +99,7 @@ def evolved(
         lambda at: costs([coordinates(at)])[0],
         [(side.low, side.high) for side in box],
         maxiter=GENERATIONS,
-        tol=ALIKE,
+        tol=0.02,  # spread of the costs over their mean at which the members are one
         polish=False,
         popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
         init="latinhypercube",
@@ -116,9 +112,7 @@ def evolved(
 
 
 STEPS = 6
-SMALL = 0.03  # of a standard error
 SHORT = 0.02  # of the longest step
-SHORTER = 0.3  # of a step that led too far
 
 
 @dataclass(frozen=True)
@@ -150,7 +144,15 @@ class Refit:
         low, high = ((bound - theta)[self.free] * scale for bound in (space.low, space.high))
         scaled = inverse @ target
         if np.any(scaled < low) or np.any(scaled > high):
-            scaled = _bounded(r, target, low, high)
+            floored = np.isfinite(low)
+            if np.any(np.isfinite(high)):
+                scaled = np.clip(bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))[0], low, high)
+            else:
+                # Above a floor only: non-negative least squares, in which what has no floor is a difference.
+                base = np.where(floored, low, 0.0)
+                parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
+                scaled = base + parts[: low.size]
+                scaled[~floored] -= parts[low.size :]
         step = np.zeros_like(theta)
         step[self.free] = scaled / scale
         return step
@@ -166,32 +168,15 @@ class Refit:
                 return theta + step, residual - change
             variance, length = float(np.mean(residual[self.rows] ** 2)), float(np.sum(change[self.rows] ** 2))
             longest = max(longest, length)
-            if length <= max(SMALL**2 * variance, SHORT**2 * longest):
+            if length <= max(0.03**2 * variance, SHORT**2 * longest):  # of a standard error
                 break
-            for share in (1.0, SHORTER):
+            for share in (1.0, 0.3):  # of a step that led too far
                 trial = np.clip(theta + share * step, space.low, space.high)
                 after = problem.residual(space.values(trial))
-                if _square(after[self.rows]) < _square(residual[self.rows]):
+                before, beside = residual[self.rows], after[self.rows]
+                if float(beside @ beside) < float(before @ before):
                     break
             else:
                 break
             theta, residual = trial, after
         return theta, residual
-
-
-def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the least-squares solution within bounds, of which each is finite on one side at most or on both."""
-    floored = np.isfinite(low)
-    if np.any(np.isfinite(high)):
-        solution, _ = bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))
-        return np.clip(solution, low, high)
-    # Above a floor only: non-negative least squares, in which what has no floor is a difference.
-    base = np.where(floored, low, 0.0)
-    parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
-    solution = base + parts[: low.size]
-    solution[~floored] -= parts[low.size :]
-    return solution
-
-
-def _square(rows: np.ndarray) -> float:
-    return float(rows @ rows)

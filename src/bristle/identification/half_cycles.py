@@ -26,13 +26,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.lazy import cached_property
 from bristle.core.packing import pack
 from bristle.core.values import numbers_of
 from bristle.engine.motion import in_turns
@@ -40,44 +39,16 @@ from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.settings import Settings
+from bristle.logs.filters import derivative, low_passed
 from bristle.logs.turns import half_cycle_numbers, turning_points
 
-__all__ = [
-    "BLOCKS",
-    "SHORT",
-    "TIME",
-    "Disturbance",
-    "Groups",
-    "beside",
-    "blocks_for",
-    "correlation_time",
-    "disturbance_of",
-    "force_with_scatter",
-    "half_cycle_starts",
-    "half_cycles",
-    "independent_rows",
-    "least_way",
-    "neighbour_correlation",
-    "room_for_blocks",
-    "scaled",
-    "scatter_in",
-    "signs",
-    "time_blocks",
-    "within_cycles",
-]
-
 STEPS = 2.0  # of the encoder
-DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
-SHOWS_LEVEL = 4  # rows of a half-cycle that are not all beside a reversal
 FEWEST_LEVELS = 8
-ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 BLOCKS = 5  # that a log is divided into, where nobody asks for another number
 TIME, SHORT = "time blocks", "short time blocks"
 BINS = 4  # of a decade of speed
 FEW = 0.25  # of the rows of a block: so few others at such a speed are none
-ALONE = 0.1  # share of the rows of a block at speeds that no other has
-PIECES = 8  # of each part, at most
 LEAST = 4  # times the reach of the filters, at either end, that a short segment is long
 SEED = 5
 
@@ -88,34 +59,27 @@ class Groups:
 
     of_rows: np.ndarray
 
-    @property
-    def count(self) -> int:
-        """Number of groups with rows in them."""
-        return int(self.index[-1]) + 1
+    index: np.ndarray = field(init=False)
+    """Number of the group of each row, counted among those that have any rows."""
+    first: np.ndarray = field(init=False)
+    """The first row of each group."""
+    count: int = field(init=False)
 
-    @cached_property
-    def index(self) -> np.ndarray:
-        """Number of the group of each row, counted among those that have any."""
-        return np.unique(self.of_rows, return_inverse=True)[1]
+    def __post_init__(self) -> None:
+        first, index = np.unique(self.of_rows, return_index=True, return_inverse=True)[1:]
+        self.__dict__.update(index=index, first=first, count=first.size)
 
     def split(self, rows: np.ndarray) -> list[np.ndarray]:
         """Return the rows of each group."""
-        return np.split(rows, self._first[1:])
+        return np.split(rows, self.first[1:])
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Return the sum of a signal over the rows of each group, shape (group, ...)."""
-        return np.add.reduceat(rows, self._first, axis=0)
-
-    @cached_property
-    def _first(self) -> np.ndarray:
-        return np.flatnonzero(np.diff(self.index, prepend=-1))
+        return np.add.reduceat(rows, self.first, axis=0)
 
 
 def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
-    """Return the first sample of each half-cycle of each segment; the first one is 0.
-
-    A half-cycle ends where the direction really changes: not where noise or a step of the encoder turns it.
-    """
+    """Return the first sample, 0 first, of each half-cycle of each segment; noise or a step of the encoder turns none."""
     least = least_way(dataset.resolution, dataset.noise)
     return tuple(
         (0, *turning_points(segment.position, least, turns)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
@@ -131,7 +95,7 @@ def half_cycles(dataset: Dataset) -> Groups:
 
 def least_way(resolution: float, noise: float) -> float:
     """Return the way [m or rad] that is no rest, from the step of the encoder and the noise of the position."""
-    return max(STEPS * resolution, DEVIATIONS * noise)
+    return max(STEPS * resolution, 8.0 * noise)  # of the noise of the position: what a body at rest does not go beyond
 
 
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
@@ -144,11 +108,11 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
         return 0.0
     rest = within_cycles(cycles, slope, residual)
     # Rows beside a reversal are wrong by their filter: what comes and goes within a few shows no level.
-    long = np.bincount(cycles.index, minlength=power.size) >= SHOWS_LEVEL
+    long = np.bincount(cycles.index, minlength=power.size) >= 4  # rows of a half-cycle that are not all beside a reversal
     if np.count_nonzero(long) >= FEWEST_LEVELS:
         power, excess = power[long], excess[long]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
-    for _ in range(ROUNDS):
+    for _ in range(8):  # of the weights, which depend on the scatter that they tell
         weight = power / (power + noise / square)
         square = float(np.sum(weight * excess * excess) / np.sum(weight))
     return square**0.5
@@ -195,12 +159,20 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
     rows = dataset.effort.size
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
     of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
-    pieces = min(PIECES, rows // (count * 2 * LEAST * max(dataset.reach, 1)))
-    if pieces > 1 and _has_experiments_of_its_own(np.abs(dataset.velocity), part, count):
-        # Each part has one piece of each neighbourhood, in no order that a periodic motion could keep in step with.
-        rng = np.random.default_rng(SEED)
-        owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
-        of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
+    pieces = min(8, rows // (count * 2 * LEAST * max(dataset.reach, 1)))  # of each part, at most
+    if pieces > 1:
+        speed, moving = np.abs(dataset.velocity), dataset.velocity != 0.0
+        place = np.floor(BINS * np.log10(speed[moving])).astype(int)
+        place -= place.min(initial=0)
+        counts = np.zeros((count, place.max(initial=0) + 1))
+        np.add.at(counts, (part[moving], place), 1.0)
+        alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
+        if np.any(alone > 0.1 * np.bincount(part, minlength=count)):  # share of the rows of a block at speeds that no other has
+            # A part has speeds that the others hardly have: so each takes one piece of each neighbourhood, in no order that a
+            # periodic motion could keep in step with.
+            rng = np.random.default_rng(SEED)
+            owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
+            of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
     return of, [part == number for number in range(count)]
 
 
@@ -209,20 +181,8 @@ def beside(part: np.ndarray, reach: int) -> np.ndarray:
     return np.convolve(part, np.ones(2 * reach + 1))[reach : reach + part.size] < 0.5
 
 
-def _has_experiments_of_its_own(speed: np.ndarray, part: np.ndarray, count: int) -> bool:
-    """Return whether any of several parts goes at speeds that all others together hardly go at."""
-    moving = speed > 0.0
-    place = np.floor(BINS * np.log10(speed[moving])).astype(int)
-    place -= place.min(initial=0)
-    counts = np.zeros((count, place.max(initial=0) + 1))
-    np.add.at(counts, (part[moving], place), 1.0)
-    alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
-    return bool(np.any(alone > ALONE * np.bincount(part, minlength=count)))
-
-
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 SIGN_BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
-LEAST_LEVEL = 0.05  # of the level: friction does not vanish on any half-cycle
 
 
 class Disturbance(NamedTuple):
@@ -261,12 +221,11 @@ def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) 
 
 def scaled(component: FrictionModel, values: Mapping[str, float], level: float) -> dict[str, float]:
     """Return the values of a model with its forces scaled, the constant offset left as it is."""
-    forces = (
-        name
-        for name, variable in component.variables.items()
-        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED
-    )
-    return dict(values) | {name: level * values[name] for name in forces}
+    values = dict(values)
+    for name, variable in component.variables.items():
+        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED:
+            values[name] = level * values[name]
+    return values
 
 
 def force_with_scatter(
@@ -282,7 +241,7 @@ def force_with_scatter(
 
     `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.
     """
-    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST_LEVEL)
+    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), 0.05)  # of the level: friction does not vanish on any half-cycle
     mean = pack(friction.parameters)
     component = friction.component
     doubled = pack(component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0)))
@@ -293,3 +252,85 @@ def force_with_scatter(
     parameters = mean + (levels[:, None] - 1.0) * rise
     signals = segment.signals(dt, transmitted)
     return in_turns(friction, parameters, dt=dt, starts=turns, **signals)[first:]
+
+
+FINER = 5  # steps of a sample
+ABOVE = 4.0  # standard deviations of the noise
+FLOOR = 0.4  # of the sampling frequency, from which on nothing is filtered, and the noise is read
+
+
+class Recovered(NamedTuple):
+    """A segment along the motion before the filter, and how much of its corners is visible, shape (sample,), 0 to 1."""
+
+    segment: Segment
+    visible: np.ndarray
+
+
+def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
+    """Return the spectral density of the noise of a position [m^2/Hz or rad^2/Hz], at least that of rounding."""
+    from scipy.signal import welch
+
+    bent = np.diff(position, 2)
+    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(512, bent.size), detrend="constant")  # samples
+    top = frequencies >= FLOOR / dt
+    of_second_difference = (2.0 * np.sin(np.pi * frequencies[top] * dt)) ** 4
+    return max(float(np.median(density[top] / of_second_difference)), 2.0 * dt * resolution**2 / 12.0)
+
+
+def recovered(segment: Segment, dataset: Dataset) -> Recovered:
+    """Return a segment along the motion before the filter, as far as its noise lets it be seen."""
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
+    dt, origin, cutoff = dataset.sample_time, segment.position[0], dataset.cutoff
+    raw, smooth = segment.recorded - origin, segment.position - origin
+    density = noise_density(raw, dataset.resolution, dt)
+    position, below, visible = smooth, low_passed(raw, cutoff, dt), np.zeros(0)
+    while below is not raw:
+        wide = 2.0 * cutoff
+        above = raw if wide >= FLOOR / dt else low_passed(raw, wide, dt)
+        noise = (density * (min(wide, 0.5 / dt) - cutoff)) ** 0.5
+        # 1 within the reach of what stands out, less beside it.
+        stands_out, reach = np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1)
+        share = uniform_filter1d(maximum_filter1d(stands_out.astype(float), 4 * reach + 1), 2 * reach + 1)
+        position = position + share * (above - below)
+        visible = share if not visible.size else visible
+        cutoff, below = wide, above
+    position = position + (1.0 - visible) * (smooth - low_passed(smooth, dataset.cutoff, dt))
+    velocity = derivative(position, dt)
+    at_rest = segment.velocity == 0.0
+    moved = replace(
+        segment, position=position + origin, velocity=np.where(at_rest, segment.velocity, velocity), acceleration=derivative(velocity, dt)
+    )
+    return Recovered(moved, visible)
+
+
+def between_samples(segment: Segment, dt: float, finer: int = FINER) -> Segment:
+    """Return a segment on a grid that is finer by so many steps of a sample, the samples among its points.
+
+    The velocity of a point is the mean over the step around it.
+    """
+    from scipy.interpolate import CubicSpline
+
+    h, origin = dt / finer, segment.position[0]
+    count = (segment.position.size - 1) * finer + 1
+    along = CubicSpline(dt * np.arange(segment.position.size), segment.position - origin)
+    edges = along(h * (np.arange(count + 1) - 0.5))
+    at_rest = np.repeat(segment.velocity, finer)[:count] == 0.0
+    signed = np.repeat(segment.velocity, finer)[:count]
+    samples, points = np.arange(segment.position.size), np.arange(count) / finer
+
+    def fine(signal: np.ndarray) -> np.ndarray:
+        return np.interp(points, samples, signal)
+
+    return replace(
+        segment,
+        time=fine(segment.time),
+        position=0.5 * (edges[1:] + edges[:-1]) + origin,
+        velocity=np.where(at_rest, signed, np.diff(edges) / h),
+        acceleration=fine(segment.acceleration),
+        effort=fine(segment.effort),
+        recorded=fine(segment.recorded),
+        first_cycle=segment.first_cycle * finer,
+        surroundings={name: fine(values) for name, values in segment.surroundings.items()},
+        regressors=tuple(fine(column) for column in segment.regressors),
+    )

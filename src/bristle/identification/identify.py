@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from os import PathLike
 from typing import Any
 
@@ -13,13 +14,13 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
-from bristle.core.diagnostic import Diagnostic, to_the_end
+from bristle.core.diagnostic import to_the_end
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification.dataset import Alignment, Dataset
-from bristle.identification.estimation import Context, Estimation, along_the_motion
+from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
@@ -41,20 +42,16 @@ from bristle.identification.request import (
 from bristle.identification.result import Fit, Identification
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
-from bristle.identification.sliding_friction import context_of, told_by, with_harmonics
 from bristle.identification.structure import next_models, with_structure
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted
 from bristle.logs.log import Log
 
-__all__ = ["identify"]
-
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_SLOTS = "interrupted: slots were not looked for to the end"
 WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
 TELLS_CHANNEL = "lugre"
-NOISY = 0.5  # of the noise of the acceleration that is told: each model's own inertia is biased by it
 TURNS = 2  # of slots added to the best of all models
 
 Progress = Callable[[float, str], None]
@@ -154,7 +151,10 @@ def identify(
     pairs = with_method(logs_and_axes(log, axis), method, global_search)
     chosen = settings_of(pairs[0][1], settings)
     components, extended = models_of(model), asks_for_all(model)
-    _refuse_without_effort([log for log, _ in pairs])
+    for entry, _ in pairs:
+        if entry.effort is None:
+            mend = "Name the column of force, torque or current in the axis file"
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
@@ -162,21 +162,34 @@ def identify(
     count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
-    (best, *rest), interrupted = to_the_end(lambda: _judged(fits, estimations, context, of_logs, short=short))
+
+    def judged() -> list[Fit]:
+        best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
+        best = with_structure(best, estimations[best.name], chosen, context.prior.pitch, [fit.name for fit in rest])
+        return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
+
+    (best, *rest), interrupted = to_the_end(judged)
     unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
     if draws and not unfinished:
         report = share(count - 1, f"fitting {best.name} to simulated logs")
-        best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report, pairs)
-    return Identification(
-        (best, *rest),
-        first_log,
-        _treatment(context.dataset, best),
-        tuple(log for log, _ in pairs[1:]),
-        unfinished,
-        context.dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values)),
-        left_out,
-        chosen,
-    )
+        try:
+            best = with_loops(with_uncertainty(best, estimations[best.name], draws, chosen, report), pairs)
+        except KeyboardInterrupt:
+            unfinished = WITHOUT_DRAWS
+    dataset = context.dataset
+    treatment = {
+        "cutoff": dataset.cutoff,
+        "decimation": float(dataset.decimation),
+        "dropped": float(dataset.dropped),
+        "rows": float(dataset.effort.size),
+        "rest_percent": 100.0 * dataset.rest_share,
+        "velocity_max": float(np.max(np.abs(dataset.velocity))),
+        **(dataset.alignment.as_data() if dataset.alignment else {}),
+        **({"lag": best.lag} if best.lag is not None else {}),
+    }
+    broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
+    (_, *further), _ = zip(*pairs, strict=True)
+    return Identification((best, *rest), first_log, treatment, tuple(further), unfinished, broken, left_out, chosen)
 
 
 def _context(
@@ -188,13 +201,13 @@ def _context(
     decimation: int | None,
 ) -> Context:
     """Return what the fits of all models to some logs share."""
-    logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
+    logs, axes = map(list, zip(*pairs, strict=True))
     described = [axis or Axis(kind=log.kind) for log, axis in pairs]
     estimator, treated = None, logs
-    if any(axis.method == "output_error" for axis in described):
+    if "output_error" in map(attrgetter("method"), described):
         estimator = Simulation(logs, described, loop_of(logs, axes))
         treated = estimator.excerpts
-    everywhere = any(axis.global_search for axis in described)
+    everywhere = any(map(attrgetter("global_search"), described))
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
@@ -202,8 +215,10 @@ def _context(
     dataset = treated_dataset = treat(decimation)
     if finds:
         alignment = alignment_of(logs, axes, settings, sought=sought)
-        if decimation is None and all(axis.decimation is None for axis in described):
-            treated_dataset = _calmed(treated_dataset, alignment, treat)
+        if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
+            # So many fewer rows that noise of the position does not hide friction.
+            rows, share = calmed(aligned(treated_dataset, alignment))
+            treated_dataset = replace(treat(rows), calmed_from=share) if rows > treated_dataset.decimation else treated_dataset
         dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
@@ -216,16 +231,14 @@ def _context(
     return _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
 
 
-def _calmed(treated: Dataset, alignment: Alignment, treat: Callable[[int], Dataset]) -> Dataset:
-    """Return the rows of a log, or so many fewer that noise of its position does not hide friction."""
-    rows, share = calmed(aligned(treated, alignment))
-    return replace(treat(rows), calmed_from=share) if rows > treated.decimation else treated
-
-
 def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:
     """Return a log whose channels stand in time as they were found to, and what is known then before the fit."""
-    noisy = treated.acceleration_noise_share > NOISY * settings.acceleration_noise
-    measured = _measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure)
+    # The noise, from half of what is told on, biases the own inertia of each model.
+    unsure = 1.0 if treated.acceleration_noise_share > 0.5 * settings.acceleration_noise else settings.inertia_unsure
+    measured, mass, half_width = {}, alignment.mass, alignment.mass_half_width
+    if mass is not None and half_width is not None and half_width <= unsure * mass:
+        names = names_of(Role.INERTIA, prior.plant.variables)
+        measured = {name: (mass, half_width) for name in names if name not in prior.values}
     return aligned(treated, alignment), replace(prior, measured=measured)
 
 
@@ -253,25 +266,6 @@ def _left(context: Context) -> float:
     return float(np.linalg.norm(residual) / np.linalg.norm(context.dataset.effort))
 
 
-def _measured(alignment: Alignment, prior: PriorKnowledge, unsure: float) -> dict[str, tuple[float, float]]:
-    """Return the inertia as it was found before any model, where its half-width is no more than this share of it."""
-    mass, half_width = alignment.mass, alignment.mass_half_width
-    if mass is None or half_width is None or half_width > unsure * mass:
-        return {}
-    names = names_of(Role.INERTIA, prior.plant.variables)
-    return {name: (mass, half_width) for name in names if name not in prior.values}
-
-
-def _with_uncertainty(
-    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Report, pairs: Sequence[tuple[Log, Axis | None]]
-) -> tuple[Fit, str]:
-    """Return a fit with its intervals, and what was interrupted, in words."""
-    try:
-        return with_loops(with_uncertainty(fit, estimation, draws, settings, report), pairs), ""
-    except KeyboardInterrupt:
-        return fit, WITHOUT_DRAWS
-
-
 def _all_fits(
     context: Context, components: Sequence[FrictionModel], extended: bool, blocks: int, share: Callable[[int, str], Report]
 ) -> tuple[list[Fit], dict[str, Estimation], dict[str, str], str]:
@@ -282,8 +276,10 @@ def _all_fits(
         report = share(len(components), "fitting slots")
         added, ended = _with_slots(context, fits, estimations, left_out, blocks, report)
         components = (*components, *added)
-    names = [component.name for component in components if component.name not in left_out]
-    return fits, estimations, left_out, _unfinished(fits, names) or WITHOUT_SLOTS * ended
+    missing = [component.name for component in components if component.name not in left_out][len(fits) :]
+    remarks = [f"{fit.name} is as far as it was fitted until then" for fit in fits if fit.unfinished]
+    remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
+    return fits, estimations, left_out, f"interrupted: {'; '.join(remarks)}" if remarks else WITHOUT_SLOTS * ended
 
 
 def _fits(
@@ -320,16 +316,6 @@ def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
     return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
 
 
-def _judged(
-    fits: Sequence[Fit], estimations: Mapping[str, Estimation], context: Context, of_logs: Sequence[Diagnostic], *, short: bool
-) -> list[Fit]:
-    """Return fits best first, with what their logs say, and the best one with what its model lacks."""
-    best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
-    others = [fit.name for fit in rest]
-    best = with_structure(best, estimations[best.name], context.settings, context.prior.pitch, others)
-    return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
-
-
 def _with_slots(
     context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int, report: Report
 ) -> tuple[list[FrictionModel], bool]:
@@ -347,7 +333,7 @@ def _with_slots(
         if not further:
             break
         try:
-            more, of_them, refused = _fits(context, further, blocks, partial(_part, report, turn, len(further)))
+            more, of_them, refused = _fits(context, further, blocks, partial(_turn, report, turn, len(further)))
         except InputError as error:  # none of them can be fitted to this log
             left_out |= {one.name: error.message for one in further}
             break
@@ -358,37 +344,9 @@ def _with_slots(
     return added, False
 
 
-def _part(report: Report, turn: int, count: int, number: int, task: str) -> Report:
+def _turn(report: Report, turn: int, count: int, number: int, task: str) -> Report:
     """Return what is told the share of one of so many fits, of one of all turns."""
     return lambda share, remark="": report((turn + (number + share) / count) / TURNS, remark)
-
-
-def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
-    treatment = {
-        "cutoff": dataset.cutoff,
-        "decimation": float(dataset.decimation),
-        "dropped": float(dataset.dropped),
-        "rows": float(dataset.effort.size),
-        "rest_percent": 100.0 * dataset.rest_share,
-        "velocity_max": float(np.max(np.abs(dataset.velocity))),
-    }
-    treatment |= dataset.alignment.as_data() if dataset.alignment else {}
-    return treatment | ({"lag": best.lag} if best.lag is not None else {})
-
-
-def _refuse_without_effort(logs: Sequence[Log]) -> None:
-    for log in logs:
-        if log.effort is None:
-            mend = "Name the column of force, torque or current in the axis file"
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {log.source.name}".strip(), mend=mend)
-
-
-def _unfinished(fits: Sequence[Fit], names: Sequence[str]) -> str:
-    """Return what was interrupted, in words; nothing where all was done."""
-    missing = names[len(fits) :]
-    remarks = [f"{fit.name} is as far as it was fitted until then" for fit in fits if fit.unfinished]
-    remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
-    return f"interrupted: {'; '.join(remarks)}" if remarks else ""
 
 
 def _share(progress: Progress | None, count: int, number: int, task: str) -> Report:

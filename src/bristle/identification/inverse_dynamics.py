@@ -20,23 +20,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Component, Model
+from bristle.core.contracts import Model
 from bristle.core.cores import abreast
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
-from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.half_cycles import (
+    FINER,
     NUDGE,
     Disturbance,
     Groups,
+    Recovered,
     beside,
+    between_samples,
     force_with_scatter,
     half_cycle_starts,
     half_cycles,
+    recovered,
     room_for_blocks,
     scaled,
     signs,
@@ -44,19 +47,15 @@ from bristle.identification.half_cycles import (
 )
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
-from bristle.identification.problem import Fold
-from bristle.identification.recovered_motion import FINER, Recovered, between_samples, recovered
+from bristle.identification.problem import Away, Fold
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
 from bristle.plants.terms import TURN
 
-__all__ = ["InverseDynamics", "RowReplicates"]
-
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
-FAR_AWAY = 6.0  # times as long: where a slide is a steady one
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
@@ -109,15 +108,13 @@ class InverseDynamics:
 
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, whether or not it allows them."""
-        return self._with(self.parameters.component, values)
+        component = self.parameters.component
+        return Model(component, component.assemble({name: values[name] for name in component.variables}), self.dataset.kind)
 
     def plant(self, values: Mapping[str, float]) -> Model:
         """Return the plant with these values, whether or not it allows them."""
-        return self._with(self.parameters.plant, values)
-
-    def _with(self, component: Component, values: Mapping[str, float]) -> Model:
-        parameters = component.assemble({name: values[name] for name in component.variables})
-        return Model(component, parameters, self.dataset.kind)
+        plant = self.parameters.plant
+        return Model(plant, plant.assemble({name: values[name] for name in plant.variables}), self.dataset.kind)
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, fixed ones included."""
@@ -129,23 +126,21 @@ class InverseDynamics:
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
-        return self.dataset.effort - self.predicted(self.parameters.complete(free))
+        return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
     def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
         """Return what `residual` does, for each of several sets of free parameters."""
-        return abreast(self.residual)(parameter_sets)
+        return [self.residual(parameter_sets[0])] if len(parameter_sets) == 1 else abreast(self.residual)(parameter_sets)
 
     def found_first(self) -> list[np.ndarray]:
         """Return what an error of what was found before the fit does to the effort of the rows [N or N*m].
 
         Arrays of shape (row,): one for the delay, and one for each parameter found with it; each of one standard error.
         """
-        changes = [
-            entry.half_width / NORMAL_95 * self.mechanical(self.unit(name))
-            for name, entry in self.parameters.fixed.items()
-            if entry.half_width is not None
-        ]
-        step = self.dataset.sample_time
+        changes, step = list[np.ndarray](), self.dataset.sample_time
+        for name, entry in self.parameters.fixed.items():
+            if entry.half_width is not None:
+                changes.append(entry.half_width / NORMAL_95 * self.mechanical(self.unit(name)))
         slopes = [derivative(segment.effort, step) for segment in self.dataset.segments]
         if self.delay_std:
             changes.append(self.delay_std * self.dataset.rows_of(slopes))
@@ -200,7 +195,7 @@ class InverseDynamics:
         dataset, x, speed = self.dataset, self.dataset.position, np.abs(self.dataset.velocity)
         time, least = dataset.samples_from_rest * dataset.sample_time, max(AWAY / dataset.cutoff, AWAY_TIME)
         turns = float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
-        return Away(time > least, time > FAR_AWAY * least, x, dataset.velocity, turns)
+        return Away(time > least, time > 6.0 * least, x, dataset.velocity, turns)  # times as long: where a slide is a steady one
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -214,14 +209,12 @@ class InverseDynamics:
 
         What a force does not depend on linearly keeps the value it is fixed at: a length, a ratio.
         """
-        shapes = {name: fixed.value for name, fixed in self.parameters.fixed.items() if self._is_shape(name)}
-        return {name: float(name in names) for name in self.parameters.variables} | shapes
-
-    def _is_shape(self, name: str) -> bool:
-        component = self.parameters.component
-        if name in component.variables:
-            return "force" not in component.variables[name].quantity
-        return self.parameters.variables[name] in TURN.values()
+        values, of_friction = {name: float(name in names) for name in self.parameters.variables}, self.parameters.component.variables
+        for name, fixed in self.parameters.fixed.items():
+            variable = self.parameters.variables[name]
+            if "force" not in variable.quantity if name in of_friction else variable in TURN.values():
+                values[name] = fixed.value
+        return values
 
     @cached_property
     def fixed_effort(self) -> np.ndarray:
@@ -295,7 +288,8 @@ class RowReplicates:
             for new, old in zip(drawn.segments, dataset.segments, strict=True)
         )
         drawn = replace(drawn, segments=segments)
-        return replace(self.problem, dataset=differentiated(drawn) if self._finely else drawn)
+        finely = dataset.alignment is not None and dataset.alignment.slow > 0.0
+        return replace(self.problem, dataset=differentiated(drawn) if finely else drawn)
 
     def log(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
         """Return a log drawn anew: the segments of the motion, one after the other."""
@@ -349,11 +343,6 @@ class RowReplicates:
         late, *errors, bent = side * apart.standard_normal(2 + len(widths))
         drawn = {name: self.values[name] + error / NORMAL_95 * width for (name, width), error in zip(widths.items(), errors, strict=True)}
         return (float(late) * self.problem.delay_std, float(bent) * self.problem.bend_std, self.problem.plant({**self.values, **drawn}))
-
-    @property
-    def _finely(self) -> bool:
-        alignment = self.problem.dataset.alignment
-        return alignment is not None and alignment.slow > 0.0
 
     @cached_property
     def _friction(self) -> Model:

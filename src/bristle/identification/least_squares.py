@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -24,13 +24,10 @@ from bristle.identification.parameter_space import ParameterSpace, Solution, Tra
 from bristle.identification.parameters import Scales
 from bristle.identification.problem import Problem
 
-__all__ = ["EVALUATIONS", "Differences", "Report", "Search", "Sliding", "between", "linear", "silent"]
-
 CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
-STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 AT_ONCE = 32  # residuals of a generation that are kept until their cost is known
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
@@ -98,14 +95,13 @@ class Differences:
     residuals: Callable[[Sequence[np.ndarray]], Sequence[np.ndarray]]
     high: np.ndarray
     step: float = STEP
-    _at: np.ndarray | None = None
-    _last: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    _last: tuple[np.ndarray, np.ndarray] | None = None
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Return the residual."""
-        if self._at is None or not np.array_equal(x, self._at):
-            self._last, self._at = self.residuals([x])[0], x.copy()
-        return self._last
+        if self._last is None or not np.array_equal(x, self._last[0]):
+            self._last = x.copy(), self.residuals([x])[0]
+        return self._last[1]
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Return the derivative of the residual, shape (row, coordinate)."""
@@ -140,7 +136,7 @@ class Search:
 
         Where it is to look `everywhere`, it goes on in the whole range of each parameter.
         """
-        first = STARTS_SHARE if everywhere else 1.0
+        first = 0.3 if everywhere else 1.0  # of the work, where the whole range is looked at too
 
         def work(best: BestSoFar) -> None:
             self._from_several(best, between(report, 0.0, first))
@@ -166,8 +162,7 @@ class Search:
     def _from_several(self, best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
-        costs = [2.0 * self.cost_at(theta) for theta in candidates]
-        for number, index in enumerate(np.argsort(costs)[:STARTS]):
+        for number, index in enumerate(np.argsort(self.costs_at(candidates))[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
             with suppress(_KnownError):
@@ -201,18 +196,20 @@ class Search:
 
     def costs_at(self, thetas: Sequence[np.ndarray]) -> list[float]:
         """Return half the sum of squares at each of several coordinates."""
-        blocks = (thetas[first : first + AT_ONCE] for first in range(0, len(thetas), AT_ONCE))
-        return [0.5 * float(residual @ residual) for block in blocks for residual in self._residuals(block)]
+        costs = list[float]()
+        for first in range(0, len(thetas), AT_ONCE):
+            costs += [0.5 * float(residual @ residual) for residual in self._residuals(thetas[first : first + AT_ONCE])]
+        return costs
 
     def _residuals(
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
     ) -> list[np.ndarray]:
         """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
-        parameter_sets = [self.space.values(theta) for theta in thetas]
+        finite, unit, parameter_sets = list[np.ndarray](), self._unit, [self.space.values(theta) for theta in thetas]
         with np.errstate(over="ignore", invalid="ignore"):
-            scaled = [signal / self._unit for signal in (problem or self.problem).residuals(parameter_sets)]
-        finite = (np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR) for residual in scaled)
-        return [np.clip(residual, -FAR, FAR)[rows] for residual in finite]
+            for residual in (problem or self.problem).residuals(parameter_sets):
+                finite.append(np.clip(np.nan_to_num(residual / unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)[rows])
+        return finite
 
     @property
     def _unit(self) -> float:
@@ -247,18 +244,23 @@ class Search:
         theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
         smooth = self.problem.near(self.space.values(theta)) is self.problem
         jacobian: Any = shared.jacobian if smooth else self._projected_jacobian(rows)
-        return self._solution(
-            least_squares(
-                residual,
-                theta,
-                jac=jacobian,
-                bounds=(low, high),
-                max_nfev=limit,
-                ftol=max(SIMULATED if self.simulates else 1e-9, tolerance),
-                xtol=1e-7,
-                gtol=1e-10,
-            )
+        ended: Any = least_squares(
+            residual,
+            theta,
+            jac=jacobian,
+            bounds=(low, high),
+            max_nfev=limit,
+            ftol=max(SIMULATED if self.simulates else 1e-9, tolerance),
+            xtol=1e-7,
+            gtol=1e-10,
         )
+        theta, at_edge = ended.x.copy(), {}
+        for index, transform in enumerate(self.space.transforms):
+            if theta[index] - transform.low < EDGE:
+                theta[index], at_edge[transform.name] = transform.low, "smallest"
+            elif transform.high - theta[index] < EDGE:
+                theta[index], at_edge[transform.name] = transform.high, "largest"
+        return Solution(self.space, theta, -ended.jac * self._unit, at_edge, float(ended.cost))
 
     def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
@@ -270,15 +272,6 @@ class Search:
             return near.without_found(differences.jacobian(x), values, rows)
 
         return jacobian
-
-    def _solution(self, ended: Any) -> Solution:
-        theta, at_edge = ended.x.copy(), {}
-        for index, transform in enumerate(self.space.transforms):
-            if theta[index] - transform.low < EDGE:
-                theta[index], at_edge[transform.name] = transform.low, "smallest"
-            elif transform.high - theta[index] < EDGE:
-                theta[index], at_edge[transform.name] = transform.high, "largest"
-        return Solution(self.space, theta, -ended.jac * self._unit, at_edge, float(ended.cost))
 
     def _start(self, rng: np.random.Generator) -> np.ndarray:
         """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""

@@ -26,9 +26,8 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -41,28 +40,13 @@ from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Wei
 from bristle.identification.settings import Settings
 from bristle.logs.waves import frequency_in, refined, waves
 
-__all__ = [
-    "ANYWHERE",
-    "Missing",
-    "columns_by_cause",
-    "force_of",
-    "lagging_columns",
-    "missing_forces",
-    "play_at_flanks",
-    "ripple_in",
-    "slow_forces",
-]
-
-MOST = 3  # causes
 AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an angle, before a parabola or a ripple
 EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
 OVERTONES = range(2, 7)  # of a ripple
-OVERTONE = 0.1  # of the residual without the ripple, that one tells
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
 WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
-LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
 ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
@@ -97,26 +81,36 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     missing, left = list[Missing](), 0.0
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
         missing, left = _search(away, away.explained, ANYWHERE, settings.missing_share, settings)
-    explained = np.column_stack([rows.explained, *(_columns_of(rows, force) for force in missing)])
+    explained, causes = rows.explained, columns_by_cause(rows)
+    for force in missing:
+        columns = waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
+        explained = np.column_stack([explained, columns])
     around, of_all = _search(rows, explained, AROUND, settings.missing_share_around, settings)
     return (*missing, *around), left if missing else of_all
 
 
 def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share: float, settings: Settings) -> tuple[list[Missing], float]:
     """Return the causes of these names that tell something of rows, besides what is explained, and what is left."""
-    friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.effort))
+    friction, effort = float(np.sqrt(np.mean(rows.friction**2))), float(np.sqrt(np.mean(rows.effort**2)))
     least = max(settings.missing_force * friction, settings.missing_effort * effort)
     weighed, missing = Weighed.of(rows), list[Missing]()
     causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in names}
     left = weighed.left(explained)
-    while len(missing) < MOST:
+    while len(missing) < 3:  # causes
         ripple, period = ripple_in(rows, weighed, explained, rows.cutoff) if "ripple" in names else (None, 0.0)
         tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
-        forces = [force_of(weighed, name, columns, explained=explained, left=left) for name, columns in tried.items()]
-        forces = [force for force in forces if force.share >= least_share and force.force >= least]
+        forces = dict[str, Missing]()
+        for name, columns in tried.items():
+            force = force_of(weighed, name, columns, explained=explained, left=left)
+            if force.share >= least_share and force.force >= least:
+                forces[name] = force
         if not forces:
             break
-        best = _likeliest(forces, tried, partial(force_of, weighed, explained=explained, left=left))
+        best, gravity = max(forces.values(), key=lambda force: force.share), forces.get("gravity")
+        if gravity is not None and best.cause in ("position", "ripple"):
+            # Gravity comes before a place or a ripple that, alike in both directions as its first columns are, tells no more.
+            alike = force_of(weighed, best.cause, tried[best.cause][:, :2], explained=explained, left=left)
+            best = gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
         if best.cause == "ripple":
             best = _in_detail(best._replace(period=period), rows, weighed, explained, left, least)
         missing.append(best)
@@ -124,11 +118,6 @@ def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share
         causes.pop(best.cause, None)
         left = weighed.left(explained)
     return missing, float(np.sqrt(np.mean(left**2)))
-
-
-def _columns_of(rows: Rows, force: Missing) -> np.ndarray:
-    """Return what friction does by the cause of a force, shape (row, column)."""
-    return waves(rows.position, rows.side, 1.0 / force.period) if force.period else columns_by_cause(rows)[force.cause]
 
 
 def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float) -> tuple[np.ndarray | None, float]:
@@ -155,19 +144,6 @@ def force_of(weighed: Weighed, cause: str, columns: np.ndarray, *, explained: np
     return Missing(cause, share, float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
 
 
-def _likeliest(forces: Sequence[Missing], columns: Mapping[str, np.ndarray], tried: Callable[[str, np.ndarray], Missing]) -> Missing:
-    """Return the cause that tells most; gravity before a place or a ripple that tell no more, alike in both directions.
-
-    The first two columns of either are those.
-    """
-    best = max(forces, key=lambda force: force.share)
-    gravity = next((force for force in forces if force.cause == "gravity"), None)
-    if gravity is None or best.cause not in ("position", "ripple"):
-        return best
-    alike = tried(best.cause, columns[best.cause][:, :2])
-    return gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
-
-
 def _in_detail(ripple: Missing, rows: Rows, weighed: Weighed, explained: np.ndarray, left: np.ndarray, least: float) -> Missing:
     """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""
     columns = waves(rows.position, rows.side, 1.0 / ripple.period)
@@ -181,7 +157,7 @@ def _in_detail(ripple: Missing, rows: Rows, weighed: Weighed, explained: np.ndar
     for times in OVERTONES:
         pair = waves(rows.position, rows.side, times / ripple.period)[:, :2]
         force = force_of(weighed, "ripple", pair, explained=explained, left=weighed.left(explained))
-        if force.share >= OVERTONE and force.force >= least:
+        if force.share >= 0.1 and force.force >= least:  # of the residual without the ripple, that one tells
             overtones.append(times)
             explained = np.column_stack([explained, pair])
     return ripple._replace(alike=True, overtones=tuple(overtones))
@@ -194,7 +170,7 @@ def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
     falls = np.exp(-speed[:, None] / np.array(FALLS))
     middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
     place = ((x - middle) / reach)[:, None]
-    turns = rows.kind == KINDS[1] and 2.0 * reach > LEAST_ANGLE
+    turns = rows.kind == KINDS[1] and 2.0 * reach > 1.0  # [rad], over which the sine of an angle is more than a straight line
     behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
     return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
@@ -232,8 +208,19 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     far = rows.far
     if not rows.enough or np.count_nonzero(far) < FEWEST_ROWS:
         return (), 0.0
-    near = _changes(rows)
-    kind, away = _kinds(rows), far & (near < 0)
+    # Which change of sides each row is around, from 0; -1 around none.
+    flank = rows.predicted < 0.0
+    turned = np.flatnonzero((flank[1:] != flank[:-1]) & (rows.stretch[1:] == rows.stretch[:-1])) + 1
+    after = max(round(LASTS / float(np.median(np.diff(rows.time)))), AFTER)
+    near, number, last = np.full(flank.size, -1), -1, -math.inf
+    for change in turned.tolist():
+        number += change - last > after
+        near[max(change - BEFORE, 0) : change + after] = number
+        last = change
+    # A number for the speed and the jerk of each row.
+    speed, jerk = np.abs(rows.velocity), np.abs(rows.rate(rows.acceleration))
+    fast = np.digitize(speed / float(np.quantile(speed, 0.99)), SPEEDS)
+    kind, away = fast * (len(JERKS) + 1) + np.digitize(jerk, np.quantile(jerk[far], JERKS)), far & (near < 0)
     square = (rows.residual - rows.explained @ unbounded(rows.explained, rows.residual, rcond=TINY)) ** 2
     count = np.bincount(kind[away], minlength=kind.max() + 1)
     usual = np.bincount(kind[away], square[away], minlength=count.size) / np.maximum(count, 1)
@@ -254,30 +241,8 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), left
 
 
-def _changes(rows: Rows) -> np.ndarray:
-    """Return which change of sides each row is around, shape (row,), from 0; -1 around none."""
-    side = rows.predicted < 0.0
-    changes = np.flatnonzero((side[1:] != side[:-1]) & (rows.stretch[1:] == rows.stretch[:-1])) + 1
-    after = max(round(LASTS / float(np.median(np.diff(rows.time)))), AFTER)
-    near, number, last = np.full(side.size, -1), -1, -math.inf
-    for change in changes.tolist():
-        number += change - last > after
-        near[max(change - BEFORE, 0) : change + after] = number
-        last = change
-    return near
-
-
-def _kinds(rows: Rows) -> np.ndarray:
-    """Return a number for the speed and the jerk of each row, shape (row,)."""
-    speed, jerk = np.abs(rows.velocity), np.abs(rows.rate(rows.acceleration))
-    fast = np.digitize(speed / float(np.quantile(speed, 0.99)), SPEEDS)
-    return fast * (len(JERKS) + 1) + np.digitize(jerk, np.quantile(jerk[rows.far], JERKS))
-
-
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
-FEWEST_CYCLES = 10  # fewer do not tell a scatter of friction from a cause
 FEWEST_UNITS = 24  # half-cycles, or parts of them, that have a sign of their own
-SIGNS = 499  # drawn for each
 SMALL = 1e-3
 
 
@@ -316,7 +281,7 @@ class _Least(NamedTuple):
 
 def _largest(rows: Rows, explained: np.ndarray, causes: Mapping[str, np.ndarray], least: _Least) -> tuple[tuple[Missing, ...], float]:
     """Return the cause that tells most behind the filter, none or one, and what is left beside all causes."""
-    if rows.cycles.count < FEWEST_CYCLES:
+    if rows.cycles.count < 10:  # fewer do not tell a scatter of friction from a cause
         return (), 0.0
     passed = _LowPass.of(rows)
     explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
@@ -372,7 +337,7 @@ def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, lev
     part = np.arange(cycle.size) * FEWEST_UNITS // cycle.size
     units = Groups(cycle if count >= FEWEST_UNITS else cycle * FEWEST_UNITS + part)
     pulls = units.summed(free * weighed.without(explained)[:, None])
-    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (SIGNS, units.count))
+    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (499, units.count))  # drawn for each
     drawn = np.vstack([np.ones(units.count), signs]) @ pulls
     squares = np.sum(drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1)
     return bool(squares[0] > np.quantile(squares[1:], level))

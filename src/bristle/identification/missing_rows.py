@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,6 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.parameters import holds
 
-__all__ = ["FEWEST_ROWS", "SMALLEST", "Rows", "Weighed"]
-
 PARTS = 10  # of the half-cycles, each told by the others
 FEWEST_CYCLES, FEWEST_ROWS = 5, 200
 BANDS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # periods of the cut-off from a reversal
@@ -24,11 +23,8 @@ SLOW = (0.003, 0.01, 0.03)  # of the largest speed
 LEAST_BAND = 0.5  # of the median: no band counts for much more than the others
 SMALL = 1e-3  # of a column: what keeps one that is seldom seen from being fitted to chance
 TINY = 1e-9
-ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 GAP = 1.5  # of the time from row to row, beyond which some are left out
 SMALLEST = float(np.finfo(float).tiny)
-SEEN = 1e-12  # of the friction of the half-cycle with most: less has no level
-FAR = 3.0  # periods of the cut-off from a reversal
 NARROW = 0.125  # of the cut-off: faster than that, rows know of corners and of the filters more than of friction
 
 
@@ -87,8 +83,7 @@ class Rows:
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return some of the rows, of which an array of bool is true."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        arrays = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
+        arrays = {entry.name: signal[rows] for entry in fields(self) if isinstance(signal := getattr(self, entry.name), np.ndarray)}
         surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
         return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
 
@@ -103,7 +98,7 @@ class Rows:
         """Which rows move, far from reversals and wherever the velocity trembles through zero."""
         speed = np.abs(self.velocity)
         periods = np.minimum(self.turned, np.minimum(*self.from_ends(self.time))) * self.cutoff
-        return (periods > FAR) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))
+        return (periods > 3.0) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))  # periods of the cut-off from a reversal
 
     @cached_property
     def stretch(self) -> np.ndarray:
@@ -116,20 +111,11 @@ class Rows:
         """The direction of motion, 1 or -1."""
         return np.where(self.velocity < 0.0, -1.0, 1.0)
 
-    @cached_property
-    def first(self) -> np.ndarray:
-        """The first row of each half-cycle."""
-        return np.flatnonzero(np.diff(self.cycles.index, prepend=-1))
-
-    @cached_property
-    def last(self) -> np.ndarray:
-        """The last row of each half-cycle."""
-        return np.append(self.first[1:], self.residual.size) - 1
-
     def from_ends(self, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far each row is from the first and from the last one of its half-cycle, along a signal."""
-        cycle = self.cycles.index
-        return np.abs(along - along[self.first][cycle]), np.abs(along[self.last][cycle] - along)
+        cycle, first = self.cycles.index, self.cycles.first
+        last = np.append(first[1:], self.residual.size) - 1
+        return np.abs(along - along[first][cycle]), np.abs(along[last][cycle] - along)
 
     @cached_property
     def explained(self) -> np.ndarray:
@@ -173,7 +159,21 @@ class Weighed:
         weight /= float(np.sqrt(np.mean(weight**2)))
         part = np.arange(residual.size) * 2 * PARTS // residual.size
         part = (cycle if rows.cycles.count >= 2 * PARTS else part) % PARTS
-        return cls(rows, weight, _lost(rows, weight), part)
+        slope, residual, cycles = rows.slope * weight, residual * weight, rows.cycles
+        power = _floored(cycles.summed(slope * slope))
+        lost = np.zeros(cycles.count)
+        if power.max() > SMALLEST:
+            # What is lost makes the rows of a half-cycle as good as independent.
+            level = cycles.summed(slope * residual) / power
+            within = residual - level[cycles.index] * slope
+            error = float(within @ within) / max(independent_rows(within), 1.0) / power
+            square = float(np.mean(level**2))
+            for _ in range(8):  # of the weights, which depend on the scatter that they tell
+                share = 1.0 / (square + error)
+                square = float(np.sum(share * level**2) / np.sum(share))
+            square = max(square - float(np.median(error)), 0.0)
+            lost = 1.0 - np.sqrt(error / np.maximum(error + square, SMALLEST))
+        return cls(rows, weight, lost, part)
 
     def of_columns(self, columns: np.ndarray) -> np.ndarray:
         """Return columns or a signal, shape (row, ...), weighed."""
@@ -215,32 +215,17 @@ class Weighed:
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
         scaled, residual = columns / scale, self.residual
-        parts = [self.part == number for number in range(PARTS)]
-        grams = [scaled[rows].T @ scaled[rows] for rows in parts]
-        rights = [scaled[rows].T @ residual[rows] for rows in parts]
-        held = np.diag(np.where(np.arange(scale.size) < certain, TINY, SMALL))
-        gram, right, left = sum(grams) + held, sum(rights), np.empty_like(residual)
-        for rows, own, pull in zip(parts, grams, rights, strict=True):
+        parts, gram, right, left = list[Any](), 0, 0, np.empty_like(residual)
+        for number in range(PARTS):
+            rows = self.part == number
+            own, pull = scaled[rows].T @ scaled[rows], scaled[rows].T @ residual[rows]
+            parts.append((rows, own, pull))
+            gram, right = gram + own, right + pull
+        gram = gram + np.diag(np.where(np.arange(scale.size) < certain, TINY, SMALL))
+        for rows, own, pull in parts:
             left[rows] = residual[rows] - scaled[rows] @ np.linalg.solve(gram - own, right - pull)
         return left, np.linalg.solve(gram, right) / scale
 
 
 def _floored(power: np.ndarray) -> np.ndarray:
-    return np.maximum(power, max(SEEN * float(power.max()), SMALLEST))
-
-
-def _lost(rows: Rows, weight: np.ndarray) -> np.ndarray:
-    """Return the share of its level that each half-cycle loses, so that its rows are as good as independent."""
-    slope, residual, cycles = rows.slope * weight, rows.residual * weight, rows.cycles
-    power = _floored(cycles.summed(slope * slope))
-    if power.max() <= SMALLEST:
-        return np.zeros(cycles.count)
-    level = cycles.summed(slope * residual) / power
-    within = residual - level[cycles.index] * slope
-    error = float(within @ within) / max(independent_rows(within), 1.0) / power
-    square = float(np.mean(level**2))
-    for _ in range(ROUNDS):
-        share = 1.0 / (square + error)
-        square = float(np.sum(share * level**2) / np.sum(share))
-    square = max(square - float(np.median(error)), 0.0)
-    return 1.0 - np.sqrt(error / np.maximum(error + square, SMALLEST))
+    return np.maximum(power, max(1e-12 * float(power.max()), SMALLEST))  # of the friction of the half-cycle with most: less has no level

@@ -22,7 +22,6 @@ from bristle.core.diagnostic import BestSoFar, Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.global_search import Refit
@@ -32,24 +31,17 @@ from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Fold
+from bristle.identification.problem import Away, Fold
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["OutputError", "SignalReplicates", "Simulation", "loop_of"]
-
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
 FIRST_EVALUATIONS, LAST_EVALUATIONS = 40, 12
-LAG_AT_FIRST = 0.2  # samples
-EVERYWHERE = 0.7  # of the work, where the whole range is looked at
 SEED = 7_110_601
 START = 0.25  # of the work, which finds where a simulation begins
-EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
-LAG_MOST = 20.0  # samples
-FAR = 1e12  # of a signal that left the finite numbers
 
 
 @dataclass(frozen=True)
@@ -66,7 +58,10 @@ class OutputError:
     def of(cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *, fine: bool = False) -> Self:
         """Return the problem of several logs: simulated quickly, or as finely as the end of a search asks for."""
         if any(axis.seeks_lag for axis in axes):
-            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
+            time, parameters = logs[0].sample_time, inverse.parameters
+            description = "lag of the drive behind its controller"
+            lag = Variable("time", description, min=0.0, max=20.0 * time, nominal=time, excitation="drive")  # samples
+            inverse = replace(inverse, parameters=replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag}))
         pairs = zip(logs, axes, strict=True)
         return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log)))
 
@@ -88,7 +83,7 @@ class OutputError:
     @property
     def rough(self) -> Self:
         """The same on the first samples of each segment, an open loop with one step for a sample."""
-        most = max(EXPLORED // len(self.outputs), 1)
+        most = max(12_000 // len(self.outputs), 1)  # samples of all logs, which are enough to see whether a place is worth a closer look
         return replace(self, outputs=tuple(output.rough(most) for output in self.outputs))
 
     @property
@@ -202,13 +197,6 @@ class OutputError:
         return self.folds(blocks)
 
 
-def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
-    lag = Variable(
-        "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time, excitation="drive"
-    )
-    return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
-
-
 def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     """Return which loop is simulated: as the axis says, else as it can be; axes that disagree are refused."""
     requested = {axis.loop for axis in axes if axis is not None} or {None}
@@ -290,7 +278,7 @@ class Changed:
         if all(free[name] == values[name] for name in error.parameters.free):
             return self.change
         simulated = error.simulated(error.parameters.complete(free))
-        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, FAR)
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)  # of a signal that left the finite numbers
 
 
 @dataclass(frozen=True)
@@ -313,22 +301,19 @@ class Simulation:
     def __call__(self, context: Context, component: FrictionModel, report: Report) -> Estimation:
         """Return the estimation of one model; where its start is interrupted, that of the start."""
         problem = context.problem(component)
-        start = self._start(context, problem, between(report, 0.0, START))
+        if problem.parameters.is_linear:
+            start = linear(problem)
+        else:
+            start = context.search(problem, simulates=True).solve(between(report, 0.0, START))
         if start.unfinished:
             return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
         return self.estimate(context, problem, start, between(report, START, 1.0))
-
-    @staticmethod
-    def _start(context: Context, problem: InverseDynamics, report: Report) -> Solution:
-        if problem.parameters.is_linear:
-            return linear(problem)
-        return context.search(problem, simulates=True).solve(report)
 
     def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
         """Return the estimation of a model of which inverse dynamics has the solution `start`."""
         error = self.error(inverse)
         search = context.search(error, error.magnitude, simulates=True)
-        first = {LAG: LAG_AT_FIRST * self.logs[0].sample_time} | start.values
+        first = {LAG: 0.2 * self.logs[0].sample_time} | start.values  # samples
 
         def work(best: BestSoFar) -> None:
             self._from_several(search, first, best, report, everywhere=context.everywhere)
@@ -350,7 +335,7 @@ class Simulation:
         )
 
     def _from_several(self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool) -> None:
-        before = EVERYWHERE if everywhere else 0.0
+        before = 0.7 if everywhere else 0.0  # of the work, where the whole range is looked at
 
         def report_start(number: float) -> None:
             share = before + (1.0 - before) * number / (FURTHER_STARTS + 2.0)
@@ -359,22 +344,18 @@ class Simulation:
         rng = np.random.default_rng(SEED)
         best.take(search.refit(first, limit=FIRST_EVALUATIONS, best=best))
         if everywhere:
-            theta = self._explored(search, best, between(report, 0.0, before))
+            # In the whole range of each parameter a rough simulation looks.
+            assert isinstance(search.problem, OutputError)
+            rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
+            try:
+                theta = rough.explored(best.result.theta, roughly, between(report, 0.0, before))
+            except KeyboardInterrupt:
+                if roughly.at is not None:
+                    best.see(roughly.at, search.cost_at(roughly.at))
+                raise
             best.take(search.descend(theta, limit=FIRST_EVALUATIONS, best=best))
         for number in range(FURTHER_STARTS):
             report_start(number + 1.0)
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
             best.take(search.refit(away, limit=self.loop.away_evaluations, best=best))
         report_start(FURTHER_STARTS + 1.0)
-
-    @staticmethod
-    def _explored(search: Search, best: BestSoFar, report: Report) -> np.ndarray:
-        """Return the best place in the whole range of each parameter, as a rough simulation finds it."""
-        assert isinstance(search.problem, OutputError)
-        rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
-        try:
-            return rough.explored(best.result.theta, roughly, report)
-        except KeyboardInterrupt:
-            if roughly.at is not None:
-                best.see(roughly.at, search.cost_at(roughly.at))
-            raise

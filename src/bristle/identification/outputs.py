@@ -21,8 +21,6 @@ from bristle.sensors import encoder
 from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
 
-__all__ = ["LAG", "Effort", "Output", "Position", "slices_of"]
-
 LAG = "lag"
 COARSE = 4  # steps for one sample of an open loop, on the way
 SEEDS = 2**31
@@ -76,11 +74,7 @@ class Output(ABC):
 
     def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]) -> np.ndarray:
         """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
-
-        def alone(number: int) -> np.ndarray:
-            return self.simulated(plants[number], frictions[number], values[number])
-
-        return np.stack(abreast(alone)(range(len(plants))))
+        return np.stack(abreast(lambda k: self.simulated(plants[k], frictions[k], values[k]))(range(len(plants))))
 
     @abstractmethod
     def rough(self, most: int) -> Output:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -22,13 +22,10 @@ from bristle.core.variable import Variable
 from bristle.friction.slots import by_direction
 from bristle.identification.parameters import ParameterSet, Scales
 
-__all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace", "Turned"]
-
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")
 SHARE_MOST = 0.95  # of what a multiple must stay below: at 1 a gate would be a jump
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
-BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 
 
 class Turned(NamedTuple):
@@ -117,16 +114,15 @@ class Transform(NamedTuple):
 
     def value(self, theta: float, values: Mapping[str, float]) -> float:
         """Return the parameter [SI] at this coordinate, given those computed before it."""
-        value = math.exp(theta) if self.form == "log" else self._unit(values) * theta
+        unit = self.scale if self.ceiling is None else self.ceiling.largest_value(values)
+        value = math.exp(theta) if self.form == "log" else unit * theta
         # Rounding must not lead out of what the model allows.
-        return min(max(value + self._base(values), self.least), self.most)
+        return min(max(value + (values[self.above] if self.above else 0.0), self.least), self.most)
 
     def theta(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, put inside its range."""
-        if self.form == "log":
-            inside = math.log(max(value, 1e-300))
-        else:
-            inside = (value - self._base(values)) / self._unit(values)
+        unit, base = self.scale if self.ceiling is None else self.ceiling.largest_value(values), values[self.above] if self.above else 0.0
+        inside = math.log(max(value, 1e-300)) if self.form == "log" else (value - base) / unit
         return min(max(inside, self.low), self.high)
 
     def derivative(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -134,15 +130,9 @@ class Transform(NamedTuple):
         value = values[self.name]
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
-            return {self.name: self._unit(values), below: value / values[below], factor: -value / values[factor]}
+            return {self.name: self.ceiling.largest_value(values), below: value / values[below], factor: -value / values[factor]}
         own = {self.name: value if self.form == "log" else self.scale}
         return own | ({self.above: 1.0} if self.above else {})
-
-    def _base(self, values: Mapping[str, float]) -> float:
-        return values[self.above] if self.above else 0.0
-
-    def _unit(self, values: Mapping[str, float]) -> float:
-        return self.scale if self.ceiling is None else self.ceiling.largest_value(values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,25 +145,43 @@ class TransformedSpace(ParameterSpace):
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
         """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
-        floors = _floors(parameters)
-        ceilings = _ceilings(parameters, floors)
-        transforms = tuple(
-            _transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name))
-            for name in _in_turn(parameters.free, _bases(floors, ceilings))
-        )
+        component, bases = parameters.component, dict[str, tuple[str, ...]]()
+        floors: dict[str, Floor] = {}
+        for relation in component.relations:
+            match = ABOVE.fullmatch(relation.condition)
+            if match is None:
+                continue
+            uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
+            for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
+                free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
+                if free and not _hangs_on(lower, upper, bases):
+                    floors[upper], bases[upper] = Floor(lower, match[2] == ">"), (lower,)
+        ceilings, placed = _ceilings(parameters, floors, bases), list[str]()
+
+        def place(name: str) -> None:
+            # Each after those that it is computed from.
+            for base in bases.get(name, ()):
+                if base in parameters.free:
+                    place(base)
+            if name not in placed:
+                placed.append(name)
+
+        for name in parameters.free:
+            place(name)
+        transforms = [_transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name)) for name in placed]
         return cls(
-            tuple(transform.name for transform in transforms),
+            tuple(placed),
             np.array([transform.low for transform in transforms]),
             np.array([transform.high for transform in transforms]),
             linear=False,
             logarithmic=frozenset(transform.name for transform in transforms if transform.form == "log"),
             parameters=parameters,
-            transforms=transforms,
+            transforms=tuple(transforms),
         )
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Return the free parameters [SI]."""
-        values = self.parameters.complete({})
+        values = {**self.parameters.held}
         for transform, coordinate in zip(self.transforms, theta.tolist(), strict=True):
             values[transform.name] = transform.value(coordinate, values)
         return {name: values[name] for name in self.names}
@@ -181,10 +189,6 @@ class TransformedSpace(ParameterSpace):
     def numbers(self, theta: np.ndarray) -> np.ndarray:
         """Return the free parameters [SI], shape (coordinate,)."""
         return np.array(list(self.values(theta).values()))
-
-    def smallest(self, name: str) -> float:
-        """Return the smallest value that a parameter on a logarithmic scale is sought at [SI]."""
-        return math.exp(next(transform.low for transform in self.transforms if transform.name == name))
 
     def theta(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the coordinates of parameters [SI], put inside their range."""
@@ -231,26 +235,20 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
     if floor is not None:
         # A log shows no force that its effort never came near.
-        most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
+        most = 2.0 * scales.peak / scale if variable.quantity == "force" else math.inf  # times the largest effort of the log
         return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.name)
     if variable.min > 0.0 and variable.quantity != "mass":
-        low, high = _sought(name, variable, scales)
+        low, high = scales.range(variable)
+        low, high = max(low, variable.min), min(high, variable.max)
+        if not low < high:
+            raise InputError(
+                f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI",
+                path=name,
+                allowed=f"{variable.min:g} to {variable.max:g}",
+                mend="Mend the units of the time and the position",
+            )
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
     return Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed)
-
-
-def _sought(name: str, variable: Variable, scales: Scales) -> tuple[float, float]:
-    """Return between which values a positive parameter is sought [SI]."""
-    low, high = scales.range(variable)
-    least, most = max(low, variable.min), min(high, variable.max)
-    if not least < most:
-        raise InputError(
-            f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI",
-            path=name,
-            allowed=f"{variable.min:g} to {variable.max:g}",
-            mend="Mend the units of the time and the position",
-        )
-    return least, most
 
 
 class Floor(NamedTuple):
@@ -260,41 +258,16 @@ class Floor(NamedTuple):
     strict: bool
 
 
-def _floors(parameters: ParameterSet) -> dict[str, Floor]:
-    """Return the floor of each free parameter that a relation keeps above another one."""
-    component = parameters.component
-    floors: dict[str, Floor] = {}
-    for relation in component.relations:
-        match = ABOVE.fullmatch(relation.condition)
-        if match is None:
-            continue
-        uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
-        for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
-            free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
-            if free and not _hangs_on(lower, upper, _bases(floors, {})):
-                floors[upper] = Floor(lower, match[2] == ">")
-    return floors
-
-
-Bases = Mapping[str, tuple[str, ...]]
-
-
-def _bases(floors: Mapping[str, Floor], ceilings: Mapping[str, Ceiling]) -> Bases:
-    """Return what each parameter is computed from, of those with a floor or a ceiling."""
-    below = {name: (floor.name,) for name, floor in floors.items()}
-    return below | {name: (ceiling.factor, *ceiling.below) for name, ceiling in ceilings.items()}
-
-
-def _hangs_on(name: str, base: str, bases: Bases) -> bool:
+def _hangs_on(name: str, base: str, bases: Mapping[str, tuple[str, ...]]) -> bool:
     """Return whether a parameter is `base`, or computed from it."""
     return name == base or any(_hangs_on(further, base, bases) for further in bases.get(name, ()))
 
 
-def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor]) -> dict[str, Ceiling]:
+def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor], bases: dict[str, tuple[str, ...]]) -> dict[str, Ceiling]:
     """Return the ceiling of each free parameter whose multiple a relation keeps below another one.
 
     None of a parameter that may be negative or has a floor, and none that hangs on itself: those are left to the
-    finished model.
+    finished model. `bases` takes in what each is computed from.
     """
     component, variables = parameters.component, parameters.variables
     ceilings: dict[str, Ceiling] = {}
@@ -307,22 +280,6 @@ def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor]) -> dict[str
         is_positive = all(name in variables and variables[name].min > 0.0 for name in names)
         if not is_positive or variables[match[2]].min < 0.0:
             continue
-        if not any(_hangs_on(name, match[2], _bases(floors, ceilings)) for name in names):
-            ceilings[match[2]] = ceiling
+        if not any(_hangs_on(name, match[2], bases) for name in names):
+            ceilings[match[2]], bases[match[2]] = ceiling, names
     return ceilings
-
-
-def _in_turn(names: Sequence[str], bases: Bases) -> list[str]:
-    """Return names in their order, but each after those that it is computed from."""
-    placed: list[str] = []
-
-    def place(name: str) -> None:
-        for base in bases.get(name, ()):
-            if base in names:
-                place(base)
-        if name not in placed:
-            placed.append(name)
-
-    for name in names:
-        place(name)
-    return placed

@@ -29,26 +29,7 @@ from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH
 from bristle.identification.dataset import Dataset
 from bristle.plants.inertia import MODEL as inertia
 
-__all__ = [
-    "Fixed",
-    "ParameterSet",
-    "PriorKnowledge",
-    "Role",
-    "Scales",
-    "acts_in_sliding",
-    "constant_of",
-    "holds",
-    "name_of",
-    "names_of",
-    "offset_of",
-    "parameters_of",
-    "refuse_unrecorded",
-    "scales_of",
-    "stroke_of",
-]
-
 SLIDES = ("sliding", "stribeck", "presliding")
-SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
 STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
 ALIKE = 1e-9  # of two scales of a unit that are one
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
@@ -157,7 +138,7 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
     speeds = np.abs(dataset.all_velocities)
     speeds = speeds[speeds > 0.0]
     speed = float(np.quantile(speeds, 0.995))
-    slowest = max(float(np.quantile(speeds, SLOWEST_SHARE)), 1e-4 * speed)
+    slowest = max(float(np.quantile(speeds, 0.01)), 1e-4 * speed)  # of the samples are slower than the smallest Stribeck velocity sought
     stroke = stroke_of(dataset)
     return Scales(
         force=force,
@@ -174,17 +155,19 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
 
 def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
     """Return whether a log has this channel, and of this quantity."""
-    return _has(dataset, surrounding) and _is_of_its_quantity(dataset, surrounding)
+    recorded = all(surrounding.name in segment.surroundings for segment in dataset.segments)
+    return recorded and _is_of_its_quantity(dataset, surrounding)
 
 
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
     """Refuse a log that lacks a channel which a slot depends on, or holds something else under its name."""
     for surrounding in component.surroundings:
         name = surrounding.name
-        if _has(dataset, surrounding):
+        if all(surrounding.name in segment.surroundings for segment in dataset.segments):
             _refuse_another(surrounding, dataset)
         elif surrounding.is_recorded:
-            slot, written = slot_needing(component, name), _written(surrounding, dataset)
+            slot, unit = slot_needing(component, name), surrounding.variable.unit(dataset.kind)
+            written = f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
             raise InputError(
                 f"has no {name}, which +{slot} needs",
                 path="log",
@@ -192,19 +175,9 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
             )
 
 
-def _has(dataset: Dataset, surrounding: Surrounding) -> bool:
-    return all(surrounding.name in segment.surroundings for segment in dataset.segments)
-
-
 def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
     unit, in_si = dataset.units.get(surrounding.name, ""), surrounding.variable.unit(dataset.kind)
     return not surrounding.is_own or (units.compatible(unit, in_si) and abs(units.factor(unit, in_si) - 1.0) < ALIKE)
-
-
-def _written(surrounding: Surrounding, dataset: Dataset) -> str:
-    """Return what to write in the axis file for a channel."""
-    unit = surrounding.variable.unit(dataset.kind)
-    return f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
 
 
 def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
@@ -265,9 +238,14 @@ class ParameterSet:
         """The `Variable` of each parameter, plant first."""
         return self.plant.variables | self.component.variables | dict(self.loop)
 
+    @cached_property
+    def held(self) -> dict[str, float]:
+        """The values of the fixed parameters."""
+        return {name: fixed.value for name, fixed in self.fixed.items()}
+
     def complete(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return every parameter, from the free ones."""
-        return {name: fixed.value for name, fixed in self.fixed.items()} | dict(values)
+        return {**self.held, **values}
 
     def is_redundant(self, name: str) -> bool:
         """Return whether a parameter is held that no log, or not this one, could tell."""
@@ -299,8 +277,19 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     """Return which parameters of a model are free and which are held, with the reason."""
     held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
     held |= {name: Fixed(value, "held_known") for name, value in prior.values.items()}
-    held |= _redundant(component, stroke_of(dataset))
-    held |= _slot_parameters(component, dataset, prior.pitch)
+    # What no log can tell is held at a round number of the right magnitude.
+    length = 10.0 ** math.floor(math.log10(stroke_of(dataset)))
+    for name, factors in component.redundancies:
+        value = length ** exponents_of(component.variables[name].quantity).get("length", 0.0)
+        products = tuple(f"{name}*{factor}" for factor in factors)
+        held[name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
+    refuse_unrecorded(component, dataset)
+    places = np.concatenate([segment.position for segment in dataset.segments])
+    low, high = float(np.min(places)), float(np.max(places))
+    of_slots = {MIDDLE: Fixed(0.5 * (low + high), "held_middle"), HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range")}
+    if prior.pitch is not None:
+        of_slots[PITCH] = Fixed(prior.pitch, "held_pitch")
+    held |= {name: of_slots[variable] for name, variable in component.variables.items() if variable in of_slots}
     damped = name_of(Role.VISCOUS, prior.plant.variables) is not None
     for name, variable in component.variables.items():
         if variable == OFFSET:
@@ -311,27 +300,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
             held[name] = Fixed(code, "held_default")
-    unidentifiable = _held_offset(component, dataset)
-    fixed = unidentifiable if prior.offset is None else Fixed(prior.offset, "held_known")
-    if fixed is not None:
-        held |= dict.fromkeys(names_of(OFFSET, component.variables), fixed)
-    free = tuple(name for name in (*prior.plant.variables, *component.variables) if name not in held)
-    return ParameterSet(component, free, held, prior.plant)
-
-
-def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
-    """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
-    length, fixed = 10.0 ** math.floor(math.log10(stroke)), {}
-    for name, factors in component.redundancies:
-        value = length ** exponents_of(component.variables[name].quantity).get("length", 0.0)
-        products = tuple(f"{name}*{factor}" for factor in factors)
-        fixed[name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
-    return fixed
-
-
-def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
-    """Return the offset as held where it cannot be told from the rest."""
-    side = _only_direction(dataset)
+    ahead = float(np.mean(~np.signbit(dataset.all_velocities)))
+    side = "backward" if ahead < ONE_WAY else "forward" if ahead > 1.0 - ONE_WAY else ""
     split = directional(component)
     if side and split:
         raise InputError(
@@ -343,43 +313,22 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
-        constant = _constant_beyond(dataset)
-        return Fixed(constant, "held_constant" if constant else "held_levels", numbers={"levels": tuple(levels)})
-    variables = component.variables.items()
-    forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
-    if side and forces:
-        return Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
-    return None
-
-
-def _constant_beyond(dataset: Dataset) -> float:
-    """Return the constant force without which friction of one direction would be negative [N or N*m]; 0 where none is.
-
-    It is half of what the levels of both directions differ by, as of a weight that is larger than friction.
-    """
-    velocity = dataset.velocity
-    fast = np.abs(velocity) > SLIDES_FROM * float(np.max(np.abs(velocity)))
-    v, forward, effort = velocity[fast], velocity[fast] > 0.0, dataset.effort[fast]
-    # Before sliding the effort takes all levels: it is the constant alone that keeps its sign on both sides.
-    if np.median(effort[forward]) * np.median(effort[~forward]) <= 0.0:
-        return 0.0
-    columns = np.stack([forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1)
-    level_forward, level_backward = unbounded(columns, effort, rcond=SINGULAR)[:2]
-    return 0.5 * float(level_forward + level_backward)
-
-
-def _only_direction(dataset: Dataset) -> str:
-    velocity = dataset.all_velocities
-    forward = float(np.mean(~np.signbit(velocity)))
-    return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
-
-
-def _slot_parameters(component: FrictionModel, dataset: Dataset, pitch: float | None) -> dict[str, Fixed]:
-    """Return the parameters of slots that are read off the log or the axis: range, and travel for one turn."""
-    refuse_unrecorded(component, dataset)
-    low = min(float(np.min(segment.position)) for segment in dataset.segments)
-    high = max(float(np.max(segment.position)) for segment in dataset.segments)
-    fixed = {MIDDLE: Fixed(0.5 * (low + high), "held_middle"), HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range")}
-    if pitch is not None:
-        fixed[PITCH] = Fixed(pitch, "held_pitch")
-    return {name: fixed[variable] for name, variable in component.variables.items() if variable in fixed}
+        velocity = dataset.velocity
+        fast = np.abs(velocity) > SLIDES_FROM * float(np.max(np.abs(velocity)))
+        v, forward, effort = velocity[fast], velocity[fast] > 0.0, dataset.effort[fast]
+        # Before sliding the effort takes all levels: it is the constant alone that keeps its sign on both sides.
+        constant = 0.0
+        if np.median(effort[forward]) * np.median(effort[~forward]) > 0.0:
+            columns = np.stack([forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1)
+            constant = 0.5 * float(np.sum(unbounded(columns, effort, rcond=SINGULAR)[:2]))
+        offset = Fixed(constant, "held_constant" if constant else "held_levels", numbers={"levels": tuple(levels)})
+    else:
+        variables = component.variables.items()
+        forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
+        identifiable = not side or not forces
+        offset = None if identifiable else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
+    offset = offset if prior.offset is None else Fixed(prior.offset, "held_known")
+    if offset is not None:
+        held |= dict.fromkeys(names_of(OFFSET, component.variables), offset)
+    free = tuple(name for name in (*prior.plant.variables, *component.variables) if name not in held)
+    return ParameterSet(component, free, held, prior.plant)

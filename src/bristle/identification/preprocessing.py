@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -35,18 +36,12 @@ from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Channel, Log
 from bristle.logs.turns import rests, whole_cycle, with_sides
 
-__all__ = ["CUTOFF_SHARE", "aligned", "calmed", "differentiated", "segment_of", "shifted", "smallest_step", "treat", "treat_all"]
-
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
 BENT_DECIMATION, BENT_ROWS = 4, 400  # of a plant with terms, and rows that are left of a short log
-EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
-REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
 HIDES, CALM = 0.3, 0.03  # of what friction takes: noise that hides it, and that does not
-CALM_ROWS = 1000  # that are left
 CREEPS = 10.0  # encoder steps of the range from which an axis moves, be it ever so slowly
-ALIKE = 1e-3  # relative difference of sample times that is none
 
 
 def treat_all(
@@ -66,7 +61,24 @@ def treat_all(
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
     first = parts[0]
     for log, part in zip(logs, parts, strict=True):
-        _refuse_unlike(log, part, first)
+        path = f"log {log.source.name}"
+        if part.kind != first.kind:
+            raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
+        if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference of sample times that is none
+            period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
+            raise InputError(
+                f"was sampled every {period}, the first log every {first_period}",
+                path=path,
+                mend="Resample one of them, or identify them one by one",
+            )
+        for name in ("cutoff", "decimation", "held"):
+            if getattr(part, name) != getattr(first, name):
+                raise InputError(
+                    f"is to be treated with another {name} than the first log",
+                    path=path,
+                    value=getattr(part, name),
+                    mend="Write the same into both axis files",
+                )
     segments, end = [], first.segments[0].time[0]
     for number, part in enumerate(parts):
         # Rows are told apart by their time: a log begins where the one before it ends.
@@ -76,32 +88,11 @@ def treat_all(
     merged = replace(
         first,
         segments=tuple(segments),
-        resolution=max(part.resolution for part in parts),
+        resolution=max(map(attrgetter("resolution"), parts)),
         noise=float(np.sqrt(np.mean([part.noise**2 for part in parts]))),
         effort_noise=float(np.sqrt(np.mean([part.effort_noise**2 for part in parts]))),
     )
     return shifted(merged, delay, smoothing, position_smoothing)
-
-
-def _refuse_unlike(log: Log, part: Dataset, first: Dataset) -> None:
-    path = f"log {log.source.name}"
-    if part.kind != first.kind:
-        raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
-    if abs(part.sample_time / first.sample_time - 1.0) > ALIKE:
-        period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
-        raise InputError(
-            f"was sampled every {period}, the first log every {first_period}",
-            path=path,
-            mend="Resample one of them, or identify them one by one",
-        )
-    for name in ("cutoff", "decimation", "held"):
-        if getattr(part, name) != getattr(first, name):
-            raise InputError(
-                f"is to be treated with another {name} than the first log",
-                path=path,
-                value=getattr(part, name),
-                mend="Write the same into both axis files",
-            )
 
 
 def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
@@ -112,11 +103,30 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     from a data set `like` it, of the same motion, instead of being found once more.
     """
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
-    cutoff = _cutoff(axis.cutoff if cutoff is None else cutoff, dt)
-    decimation = _decimation(axis.decimation if decimation is None else decimation, axis, len(log))
-    _refuse_non_finite(log)
+    cutoff = axis.cutoff if cutoff is None else cutoff
+    cutoff = CUTOFF_SHARE / dt if cutoff is None else float(cutoff)
+    if not (np.isfinite(cutoff) and 0.0 < cutoff < 0.5 / dt):
+        raise InputError("out of range", path="cutoff", value=cutoff, allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency")
+    decimation = axis.decimation if decimation is None else decimation
+    if decimation is None:
+        # Tooth by tooth effort may change as fast as the filter lets it, and an arm swings for some seconds only.
+        bends = axis.gravity or axis.cogging or axis.regressors
+        decimation = min(max(len(log) // BENT_ROWS, 1), BENT_DECIMATION) if bends else DECIMATION
+    if isinstance(decimation, bool) or decimation != int(decimation) or not 1 <= decimation <= 10_000:
+        raise InputError("must be a whole number", path="decimation", value=decimation, allowed="1 to 10000")
+    decimation = int(decimation)
+    for name in ("time", "position", "effort"):
+        values = getattr(log, name).values
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(
+                "is not a finite number",
+                path=f"log.{name}[{bad[0]}]",
+                value=float(values[bad[0]]),
+                mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
+            )
     resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
-    dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
+    dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
     shortest = 2 * dropped + ROWS_MIN * decimation
     parts = log.segments or (slice(0, len(log)),)
     lengths = [len(range(*part.indices(len(log)))) for part in parts]
@@ -169,40 +179,6 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     return dataset
 
 
-def _refuse_non_finite(log: Log) -> None:
-    for name in ("time", "position", "effort"):
-        values = getattr(log, name).values
-        bad = np.flatnonzero(~np.isfinite(values))
-        if bad.size:
-            raise InputError(
-                "is not a finite number",
-                path=f"log.{name}[{bad[0]}]",
-                value=float(values[bad[0]]),
-                mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
-            )
-
-
-def _cutoff(requested: float | None, dt: float) -> float:
-    if requested is None:
-        return CUTOFF_SHARE / dt
-    if not (np.isfinite(requested) and 0.0 < requested < 0.5 / dt):
-        raise InputError(
-            "out of range", path="cutoff", value=requested, allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency"
-        )
-    return float(requested)
-
-
-def _decimation(requested: int | None, axis: Axis, samples: int) -> int:
-    if requested is None and (axis.gravity or axis.cogging or axis.regressors):
-        # Tooth by tooth effort may change as fast as the filter lets it, and an arm swings for some seconds only.
-        return min(max(samples // BENT_ROWS, 1), BENT_DECIMATION)
-    if requested is None:
-        return DECIMATION
-    if isinstance(requested, bool) or requested != int(requested) or not 1 <= requested <= 10_000:
-        raise InputError("must be a whole number", path="decimation", value=requested, allowed="1 to 10000")
-    return int(requested)
-
-
 def smallest_step(position: Channel) -> float:
     """Return the smallest step between samples, which is that of the encoder [m or rad]; 0 where nothing moves."""
     if position.recorded_step is not None:
@@ -234,14 +210,17 @@ def segment_of(
     origin = position[0]
     if held:
         # The mean of two values that follow each other acts around the sample between them.
-        effort = 0.5 * (effort + np.concatenate([effort[:1], effort[:-1]]))
+        effort = 0.5 * (effort + np.append(effort[:1], effort[:-1]))
     raw = np.stack([position - origin, effort])
     filtered = low_passed(raw, cutoff, dt)
     smooth, smooth_effort = filtered
-    noise, effort_noise = noises or _noises(raw - filtered, cutoff * dt)
+    if noises is None:
+        noise, effort_noise = (DEVIATION_OVER_MEDIAN * np.median(np.abs(raw - filtered), axis=1)).tolist()
+        # White noise above the cut-off tells how much there is in all.
+        noises = noise, effort_noise / max(1.0 - 2.0 * (cutoff * dt), 0.1) ** 0.5
     velocity = np.gradient(smooth, dt)
-    window = max(round(REST_PERIODS / (cutoff * dt)), 1)
-    rest = velocity == 0.0 if creeping else rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
+    window = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency, without an encoder step, make a rest
+    rest = velocity == 0.0 if creeping else rests(smooth, window, max(1.5 * resolution, 4.0 * noises[0]))
     segment = Segment(
         time=log.time.values[part],
         position=smooth + origin,
@@ -252,14 +231,7 @@ def segment_of(
         surroundings={name: low_passed(values.values[part], cutoff, dt) for name, values in log.surroundings.items()},
         regressors=tuple(low_passed(column.values[part], cutoff, dt) for column in log.regressors),
     )
-    return segment, noise, effort_noise
-
-
-def _noises(removed: np.ndarray, cutoff: float) -> tuple[float, float]:
-    """Return the noise of position and effort, of what a filter takes away; its cut-off over the sampling rate."""
-    position, effort = (DEVIATION_OVER_MEDIAN * np.median(np.abs(removed), axis=1)).tolist()
-    # White noise above the cut-off tells how much there is in all.
-    return position, effort / max(1.0 - 2.0 * cutoff, 0.1) ** 0.5
+    return segment, *noises
 
 
 def _first_cycle(segment: Segment, kind: Kind) -> int:
@@ -294,19 +266,15 @@ def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smo
     dt, moved = dataset.sample_time, []
     for segment in dataset.segments:
         sharp = segment.effort if not smoothing else through_filter(segment.effort, -smoothing, dt)
-        motion = segment if not position_smoothing else _before_filter(segment, position_smoothing, dt)
-        moved.append(replace(motion, effort=at(segment.time + delay, segment.time, sharp)))
+        changes = {"effort": at(segment.time + delay, segment.time, sharp)}
+        if position_smoothing:
+            origin = segment.position[0]
+            position, recorded = through_filter(np.stack([segment.position, segment.recorded]) - origin, -position_smoothing, dt)
+            velocity = with_sides(np.gradient(position, dt), segment.velocity == 0.0)
+            changes |= {"position": position + origin, "velocity": velocity, "recorded": recorded + origin}
+            changes["acceleration"] = np.gradient(velocity, dt)
+        moved.append(replace(segment, **changes))
     return replace(dataset, segments=tuple(moved), delay=delay)
-
-
-def _before_filter(segment: Segment, lag: float, dt: float) -> Segment:
-    """Return a segment whose position stands before a first-order filter of this time constant [s], its delay left."""
-    origin = segment.position[0]
-    position, recorded = through_filter(np.stack([segment.position, segment.recorded]) - origin, -lag, dt)
-    velocity = with_sides(np.gradient(position, dt), segment.velocity == 0.0)
-    return replace(
-        segment, position=position + origin, velocity=velocity, acceleration=np.gradient(velocity, dt), recorded=recorded + origin
-    )
 
 
 def calmed(dataset: Dataset) -> tuple[int, float]:
@@ -319,14 +287,16 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
     if alignment is None or alignment.mass is None:
         return rows, 0.0
-    forces = [segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments]
-    slow = [dataset.without_edges(low_passed(force, alignment.slow, dt)) for force in forces]
+    slow = list[np.ndarray]()
+    for segment in dataset.segments:
+        force = segment.effort - alignment.mass * segment.acceleration
+        slow.append(dataset.without_edges(low_passed(force, alignment.slow, dt)))
     noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:
         return rows, share
     bandwidth = dataset.bandwidth * (CALM / share) ** 0.4
-    most = rows * dataset.effort.size // CALM_ROWS
+    most = rows * dataset.effort.size // 1000  # that are left
     return max(min(round(0.5 / (bandwidth * dt)), most), rows), share
 
 

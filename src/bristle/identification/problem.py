@@ -14,14 +14,124 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
-from bristle.identification.contrast import SINGULAR, Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.waves import frequency_in, waves
 
-__all__ = ["Covariance", "Fold", "Jackknife", "Problem", "Replicates", "Residual", "covariance_of", "is_white"]
+SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
+FEWEST = 50  # rows
+LEAST_TURNS, WAVE_SHARE = 3.0, 0.05  # of waves: turns over the range, share of the squares that are left over
+CHANCE = 2.0  # standard deviations, by which fits to replicates may differ: no more than that is none
+BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
+
+
+@dataclass(frozen=True)
+class Away:
+    """Where nothing of how friction turns disturbs a signal."""
+
+    rows: np.ndarray
+    far: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    turns: float = 0.0
+
+    @classmethod
+    def nowhere(cls, count: int) -> Away:
+        """Return that of a signal of so many rows which keeps the traces of each reversal."""
+        none = np.zeros(count, dtype=bool)
+        return cls(none, none, np.zeros(count), np.zeros(count))
+
+    def beside(self, residual: np.ndarray | None = None) -> np.ndarray:
+        """Return forces beside friction, shape (row, force): a damping by direction, and waves that a residual shows.
+
+        Waves over the position that are alike in both directions are cogging.
+        """
+        speed, x = np.abs(self.velocity)[:, None], self.position
+        if residual is None or np.count_nonzero(self.rows) < FEWEST:
+            return speed
+        left = np.where(self.rows, residual, 0.0)
+        frequency = frequency_in(x, np.ones_like(x), left, self.turns, LEAST_TURNS)
+        if frequency is None:
+            return speed
+        pair = waves(x, np.ones_like(x), frequency)[:, :2]
+        basis = np.linalg.qr(pair[self.rows])[0]
+        square = float(np.sum((basis.T @ left[self.rows]) ** 2))
+        return np.hstack([speed, pair]) if square > WAVE_SHARE * float(left @ left) else speed
+
+
+@dataclass(frozen=True)
+class Contrast:
+    r"""What a fit would say without its reversals, and beside a damping that differs by direction.
+
+    A filter in a channel, a delay that is hardly known, a body that sticks: around reversals a log errs by all of it, and
+    so does a fit. Least squares asks all rows alike; away from reversals
+
+    .. math:: \min_\delta \sum_\text{away} \left(r - J \delta - \gamma\, |\dot q|\right)^2
+
+    says by how much its parameters would be others. Where that is more than it is in replicates of the log, which have
+    none of those errors, it is no chance (Hausman's contrast, Econometrica 46(6), 1978, doi:10.2307/1913827), and the
+    truth may lie with either. A parameter that rows away from reversals do not tell well stays what it is.
+
+    The change of coordinates by a residual is `matrix`, shape (coordinate, row); of some rows only.
+    """
+
+    matrix: np.ndarray
+    rows: np.ndarray
+
+    @classmethod
+    def of(cls, solution: Solution, away: Away, free: np.ndarray, residual: np.ndarray | None = None) -> Contrast:
+        """Return the contrast of a solution of which some coordinates are free, shape (coordinate,) of bool."""
+        space, theta, jacobian = solution.space, solution.theta, solution.jacobian
+        at_edge = np.array([name in solution.at_edge for name in space.names])
+        inner = free & ~at_edge & (theta > space.low) & (theta < space.high)
+        inner &= np.linalg.norm(jacobian, axis=0) > 0.0
+        empty = cls(np.zeros((theta.size, 0)), np.zeros(0, dtype=int))
+        if np.count_nonzero(away.rows) < FEWEST or not inner.any():
+            return empty
+        places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
+        # The standard errors of all coordinates, of white noise of 1; of the forces those that are none of the columns.
+        usual, forces = np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1), away.beside(residual)[away.rows]
+        length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
+        beside = forces[:, length > 0.0] / length[length > 0.0]
+        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > 0.02]  # of a force: what the columns cannot take
+        while places.size:
+            inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
+            share = np.linalg.norm(inverse[: places.size], axis=1) / usual
+            worst = int(np.argmax(share))
+            if share[worst] <= 3.0:  # times the standard error: what rows away from reversals tell of a parameter
+                matrix = np.zeros((theta.size, inverse.shape[1]))
+                matrix[places] = inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
+                return cls(matrix, np.flatnonzero(away.rows))
+            places, columns, usual = (np.delete(part, worst, axis=-1) for part in (places, columns, usual))
+        return empty
+
+    @property
+    def determined(self) -> np.ndarray:
+        """Which coordinates rows away from reversals tell, shape (coordinate,) of bool."""
+        return np.asarray(np.any(self.matrix != 0.0, axis=1))
+
+    def change(self, residual: np.ndarray) -> np.ndarray:
+        """Return by how much the other fit lies beside one that leaves this residual, shape (coordinate,)."""
+        return self.matrix @ residual[self.rows]
+
+
+def between(change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return how far draws move towards the other fit, shape (draw, coordinate).
+
+    `usual` are the changes in fits to replicates and `errors` those of the fits, in pairs, of the same shape. Where the
+    other fit is the surer one of replicates, draws go all the way between both; else as far as chance does not.
+    """
+    beyond, variance = change - np.mean(usual, axis=0), np.var(usual, axis=0)
+    square = np.maximum(beyond**2, np.finfo(float).tiny)
+    clear = np.sqrt(np.maximum(1.0 - CHANCE**2 * variance / square, 0.0))
+    surer = np.var(errors + usual, axis=0) < np.var(errors, axis=0)
+    low, high = BETWEEN
+    share = rng.uniform(low, high, len(usual) // 2 + 1)
+    shares = np.stack([share, low + high - share], axis=1).ravel()[: len(usual)]
+    return shares[:, None] * np.where(surer, change - usual, clear * beyond)
 
 
 class Residual(Protocol):
@@ -144,7 +254,6 @@ class Problem(Residual, Protocol):
 
 
 CLUSTERS = 40
-FEWEST_CYCLES = 5  # half-cycles of a jackknife
 RANK = 1e-12  # of the largest singular value of its equations
 
 
@@ -175,15 +284,20 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     variance = float(residual @ residual) / max(residual.size - len(names), 1)
     plain = variance * inverse
     pulls = columns.T @ np.column_stack([*errors, np.zeros_like(residual)])
-    robust = inverse @ (_scatter(columns * residual[:, None], len(names)) + pulls @ pulls.T) @ inverse
+    # The scatter of the scores, summed over blocks of consecutive rows.
+    rows, count = residual.size, min(CLUSTERS, residual.size)
+    starts = np.linspace(0, rows, count, endpoint=False).astype(int)
+    sums = np.add.reduceat(columns * residual[:, None], starts, axis=0)
+    # Makes up for the freedom that the fit took from the residuals.
+    factor = count / max(count - 1, 1) * (rows - 1) / max(rows - len(names), 1)
+    robust = inverse @ (factor * (sums.T @ sums) + pulls @ pulls.T) @ inverse
     # Columns that take part in a direction that the rows do not see, and those that no row sees.
     blind = np.any(np.abs(directions[~regular]) > 1e-3, axis=0)
     derivative = solution.derivative[:, inner]
     back, without_effect = derivative[:, sensitive] / scale[sensitive], derivative[:, ~sensitive]
     covariance = back @ plain @ back.T
     lost = (back[:, blind] != 0.0).any(axis=1) | (without_effect != 0.0).any(axis=1)
-    std = np.where(lost, np.inf, _root(np.diag(covariance)))
-    robust_std = np.where(lost, np.inf, _root(np.diag(back @ robust @ back.T)))
+    std, robust_std = np.where(lost, np.inf, _root(np.stack([np.diag(covariance), np.diag(back @ robust @ back.T)])))
     std[~inner], robust_std[~inner] = np.nan, np.nan
     usable = np.isfinite(std) & (std > 0.0)
     correlation = np.full((len(names), len(names)), np.nan)
@@ -195,17 +309,6 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
 def _root(variance: np.ndarray) -> np.ndarray:
     """Return the standard error of each variance; none is known where rounding left less than nothing of it."""
     return np.sqrt(np.where(variance < 0.0, np.inf, variance))
-
-
-def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
-    """Return the scatter of the scores summed over blocks of consecutive rows, shape (column, column)."""
-    rows = scores.shape[0]
-    count = min(CLUSTERS, rows)
-    starts = np.linspace(0, rows, count, endpoint=False).astype(int)
-    sums = np.add.reduceat(scores, starts, axis=0)
-    # Makes up for the freedom that the fit took from the residuals.
-    factor = count / max(count - 1, 1) * (rows - 1) / max(rows - fitted, 1)
-    return factor * (sums.T @ sums)
 
 
 @dataclass(frozen=True)
@@ -234,7 +337,7 @@ class Jackknife:
         inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
         scale = np.linalg.norm(jacobian[:, inner], axis=0)
         columns = jacobian[:, inner] / scale
-        if cycles.count < FEWEST_CYCLES:
+        if cycles.count < 5:  # half-cycles of a jackknife
             return cls((), frozenset(), cycles, columns, np.zeros((cycles.count, 0, columns.shape[1])))
         parts = np.stack([part.T @ part for part in cycles.split(columns)])
         inverse = np.linalg.pinv(np.sum(parts, axis=0) - parts, rcond=RANK, hermitian=True)

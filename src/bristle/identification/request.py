@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.edge import optional, whole
+from bristle.core.edge import whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable
@@ -23,8 +25,6 @@ from bristle.logs.log import Log
 from bristle.plants import PLANTS, with_terms
 from bristle.plants.terms import TURNS
 
-__all__ = ["CUTOFF", "METHODS", "asks_for_all", "freed", "models_of", "prior_knowledge_of", "settings_of", "treatment_of", "with_method"]
-
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
 CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
@@ -35,16 +35,27 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     """Return the friction models that are asked for."""
     requested = _separated(model)
     components: dict[str, FrictionModel] = {}
-    for component in (_component_of(item) for item in requested if not _is_all(item)):
+    for item in requested:
+        if _is_all(item):
+            continue
+        component = _component_of(item)
         if component.name in components:
             raise InputError(
                 "is asked for twice", path="model", value=component.name, mend="Write it once; give a model of your own a name of its own"
             )
-        _refuse_arrays(component)
+        for names, kind in _not_identified(component):
+            raise InputError(
+                f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
+                path="model",
+                value=component.name,
+                mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
+            )
         components[component.name] = component
     for name in filter(_is_all, requested):
-        for component in _all_models(name):
-            components.setdefault(component.name, component)
+        for base in MODELS:
+            component = find(f"{base}{name.removeprefix(ALL)}", path="model")
+            if not _not_identified(component):
+                components.setdefault(component.name, component)
     if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
     return tuple(components.values())
@@ -52,7 +63,7 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
 
 def asks_for_all(model: Any) -> bool:
     """Return whether every model that can be identified is asked for."""
-    return any(_is_all(item) for item in _separated(model))
+    return any(map(_is_all, _separated(model)))
 
 
 def _separated(model: Any) -> list[Any]:
@@ -65,13 +76,6 @@ def _separated(model: Any) -> list[Any]:
 
 def _is_all(item: Any) -> bool:
     return isinstance(item, str) and item.split("+")[0] == ALL
-
-
-def _all_models(name: str) -> list[FrictionModel]:
-    """Return each model that can be identified, with the slots behind ``"all"``."""
-    slots = name.removeprefix(ALL)
-    components = [find(f"{base}{slots}", path="model") for base in MODELS]
-    return [component for component in components if not _not_identified(component)]
 
 
 def _component_of(item: Any) -> SlottedModel:
@@ -98,6 +102,7 @@ def _component_of(item: Any) -> SlottedModel:
     return component
 
 
+@cache
 def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     """Return the parameters that no fit here finds, and what they are."""
     slips = base_of(component) in ELEMENT_MODELS
@@ -105,16 +110,6 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     choices = [name for name, variable in component.variables.items() if variable.choices and name not in component.defaults]
     kinds = ((arrays, "lists of numbers"), (choices, "choices of names"))
     return [(names, kind) for names, kind in kinds if names]
-
-
-def _refuse_arrays(component: FrictionModel) -> None:
-    for names, kind in _not_identified(component):
-        raise InputError(
-            f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
-            path="model",
-            value=component.name,
-            mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
-        )
 
 
 def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
@@ -138,9 +133,11 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
 
 def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
+    if method is None and global_search is None:
+        return list(pairs)
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
-    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in pairs]
+    return [(log, replace(axis or Axis(kind=log.kind), **changes)) for log, axis in pairs]
 
 
 def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:
@@ -153,14 +150,18 @@ def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None
 def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> PriorKnowledge:
     """Return what is known beforehand: the arguments, in SI of the axis or text with a unit, else the axis file."""
     axis = axis or Axis(kind=kind, offset="identify")
-    value = number_or_text(mass if mass is not None else axis.mass, MASS, kind, "mass")
+    mass = axis.mass if mass is None else mass
+    value = None if mass is None else quantity(mass, MASS, kind, path="mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
         raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to have it identified")
-    plant = with_terms(PLANTS[axis.plant], gravity=axis.gravity, cogging=_harmonics(axis), columns=_columns(axis))
+    plant = with_terms(
+        PLANTS[axis.plant],
+        gravity=axis.gravity,
+        cogging={cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics},
+        columns=tuple(map(attrgetter("name"), axis.regressors)),
+    )
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
-    by_quantity = {name: value for name, value in by_quantity.items() if value is not None}
-    roles = {name: variable.quantity for name, variable in plant.variables.items()}
-    values = {name: by_quantity[role] for name, role in roles.items() if role in by_quantity}
+    values = {name: number for name, variable in plant.variables.items() if (number := by_quantity.get(variable.quantity)) is not None}
     values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
     constant = offset if offset is not None else axis.offset
     if isinstance(constant, str) and constant == "identify":
@@ -171,20 +172,7 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     return PriorKnowledge(force, values, plant, axis.pitch)
 
 
-def _harmonics(axis: Axis) -> dict[str, tuple[int, ...]]:
-    return {cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics}
-
-
-def _columns(axis: Axis) -> tuple[str, ...]:
-    return tuple(column.name for column in axis.regressors)
-
-
-def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:
-    """Return a number in SI from a number or text with a unit; None stays None."""
-    return None if value is None else quantity(value, variable, kind, path=path)
-
-
 def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
     """Return the cut-off [Hz] and the decimation that are asked for, None where none is."""
-    rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
-    return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows
+    rows = None if decimation is None else whole(1, 10_000)(decimation, "decimation", kind)
+    return None if cutoff is None else quantity(cutoff, CUTOFF, kind, path="cutoff"), rows

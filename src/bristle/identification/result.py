@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 
-__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
-
 TRADED_IN = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters whose intervals are not to be relied on."""
 CONSTANT_HELD = ("held_levels", "held_constant")
@@ -347,28 +345,24 @@ class Identification:
             for note in log.notes:
                 logs_by_note.setdefault(note, []).append(log.source.name)
         remarks = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in logs_by_note.items()]
-        return (*remarks, *self._offset_elsewhere(), *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()))
-
-    def _offset_elsewhere(self) -> tuple[str, ...]:
-        """Return which model found the constant force that the best one puts into its two directions."""
+        # The best model puts into its two directions what another one found as a constant force.
         reasons = {estimate.name: estimate.reason for estimate in self.best.estimates if estimate.reason is not None}
-        name = next((name for name, reason in reasons.items() if reason.code == "held_levels"), None)
-        if name is None:
-            return ()
+        name = next((name for name, reason in reasons.items() if reason.code == "held_levels"), "")
         levels = names_of(Role.LEVEL, self.best.friction.component.variables) or self.best.with_constant
-        level = max(abs(self.best.parameters[name].value) for name in levels)
+        level = max((abs(self.best.parameters[part].value) for part in levels), default=0.0)
         for fit in self.fits:
             estimate = fit.parameters.get(name)
             if estimate is None or estimate.status != "identified" or estimate.std is None:
                 continue
             error = estimate.std if estimate.robust_std is None else estimate.robust_std
             if abs(estimate.value) > max(LARGE_OFFSET * level, SURE_OFFSET * error):
-                return (
+                remarks.append(
                     f"{self.best.name} holds {name} at 0, as +asymmetry does; {fit.name} found "
                     f"{with_unit(estimate.value, estimate.unit)}: if a constant force acts, such as a weight, write "
-                    f'{name} = "{estimate.value:.4g} {estimate.unit}" under [plant] of the axis file',
+                    f'{name} = "{estimate.value:.4g} {estimate.unit}" under [plant] of the axis file'
                 )
-        return ()
+                break
+        return (*remarks, *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()))
 
     @property
     def best(self) -> Fit:

@@ -13,8 +13,6 @@ from bristle.core.values import Threshold, thresholds_of
 from bristle.core.values import threshold as _set
 from bristle.logs.look import CheckThresholds
 
-__all__ = ["DEFAULT", "Settings", "Threshold", "thresholds"]
-
 
 @dataclass(frozen=True)
 class Settings(CheckThresholds):

@@ -46,8 +46,6 @@ from bristle.logs.log import Log
 from bristle.logs.turns import numbered, reversals, turning_points
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
-__all__ = ["Bands", "Widths", "half_width", "simulated_widths", "with_loops", "with_parameters"]
-
 ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of what rounding adds, alike over the whole step, lie within 0.475 of it
 SIMULATED = 400_000  # samples of all simulations that tell what they leave over
 FEW, MANY = 3, 12  # of them
@@ -80,36 +78,28 @@ def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
     bands = fit.resampling.bands
     found: dict[str, float] = {}
     for loop, name in LEFT.items():
-        stretches = [stretch for log, axis in pairs for stretch in _stretches(log, axis, loop, fit.lag)]
+        stretches = list[Stretch]()
+        for log, axis in pairs:
+            axis = axis or Axis(kind=log.kind)
+            if can_be_simulated(log, axis, loop):
+                axis = axis if fit.lag is None else replace(axis, lag=fit.lag)
+                parts = (Stretch.of(log, axis, loop, part) for part in log.segments or (slice(None),))
+                stretches += [stretch for stretch in parts if stretch.count > START_SAMPLES]
+        members = min(max(SIMULATED // max(sum(stretch.count for stretch in stretches), 1), FEW), MANY)
         # What cannot be simulated is not predicted either: a plant or a friction that needs another channel.
         with suppress(InputError):
-            squares = _squares_left(bands, fit.plant, fit.friction, stretches)
+            excesses = [np.zeros(0)]
+            for stretch in stretches:
+                dressed = stretch.dressed(fit.friction)
+                course = stretch.run(fit.plant, dressed, np.zeros(stretch.count))
+                spread, _ = _squares(bands, fit.plant, dressed, course, stretch, members)
+                residual = stretch.position[: course.position.size] - course.position
+                # By how much a squared residual exceeds what the band has for it; a sample where no other simulation came that
+                # far lies in any band.
+                excesses.append((residual / NORMAL_95) ** 2 - spread - _rounding(stretch) ** 2)
+            squares = np.concatenate(excesses)
             found |= {name: max(float(np.quantile(squares, 0.95, method="higher")), 0.0) ** 0.5} if squares.size else {}
     return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, **found)))
-
-
-def _stretches(log: Log, axis: Axis | None, loop: str, lag: float | None) -> list[Stretch]:
-    """Return what of a log can be simulated in a loop."""
-    axis = axis or Axis(kind=log.kind)
-    if not can_be_simulated(log, axis, loop):
-        return []
-    axis = axis if lag is None else replace(axis, lag=lag)
-    stretches = (Stretch.of(log, axis, loop, part) for part in log.segments or (slice(None),))
-    return [stretch for stretch in stretches if stretch.count > START_SAMPLES]
-
-
-def _squares_left(bands: Bands, plant: Model, friction: Model, stretches: Sequence[Stretch]) -> np.ndarray:
-    """Return by how much the squared residual of each position exceeds what the band has for it [m^2 or rad^2]."""
-    members = min(max(SIMULATED // max(sum(stretch.count for stretch in stretches), 1), FEW), MANY)
-    squares = [np.zeros(0)]
-    for stretch in stretches:
-        dressed = stretch.dressed(friction)
-        course = stretch.run(plant, dressed, np.zeros(stretch.count))
-        spread, _ = _squares(bands, plant, dressed, course, stretch, members)
-        residual = stretch.position[: course.position.size] - course.position
-        # A sample where no other simulation came that far lies in any band.
-        squares.append((residual / NORMAL_95) ** 2 - spread - _rounding(stretch) ** 2)
-    return np.concatenate(squares)
 
 
 def _rounding(stretch: Stretch) -> float:
@@ -119,7 +109,12 @@ def _rounding(stretch: Stretch) -> float:
 def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int) -> np.ndarray:
     """Return the mean square of what other simulations are off, of position and effort, shape (2, sample)."""
     count, dt, rng = predicted.position.size, stretch.log.sample_time, np.random.default_rng(SEED)
-    cycle, force = _along(plant, friction, stretch)
+    # The half-cycle of each sample of the log, and the friction force there.
+    log, resolution = stretch.log, stretch.axis.resolution or 0.0
+    segment, noise, _ = segment_of(log, stretch.samples, CUTOFF_SHARE / dt, resolution)
+    changes = reversals(segment.velocity, sided=True).tolist()
+    cycle = numbered(turning_points(segment.position, least_way(resolution, noise), changes), segment.position.size)
+    force = along(friction, dt=dt, **segment.signals(dt, transmitted_by(friction, plant, segment)))
     block = (np.arange(cycle.size) * dt / max(bands.lasting, dt)).astype(int)
 
     def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
@@ -134,25 +129,11 @@ def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, str
     members = range(min(bands.count, most))
     levels, left = (rng.standard_normal((len(members), int(numbers[-1]) + 1)) for numbers in (cycle, block))
     with Abreast() as pool:
-        return _mean(np.array(list(pool.map(member, members, levels, left))))
-
-
-def _mean(squares: np.ndarray) -> np.ndarray:
-    """Return the mean over those simulations that came so far."""
+        squares = np.array(list(pool.map(member, members, levels, left)))
+    # The mean over those simulations that came so far.
     finite = np.isfinite(squares)
-    total, count = np.sum(squares, axis=0, where=finite), finite.sum(axis=0)
-    return np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
-
-
-def _along(plant: Model, friction: Model, stretch: Stretch) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the half-cycle of each sample of a log, and the friction force there [N or N*m]."""
-    log, resolution = stretch.log, stretch.axis.resolution or 0.0
-    segment, noise, _ = segment_of(log, stretch.samples, CUTOFF_SHARE / log.sample_time, resolution)
-    changes = reversals(segment.velocity, sided=True).tolist()
-    turns = turning_points(segment.position, least_way(resolution, noise), changes)
-    cycle = numbered(turns, segment.position.size)
-    signals = segment.signals(log.sample_time, transmitted_by(friction, plant, segment))
-    return cycle, along(friction, dt=log.sample_time, **signals)
+    total, came = np.sum(squares, axis=0, where=finite), finite.sum(axis=0)
+    return np.divide(total, came, out=np.full(total.shape, np.inf), where=came > 0)
 
 
 MEMBERS = 40

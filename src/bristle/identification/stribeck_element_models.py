@@ -27,15 +27,11 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report
 from bristle.identification.parameter_space import Solution
 
-__all__ = ["StribeckElements", "estimate_stribeck_elements"]
-
 OF_THIS_SHAPE = Diagnostic("element_shape", severity="note")
 
 ROUNDS = 4
-FALLS = 0.98  # of the sum of squares before: by less it does not fall
 STARTS = 3  # Stribeck velocities
 COULOMB = 0.8  # of the level of elements without a curve, where the search begins
-ATTRACTION = 30.0  # samples in which the force comes to the curve, where the search begins
 
 
 class Curve(NamedTuple):
@@ -58,8 +54,9 @@ def estimate_stribeck_elements(context: Context, component: FrictionModel, repor
     assert isinstance(view, ShapedModel)
 
     def residual_without(rows: np.ndarray) -> np.ndarray:
-        refitted, best = model.on_rows(elements, solution, rows)
-        return refitted.residual(best.values)
+        # The elements of the best shape there, then all else.
+        refitted = model.problem(elements.solution(rows)[0].parameters.component)
+        return refitted.residual(context.search(refitted).refit(solution.values, rows).values)
 
     return Estimation(
         problem,
@@ -85,54 +82,38 @@ class StribeckElements:
         """Return the problem with the elements of the best shape, its solution, and where they came from."""
         elements = self._elements()
         first, plain = elements.solution()
-        problem = self._problem(first.parameters.component)
+        problem = self.problem(first.parameters.component)
+        # Static and Coulomb friction, for each direction where they may differ.
+        statics, levels = (by_direction(self.component, name) for name in ("F_S", "F_C"))
+        values, scales = first.parameters.complete(plain.values), self.context.scales
+        for static, level in zip(statics, levels, strict=True):
+            values |= {static: values[level], level: COULOMB * values[level]}
+        values["C"] = scales.force / (30.0 * scales.sample_time)  # samples in which the force comes to the curve, where the search begins
+        low, high = scales.range(problem.parameters.variables["v_S"])
         ends = []
-        for number, start in enumerate(self._starts(problem, first, plain)):
+        for number, v_S in enumerate(np.geomspace(low, high, STARTS + 2)[1:-1].tolist()):
             report((number + 0.3) / (STARTS + ROUNDS))
+            start = {name: (values | {"v_S": v_S})[name] for name in problem.parameters.free}
             ends.append(self.context.search(problem).refit(start, limit=EVALUATIONS))
         best = min(ends, key=lambda end: end.cost)
         for number in range(ROUNDS):
             report((STARTS + number) / (STARTS + ROUNDS))
-            again = self._elements(self._curve(best))
-            trial = self._problem(again.solution()[0].parameters.component)
+            F_S, F_C = (float(np.mean([best.values[name] for name in names])) for names in (statics, levels))
+            again = self._elements(Curve(F_C / F_S, best.values["v_S"], best.values["C"] / F_S))
+            trial = self.problem(again.solution()[0].parameters.component)
             solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
-            fell = solution.cost < FALLS * best.cost
+            fell = solution.cost < 0.98 * best.cost  # of the sum of squares before: by less it does not fall
             if solution.cost < best.cost:
                 problem, best, elements = trial, solution, again
             if not fell:
                 break
         return problem, best, elements
 
-    def on_rows(self, elements: Elements, start: Solution, rows: np.ndarray) -> tuple[InverseDynamics, Solution]:
-        """Return problem and solution from some rows: the elements of the best shape there, then all else."""
-        problem = self._problem(elements.solution(rows)[0].parameters.component)
-        return problem, self.context.search(problem).refit(start.values, rows)
-
     def _elements(self, curve: Curve | None = None) -> Elements:
         """Return the problem of the elements alone, which slip by a curve or, at first, at one force."""
-        plain = find(self.component.name.replace(gms.name, maxwell_slip.name, 1))
-        elements = elements_of(self.context, plain)
+        elements = elements_of(self.context, find(self.component.name.replace(gms.name, maxwell_slip.name, 1)))
         return elements if curve is None else replace(elements, element=curve.element)
 
-    def _problem(self, view: Any) -> InverseDynamics:
+    def problem(self, view: Any) -> InverseDynamics:
+        """Return the problem of elements of the shape of a view."""
         return self.context.problem(shaped(self.component, *(np.array(part) for part in view.shape)))
-
-    def _starts(self, problem: InverseDynamics, first: InverseDynamics, plain: Solution) -> list[dict[str, float]]:
-        values = first.parameters.complete(plain.values)
-        for static, level in self._levels:
-            values |= {static: values[level], level: COULOMB * values[level]}
-        values["C"] = self.context.scales.force / (ATTRACTION * self.context.scales.sample_time)
-        low, high = self.context.scales.range(problem.parameters.variables["v_S"])
-        return [
-            {name: (values | {"v_S": v_S})[name] for name in problem.parameters.free}
-            for v_S in np.geomspace(low, high, STARTS + 2)[1:-1].tolist()
-        ]
-
-    @property
-    def _levels(self) -> list[tuple[str, str]]:
-        """The names of static and Coulomb friction, for each direction where they may differ."""
-        return list(zip(by_direction(self.component, "F_S"), by_direction(self.component, "F_C"), strict=True))
-
-    def _curve(self, solution: Solution) -> Curve:
-        F_S, F_C = (float(np.mean([solution.values[name] for name in names])) for names in zip(*self._levels, strict=True))
-        return Curve(F_C / F_S, solution.values["v_S"], solution.values["C"] / F_S)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -25,19 +26,6 @@ from bristle.identification.parameters import Role, name_of, names_of
 from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Estimate, Fit
 from bristle.identification.settings import Settings
-
-__all__ = [
-    "about_alignment",
-    "about_held_effort",
-    "about_noise",
-    "about_residual",
-    "about_rise",
-    "about_treatment",
-    "missing_in",
-    "next_models",
-    "noisy_inertia",
-    "with_structure",
-]
 
 CODES = {
     "speed": "missing_speed",
@@ -86,13 +74,18 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
     `compared` and are no better. Parameters are effective however small the force is; a warning is what may matter to
     the use of the model.
     """
-    if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
-        return _with_presliding(fit, compared)
+    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
+    level = float(np.sqrt(np.mean(friction**2)))
+    if "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
+        # All that a static model leaves over builds up over a distance. Such a force lies over the position as much as over
+        # the way since a reversal, and would be taken for one of the place.
+        left = float(np.sqrt(np.mean(fit.traces.residual**2)))
+        percent = 100.0 * left / level if level > 0.0 else 100.0
+        numbers = {"force": left, "percent": percent, "share_percent": 100.0, **_next("hysteresis", fit.friction, compared)}
+        return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
     missing, left = missing_in(fit, estimation, settings)
     if not missing:
         return fit
-    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
-    level = float(np.sqrt(np.mean(friction**2)))
     lacking = float(np.sqrt(sum(force.force**2 for force in missing)))
     names = tuple(estimate.name for estimate in fit.estimates if estimate.status == "identified")
     numbers: dict[str, Number] = {
@@ -100,7 +93,7 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
         "percent": 100.0 * lacking / level,
         "chance": left,
         "names": names,
-        "causes": tuple(force.cause for force in missing),
+        "causes": tuple(map(attrgetter("cause"), missing)),
         "small": int(lacking < settings.missing_force * level),
     }
     named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
@@ -118,28 +111,13 @@ def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[s
     """
     if not goes_by_name(fit.friction.component):
         return ()
-    causes = ("direction", *(_slot_cause(force) for force in missing_in(fit, estimation, settings)[0]))
-    names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
-    named = [name for name in names if name]
+    causes = ["direction"]
+    for force in missing_in(fit, estimation, settings)[0]:
+        # A ripple that turns with the motion is one of the level.
+        causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)
+    named = [name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))]
     damped = [name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]
     return tuple(dict.fromkeys([*named, *damped]))
-
-
-def _with_presliding(fit: Fit, compared: Collection[str]) -> Fit:
-    """Return the fit of a static model to a log that never slides: all that it leaves over builds up over a distance.
-
-    Such a force lies over the position as much as over the way since a reversal, and would be taken for one of the
-    place.
-    """
-    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
-    level, left = (float(np.sqrt(np.mean(signal**2))) for signal in (friction, fit.traces.residual))
-    numbers: dict[str, Number] = {
-        "force": left,
-        "percent": 100.0 * left / level if level > 0.0 else 100.0,
-        "share_percent": 100.0,
-        **_next("hysteresis", fit.friction, compared),
-    }
-    return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
 
 
 def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:
@@ -148,20 +126,22 @@ def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, N
     return {"model": "", "compared": name} if name in compared else {"model": name, "compared": ""}
 
 
-def _slot_cause(missing: Missing) -> str:
-    """Return what a slot is named after that has a force: a ripple that turns with the motion is one of the level."""
-    return "level" if missing.cause == "ripple" and missing.alike is False else missing.cause
-
-
 def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]) -> Diagnostic:
     # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
     cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
     numbers: dict[str, Number] = {"force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share}
     if cause not in WITHOUT_MODEL:
-        numbers |= _next(_slot_cause(missing) if cause == "ripple" else cause, friction, compared)
+        # A ripple that turns with the motion is one of the level.
+        numbers |= _next("level" if cause == "ripple" and missing.alike is False else cause, friction, compared)
     if cause == "ripple":
         numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
-        numbers |= _turns_of(missing, friction, lead)
+        pulls = {True: "alike", False: "turning", None: ""}[missing.alike]
+        turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
+        orders = np.array(missing.overtones) * (turn / missing.period if turn else 1.0)
+        integral = orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
+        harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
+        turner = "screw" if turn else "motor"
+        numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
     if cause == "gravity":
         numbers |= {"amplitude": missing.amplitude}
     if cause == "flanks":
@@ -171,29 +151,24 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 
 
-def _turns_of(ripple: Missing, friction: Model, lead: float | None) -> dict[str, Number]:
-    """Return in which directions a ripple pulls, and how often it comes back in a turn: what cogging is written with.
-
-    Of a turn nobody told, the period of the ripple is one.
-    """
-    pulls = {True: "alike", False: "turning", None: ""}[ripple.alike]
-    turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
-    orders = np.array(ripple.overtones) * (turn / ripple.period if turn else 1.0)
-    integral = orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
-    harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
-    turner = "screw" if turn else "motor"
-    return {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or ripple.period}
-
-
 FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
-MENDED = 0.1  # of the share of noise that is told
 DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
 def about_residual(problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
     residual = problem.dataset.effort - problem.predicted(values)
-    if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
+    dataset, total, lacks_presliding = problem.dataset, float(residual @ residual), False
+    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
+    if percent >= settings.reversal_error and is_static(problem.model(values)) and near.any() and total > 0.0:
+        friction = float(np.mean(np.abs(problem.friction(values))))
+        if friction > 0.0:
+            # A static model errs mostly around reversals, and there by friction that lags behind it.
+            share = float(residual[near] @ residual[near]) / total
+            behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / friction
+            much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
+            lacks_presliding = share > much and behind > settings.reversal_lag
+    if lacks_presliding:
         code = "no_presliding"
     elif percent >= settings.poor_error:
         code = "unexplained"
@@ -202,21 +177,6 @@ def about_residual(problem: InverseDynamics, values: Mapping[str, float], percen
     else:
         return ()
     return (Diagnostic(code, numbers={"percent": percent}),)
-
-
-def _lacks_presliding(problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings) -> bool:
-    """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
-    dataset, total = problem.dataset, float(residual @ residual)
-    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
-    if not is_static(problem.model(values)) or not near.any() or total == 0.0:
-        return False
-    friction = np.abs(problem.friction(values))
-    if not friction.any():
-        return False
-    share = float(residual[near] @ residual[near]) / total
-    behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / float(np.mean(friction))
-    much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
-    return share > much and behind > settings.reversal_lag
 
 
 def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
@@ -241,14 +201,14 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
 
 def about_held_effort(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
-    dataset, variables = problem.dataset, problem.parameters.variables
-
-    def identified(role: Role) -> dict[str, float]:
-        names = names_of(role, variables)
-        return {one.name: one.value for one in estimates if one.status == "identified" and one.name in names}
-
-    shift = 0.5 * dataset.sample_time * max(identified(Role.STIFFNESS).values(), default=0.0)
-    touched = tuple(name for name, damping in identified(Role.MICRO_DAMPING).items() if shift > settings.half_sample_damping * abs(damping))
+    dataset, shift, touched = problem.dataset, 0.0, ()
+    for estimate in estimates:
+        if estimate.status == "identified" and Role.STIFFNESS.fits(problem.parameters.variables[estimate.name]):
+            shift = max(shift, 0.5 * dataset.sample_time * estimate.value)
+    for estimate in estimates:
+        damps = estimate.status == "identified" and Role.MICRO_DAMPING.fits(problem.parameters.variables[estimate.name])
+        if damps and shift > settings.half_sample_damping * abs(estimate.value):
+            touched += (estimate.name,)
     aligned = dataset.alignment is not None and dataset.alignment.delay is not None
     if dataset.held is not None or aligned or not touched:
         return ()
@@ -271,7 +231,7 @@ def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], setting
 def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
     """Return by how much noise of the position makes the inertia too small, and the cut-off that would mend it."""
     share = dataset.acceleration_noise_share
-    enough = dataset.bandwidth * (MENDED * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)
+    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)  # of the share of noise that is told
     return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
 
 
@@ -303,25 +263,21 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
     held = problem.parameters.fixed.get(inertia)
     if held is not None and held.half_width is not None:
-        change, error = _preferred(problem, inertia, solution, residual)
+        column = problem.mechanical(problem.unit(inertia))
+        basis = np.linalg.qr(solution.jacobian)[0]
+        apart = column - basis @ (basis.T @ column)
+        square = float(apart @ apart)
+        if square <= 0.0:
+            change, error = 0.0, np.inf
+        else:
+            scores = [float(np.sum(part)) for part in np.array_split(apart * residual, CLUSTERS)]
+            change, error = float(apart @ residual) / square, float(np.sum(np.square(scores))) ** 0.5 / square
         joint = float(np.hypot(held.half_width / NORMAL_95, error))
         least = (settings.stages_apart + 2.0 * dataset.acceleration_noise_share) * held.value
         if abs(change) > max(settings.stages_differ * joint, least):
             numbers = {"first": held.value, "value": held.value + change}
             about.append(Diagnostic("stages_differ", inertia, "warning", numbers, dataset.kind))
     return tuple(about)
-
-
-def _preferred(problem: InverseDynamics, name: str, solution: Solution, residual: np.ndarray) -> tuple[float, float]:
-    """Return by how much all rows would change a parameter of the plant, and the standard error of that."""
-    column = problem.mechanical(problem.unit(name))
-    basis = np.linalg.qr(solution.jacobian)[0]
-    apart = column - basis @ (basis.T @ column)
-    square = float(apart @ apart)
-    if square <= 0.0:
-        return 0.0, np.inf
-    scores = [float(np.sum(part)) for part in np.array_split(apart * residual, CLUSTERS)]
-    return float(apart @ residual) / square, float(np.sum(np.square(scores))) ** 0.5 / square
 
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:

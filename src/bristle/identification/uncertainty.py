@@ -6,26 +6,27 @@ It is the same for every problem, whatever the signal that it makes small.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bristle.core.cores import Abreast, abreast
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.identification.bootstrap import Bootstrap, bootstrap
+from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
+from bristle.identification.bootstrap import SEED, Bootstrap, bootstrap
 from bristle.identification.estimation import Estimation
 from bristle.identification.excitation import shortest_zone
 from bristle.identification.global_search import Refit
 from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
-from bristle.identification.identifiability import as_soft, unidentifiable
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.problem import Problem, is_white
 from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import Bands, half_width
-
-__all__ = ["with_uncertainty"]
 
 NEARLY = 4.0  # times the least pre-sliding that is told: what is so short is asked about once more
 IN_DOUBT = 2.5  # times the scatter of replicates: what it takes to hold where the treatment is in doubt, as measured
@@ -39,27 +40,37 @@ def with_uncertainty(
 ) -> Fit:
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
-    clear = frozenset(estimate.name for estimate in fit.estimates if _is_clear(estimate, settings.clear_std))
-    lost = unidentifiable(problem, solution, clear, settings)
+    # 30 % of a value mean nothing where it is known to be next to nothing.
+    clear = (fit.parameters[name] for name in _identified(fit.estimates))
+    clear = (
+        estimate.name for estimate in clear if (std := estimate.larger_std) is not None and std <= settings.clear_std * abs(estimate.value)
+    )
+    lost = unidentifiable(problem, solution, frozenset(clear), settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
     flat = {parameter.name for parameter in lost if parameter.flat}
     free = np.array([name not in flat for name in solution.space.names])
     linear = problem.refits_linearly(fit.friction)
-    scale = _scale(fit.diagnostics)
+    # Replicates know of what chance leaves over alone: where a force is missing, errors are as much larger as the square root
+    # of what is left over by both is over that of chance (Birge's ratio).
+    structures = (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "structure")
+    missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
+    assert isinstance(missing, float)
+    assert isinstance(chance, float)
+    scale = min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
     unsure = _unsure(fit.diagnostics, estimation)
     wide = np.array([IN_DOUBT if name in unsure else 1.0 for name in solution.space.reported]) if unsure else None
     replicates = bootstrap(problem, solution, draws, free=free, linear=linear, scale=scale, wide=wide, report=report)
-    residual, cycles = replicates.residual, problem.half_cycles
-    bands = _bands(replicates, estimation)
+    bands, resolution = _bands(replicates, estimation), replicates.disturbance.resolution
+    blurred = any(estimate.reason is not None and estimate.reason.code == "coarse_elements" for estimate in fit.estimates)
     resampling = Resampling(
         bands=replace(bands, inflation=_inflation(bands, fit, estimation, free, linear=linear)),
         scatter=replicates.scatter,
-        half_cycles=cycles.count,
-        resolution=replicates.disturbance.resolution,
-        white=is_white(residual, settings),
+        half_cycles=problem.half_cycles.count,
+        resolution=resolution,
+        white=is_white(replicates.residual, settings),
         jackknife=replicates.jackknife,
         curve=replicates.curve,
-        curve_from=_curve_from(fit.estimates, settings.zone_counts * replicates.disturbance.resolution),
+        curve_from=settings.zone_counts * resolution if blurred else 0.0,
     )
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
     reasons |= as_soft(problem, replicates, free, _blurred(fit.estimates, reasons, estimation, settings), settings)
@@ -68,25 +79,48 @@ def with_uncertainty(
         replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
         for name, estimate in fit.parameters.items()
     )
-    fitted = [_with_interval(estimate, replicates) for estimate in judged]
-    estimates, about = zip(*(_of_both_stages(estimate, estimation.inverse) for estimate in fitted), strict=True)
-    return replace(
-        fit,
-        estimates=estimates,
-        resampling=resampling,
-        diagnostics=(
-            *fit.diagnostics,
-            *reasons.values(),
-            *(diagnostic for diagnostic in about if diagnostic is not None),
-            *_at_odds(estimates, replicates, settings),
-            *_shifted(estimates),
-            *_widened(unsure),
-            _how_sure(problem, fit, resampling, replicates.unexplained),
-        ),
-    )
+    estimates, about = zip(*(_with_interval(estimate, replicates, estimation.inverse) for estimate in judged), strict=True)
+    diagnostics = [*fit.diagnostics, *reasons.values(), *(diagnostic for diagnostic in about if diagnostic is not None)]
+    # What scatters more from half-cycle to half-cycle than replicates do, or theirs do.
+    std, usual, jackknife = replicates.std, replicates.usual_jackknife, replicates.jackknife
+    limits = {name: settings.at_odds * max(std.get(name, np.inf), usual.get(name, 0.0)) for name in _identified(estimates)}
+    if at_odds := tuple(name for name, limit in limits.items() if jackknife.get(name, 0.0) > limit):
+        diagnostics.append(Diagnostic("half_cycles_differ", numbers={"names": at_odds}))
+    # What lies outside its own interval: fits to replicates err the same way again.
+    ends = {estimate.name: (estimate.interval, estimate.value) for estimate in estimates if estimate.interval is not None}
+    if shifted := tuple(name for name, (interval, value) in ends.items() if not interval[0] <= value <= interval[1]):
+        diagnostics.append(Diagnostic("shifted", severity="note", numbers={"names": shifted}))
+    if unsure:
+        diagnostics.append(Diagnostic("widened", severity="note", numbers={"names": unsure, "times": IN_DOUBT}))
+    # What disturbed the replicates, and what of the residual is none of it.
+    numbers = {
+        "draws": bands.count,
+        "resolution": resolution,
+        "scatter_percent": 100.0 * replicates.scatter.value,
+        "half_cycles": resampling.half_cycles,
+        "unexplained": replicates.unexplained,
+        "noise": bands.noise,
+    }
+    diagnostics.append(Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind))
+    return replace(fit, estimates=estimates, resampling=resampling, diagnostics=tuple(diagnostics))
 
 
-def _blurred(estimates: Sequence[Estimate], lost: Container[str], estimation: Estimation, settings: Settings) -> list[str]:
+def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[str, ...]:
+    """Return the parameters that show where friction turns, where it is in doubt how a log is to be treated.
+
+    A replicate is treated as it is made, so that replicates know nothing of such a doubt.
+    """
+    problem, solution = estimation.resampled
+    variables, doubts = problem.parameters.variables, TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics)
+    turning = (name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
+    return tuple(turning) if doubts else ()
+
+
+def _identified(estimates: Sequence[Estimate]) -> list[str]:
+    return [estimate.name for estimate in estimates if estimate.status == "identified"]
+
+
+def _blurred(estimates: Sequence[Estimate], lost: Mapping[str, Diagnostic], estimation: Estimation, settings: Settings) -> list[str]:
     """Return the stiffnesses that seem to be identified though their pre-sliding is few steps of the encoder.
 
     They are those that were sought one by one along a measured motion.
@@ -97,9 +131,8 @@ def _blurred(estimates: Sequence[Estimate], lost: Container[str], estimation: Es
     variables, values = problem.parameters.variables, problem.parameters.complete(solution.values)
     level = max((values[name] for name in names_of(Role.LEVEL, variables)), default=np.inf)
     least = shortest_zone(problem.dataset, settings)
-    seen = (estimate.name for estimate in estimates if estimate.status == "identified" and estimate.name not in lost)
-    sought = set(names_of(Role.STIFFNESS, variables)).intersection(solution.space.names)
-    return [name for name in seen if name in sought and level < NEARLY * least * values[name]]
+    sought = set(names_of(Role.STIFFNESS, variables)).intersection(solution.space.names).difference(lost)
+    return [name for name in _identified(estimates) if name in sought and level < NEARLY * least * values[name]]
 
 
 def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], problem: InverseDynamics) -> dict[str, Diagnostic]:
@@ -112,41 +145,6 @@ def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], prob
         return {}
     numbers: dict[str, Number] = {"stiffness": stiff[0]}
     return {name: Diagnostic("as_soft", name, "warning", numbers, kind) for name in damping}
-
-
-def _scale(diagnostics: Sequence[Diagnostic]) -> float:
-    """Return by how much errors are larger where a force is missing: replicates know of what chance leaves over.
-
-    The square root of what is left over, the force and chance, over chance alone (Birge's ratio).
-    """
-    structures = (diagnostic.numbers for diagnostic in diagnostics if diagnostic.code == "structure")
-    missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
-    assert isinstance(missing, float)
-    assert isinstance(chance, float)
-    return min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
-
-
-def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[str, ...]:
-    """Return the parameters that show where friction turns, where it is in doubt how a log is to be treated.
-
-    A replicate is treated as it is made, so that replicates know nothing of such a doubt.
-    """
-    problem, solution = estimation.resampled
-    if not TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics):
-        return ()
-    variables = problem.parameters.variables
-    return tuple(name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
-
-
-def _widened(names: tuple[str, ...]) -> tuple[Diagnostic, ...]:
-    """Return by how much intervals are wider than those of replicates."""
-    return (Diagnostic("widened", severity="note", numbers={"names": names, "times": IN_DOUBT}),) if names else ()
-
-
-def _curve_from(estimates: Sequence[Estimate], least: float) -> float:
-    """Return from which displacement on a virgin curve is identified: beyond `least` where a stiffness is blurred."""
-    reasons = (estimate.reason for estimate in estimates if estimate.reason is not None)
-    return least if any(reason.code == "coarse_elements" for reason in reasons) else 0.0
 
 
 def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
@@ -180,21 +178,14 @@ def _inflation(bands: Bands, fit: Fit, estimation: Estimation, free: np.ndarray,
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 
-def _is_clear(estimate: Estimate, most: float) -> bool:
-    """Return whether 30 % of a value mean anything: not so where it is known to be next to nothing."""
-    std = estimate.larger_std
-    return estimate.status == "identified" and std is not None and std <= most * abs(estimate.value)
+def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
+    """Return an estimate with its 95 % interval, where it was fitted to replicates.
 
-
-def _with_interval(estimate: Estimate, replicates: Bootstrap) -> Estimate:
-    """Return an estimate with its 95 % interval, where it was fitted to replicates."""
+    That of an inertia reaches over that of the first stage where both have nothing in common.
+    """
     low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
     # Where all replicates end on the edge where the fit ended, there is no interval.
-    return estimate if low == high else replace(estimate, interval=(low, high))
-
-
-def _of_both_stages(estimate: Estimate, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
-    """Return an inertia whose interval reaches over that of the first stage where both have nothing in common."""
+    estimate = estimate if low == high else replace(estimate, interval=(low, high))
     alignment, variable = problem.dataset.alignment, problem.parameters.plant.variables.get(estimate.name)
     if alignment is None or alignment.mass is None or alignment.mass_half_width is None or estimate.interval is None:
         return estimate, None
@@ -208,37 +199,172 @@ def _of_both_stages(estimate: Estimate, problem: InverseDynamics) -> tuple[Estim
     return replace(estimate, interval=interval), warning
 
 
-def _at_odds(estimates: Sequence[Estimate], replicates: Bootstrap, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning for what scatters more from half-cycle to half-cycle than replicates do, or theirs do."""
-    std, usual = replicates.std, replicates.usual_jackknife
-    names = tuple(
-        estimate.name
-        for estimate in estimates
-        if estimate.status == "identified"
-        and replicates.jackknife.get(estimate.name, 0.0)
-        > settings.at_odds * max(std.get(estimate.name, np.inf), usual.get(estimate.name, 0.0))
-    )
-    return (Diagnostic("half_cycles_differ", numbers={"names": names}),) if names else ()
+BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
+CHUNKS = 40
+STIFFER, PAIRS = 10.0, 8  # times; replicates of such an axis, each with its mirror image
 
 
-def _shifted(estimates: Sequence[Estimate]) -> tuple[Diagnostic, ...]:
-    """Return a note on what lies outside its own interval: fits to replicates err the same way again."""
-    names = tuple(
-        estimate.name
-        for estimate in estimates
-        if estimate.interval is not None and not estimate.interval[0] <= estimate.value <= estimate.interval[1]
-    )
-    return (Diagnostic("shifted", severity="note", numbers={"names": names}),) if names else ()
+@dataclass(frozen=True)
+class Unidentifiable:
+    """A parameter that the log does not see, and by how much it was changed [%]."""
+
+    name: str
+    rise: float
+    flat: bool
+    instead: tuple[str, ...]
+    percent: float
+
+    @property
+    def diagnostic(self) -> Diagnostic:
+        """Why."""
+        others: dict[str, Number] = {"instead": self.instead} if self.instead else {}
+        return Diagnostic("unseen", self.name, numbers={"percent": self.percent, **others})
 
 
-def _how_sure(problem: Problem, fit: Fit, resampling: Resampling, unexplained: float) -> Diagnostic:
-    """Return how intervals were found: what disturbed the replicates, and what of the residual is none of it."""
-    numbers = {
-        "draws": resampling.bands.count,
-        "resolution": resampling.resolution,
-        "scatter_percent": 100.0 * resampling.scatter.value,
-        "half_cycles": resampling.half_cycles,
-        "unexplained": unexplained,
-        "noise": resampling.bands.noise,
-    }
-    return Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind)
+def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[str], settings: Settings) -> tuple[Unidentifiable, ...]:
+    r"""Return the parameters that a log does not see, each with those found before it held.
+
+    A parameter is changed by 30 %, up and down, and all others are fitted again, on three quarters of the rows in turn.
+    If the error on the last quarter rises in neither case by more than the 95 % threshold of a likelihood ratio,
+
+    .. math:: \sum_\text{quarters} \left(\|r'\|^2 - \|r\|^2\right) < \chi^2_{1,\,0.95}\; s^2,
+
+    the log does not see that parameter. With it held where it is, the others are asked again: of a product of two, only
+    one is not seen. Where the rise is a hundred times that in the linear fit around the solution, nobody needs to ask.
+    Only `candidates` are asked about; those that are zero, or on an edge, have no 30 %.
+    """
+    names = solution.space.names
+    free = np.ones(len(names), dtype=bool)
+    lost: list[Unidentifiable] = []
+    doubtful = [name for name in names if name in candidates and solution.values[name] != 0.0]
+    followed = _Followed(problem, solution, free, settings)
+    # Where the linear fit makes sure that a parameter is seen, nobody asks.
+    linear = {name: min(followed.linear_rise(name, change) for change in followed.changes) for name in doubtful}
+    doubtful = [name for name, rise in linear.items() if not rise >= BEYOND_DOUBT * settings.seen_rise]
+    while doubtful:
+        around = _Followed(problem, solution, free, settings)
+        with Abreast() as pool:
+            rises = dict(zip(doubtful, pool.map(around.without, doubtful), strict=True))
+        least = min(doubtful, key=lambda name: rises[name].rise)
+        if rises[least].rise >= settings.seen_rise:
+            break
+        lost.append(rises[least])
+        free[names.index(least)] = False
+        # Those that are clearly seen now are seen with one parameter less to follow, too.
+        doubtful = [name for name in doubtful if name != least and rises[name].rise < settings.seen_rise]
+    return tuple(lost)
+
+
+def as_soft(problem: Problem, found: Bootstrap, free: np.ndarray, names: Iterable[str], settings: Settings) -> dict[str, Diagnostic]:
+    """Return why stiffnesses are not identified, of which fits to logs of a far stiffer axis end within the interval.
+
+    Where pre-sliding is a few steps of the encoder, a fit to a log of an axis ten times as stiff can end at the same
+    value. Fits of the `free` coordinates begin at what made the replicate, so that none is led away from it.
+    """
+    solution = found.solution
+    moved, refit = _Followed(problem, solution, free, settings), Refit(solution, free)
+    draws = [(seed, side) for seed in np.random.SeedSequence(SEED).spawn(PAIRS) for side in (1.0, -1.0)]
+
+    def alike(name: str) -> Diagnostic | None:
+        truth, largest = moved.moved(name, STIFFER), max(found.interval(name)[1], solution.values[name])
+        stiff = solution.space.values(truth)
+        made = found.replicates.made_with(problem.parameters.complete(stiff))
+
+        def end(draw: tuple[np.random.SeedSequence, float]) -> float:
+            log = made.draw(found.disturbance, np.random.default_rng(draw[0]), draw[1])
+            return float(solution.space.values(refit.solve(log, truth)[0])[name])
+
+        count = sum(stiffness <= largest for stiffness in abreast(end)(draws))
+        if not count or not largest < stiff[name]:
+            return None
+        numbers: dict[str, Number] = {"times": stiff[name] / solution.values[name], "alike": count, "fits": len(draws)}
+        return Diagnostic("as_soft", name, numbers=numbers, kind=problem.dataset.kind)
+
+    lost = {name: alike(name) for name in names}
+    return {name: diagnostic for name, diagnostic in lost.items() if diagnostic is not None}
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """One parameter after another moved away, the others that are `free`, shape (coordinate,) of bool, in pursuit."""
+
+    problem: Problem
+    solution: Solution
+    free: np.ndarray
+    settings: Settings
+
+    @property
+    def changes(self) -> tuple[float, float]:
+        """Times by which a parameter is moved."""
+        return 1.0 + self.settings.moved, 1.0 - self.settings.moved
+
+    def without(self, name: str) -> Unidentifiable:
+        """Return by how much the error rises where one parameter is changed, and which made up for the change."""
+        names, starts = self.solution.space.names, [self.moved(name, change) for change in self.changes]
+        followers, ends = self.free & (np.array(names) != name), []
+        for fitted, judged, before in self._trials:
+            refit = Refit(self.solution, followers, fitted)
+            solved = [refit.solve(self.problem, start) for start in starts]
+            ends.append(([theta for theta, _ in solved], [float(np.sum(after[judged] ** 2)) - before for _, after in solved]))
+        (thetas, rises), *held_out = ends
+        then, others, least = self.solution.values, [self.solution.space.values(theta) for theta in thetas], self.settings.follows
+        instead = tuple(
+            part
+            for part in names
+            if part != name and part in then and any(abs(now[part] - then[part]) > least * abs(then[part]) > 0.0 for now in others)
+        )
+        return Unidentifiable(
+            name,
+            rise=float(np.max(np.sum([quarter for _, quarter in held_out], axis=0))) / self._variance,
+            flat=max(rises) < self.settings.flat_rise * self._variance,
+            instead=instead,
+            percent=100.0 * self.settings.moved,
+        )
+
+    @cached_property
+    def _trials(self) -> list[tuple[np.ndarray, np.ndarray, float]]:
+        """Rows that are fitted, rows that are judged, and the squared error there: all of them, then each quarter."""
+        count = self.solution.jacobian.shape[0]
+        chunk = np.arange(count) * CHUNKS // count
+        quarter = (np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4)[chunk]
+        rows = np.ones(count, dtype=bool)
+        trials = [(rows, rows), *((quarter != number, quarter == number) for number in range(4))]
+        return [
+            (
+                fitted,
+                judged,
+                float(np.sum(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged] ** 2)),
+            )
+            for fitted, judged in trials
+        ]
+
+    @cached_property
+    def _variance(self) -> float:
+        start = self.problem.residual(self.solution.values)
+        return float(start @ start) / max(start.size - len(self.solution.space.names), 1)
+
+    def linear_rise(self, name: str, change: float) -> float:
+        """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
+        index = self.solution.space.names.index(name)
+        # The Jacobian in coordinates of its own range is as good for lengths, and much smaller.
+        triangle = np.linalg.qr(self.solution.jacobian, mode="r")
+        own, rest = triangle[:, index], np.delete(triangle, index, axis=1)
+        alone = own - rest @ unbounded(rest, own)
+        way = self.moved(name, change)[index] - self.solution.theta[index]
+        return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
+
+    def moved(self, name: str, change: float) -> np.ndarray:
+        """Return the coordinates at which only this parameter is another one."""
+        space, theta, goal = self.solution.space, self.solution.theta.copy(), change * self.solution.values[name]
+        index = space.names.index(name)
+        for _ in range(30):
+            value, nudge, nudged = space.values(theta)[name], 1e-6 * max(abs(theta[index]), 1e-3), theta.copy()
+            nudged[index] += nudge
+            slope = (space.values(nudged)[name] - value) / nudge
+            if slope == 0.0:
+                break
+            step = (goal - value) / slope
+            theta[index] = np.clip(theta[index] + step, space.low[index], space.high[index])
+            if abs(step * slope) <= 1e-9 * abs(goal):
+                break
+        return theta

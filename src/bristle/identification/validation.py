@@ -31,10 +31,7 @@ from bristle.identification.result import Fit, Information
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["TOO_SHORT", "held_out_error", "in_order", "ranked", "with_information"]
-
 TOO_SHORT = Diagnostic("too_short")
-FEWEST = 10.0  # measurements
 PLACES = frozenset({"position", "periodic"})  # slots that know the place of the axis
 
 
@@ -59,6 +56,8 @@ def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 
     """
     interrupted = [fit for fit in fits if fit.unfinished]
     finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
+    if not interrupted:
+        return finished
     most = settings.unfinished_error * _error(finished[0]) if finished else 0.0
     ahead = [fit for fit in interrupted if fit.error_percent < most]
     return [*ahead, *finished, *(fit for fit in interrupted if fit.error_percent >= most)]
@@ -78,40 +77,36 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
     """
     left, in_rank = list(fits), []
     while left:
-        in_rank.append(_first(left, settings, spread))
+        leader = min(left, key=_error)
+        if _doubtful(leader, settings):
+            scatter = leader.held_out.std_percent if leader.held_out else 0.0
+            sound = [
+                fit
+                for fit in left
+                if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
+            ]
+            leader = min(sound, key=_error, default=leader)
+        if spread > 0.0:
+            plainer = [
+                fit
+                for fit in left
+                if _by_place(fit) < _by_place(leader)
+                and _doubtful(fit, settings) <= _doubtful(leader, settings)
+                and _error(fit) <= _error(leader) + spread
+            ]
+            leader = min(plainer, key=_error, default=leader)
+        no_worse = list[Fit]()
+        for fit in left:
+            # The blocks do not tell it from the leader, or it is better.
+            margin = settings.same_error * _error(leader)
+            if fit.held_out is not None and leader.held_out is not None:
+                apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
+                margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
+            if _doubtful(fit, settings) <= _doubtful(leader, settings) and _error(fit) <= _error(leader) + margin:
+                no_worse.append(fit)
+        in_rank.append(min(no_worse, key=lambda fit: (_size(fit), _error(fit))))
         left.remove(in_rank[-1])
     return in_rank
-
-
-def _first(fits: list[Fit], settings: Settings, spread: float) -> Fit:
-    leader = min(fits, key=_error)
-    if _doubtful(leader, settings):
-        scatter = leader.held_out.std_percent if leader.held_out else 0.0
-        sound = [
-            fit for fit in fits if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
-        ]
-        leader = min(sound, key=_error, default=leader)
-    if spread > 0.0:
-        plainer = [
-            fit
-            for fit in fits
-            if _by_place(fit) < _by_place(leader)
-            and _doubtful(fit, settings) <= _doubtful(leader, settings)
-            and _error(fit) <= _error(leader) + spread
-        ]
-        leader = min(plainer, key=_error, default=leader)
-    return min((fit for fit in fits if _no_worse(fit, leader, settings)), key=lambda fit: (_size(fit), _error(fit)))
-
-
-def _no_worse(fit: Fit, leader: Fit, settings: Settings) -> bool:
-    """Return whether the blocks do not tell a fit from the leader, or it is better."""
-    if _doubtful(fit, settings) and not _doubtful(leader, settings):
-        return False
-    margin = settings.same_error * _error(leader)
-    if fit.held_out is not None and leader.held_out is not None:
-        apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
-        margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
-    return _error(fit) <= _error(leader) + margin
 
 
 def _by_place(fit: Fit) -> frozenset[str]:
@@ -135,19 +130,17 @@ def _doubtful(fit: Fit, settings: Settings) -> bool:
 
 def with_information(fits: Sequence[Fit]) -> list[Fit]:
     """Return fits to the same rows with their information criteria, which are differences to the smallest ones."""
-    squares = np.array([_square(fit) for fit in fits])
+    sums = list[float]()
+    for fit in fits:
+        # What the fit made small, as if each row held as much of it as the samples do.
+        simulated, residual = fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse, fit.traces.residual
+        sums.append(float(residual @ residual) if simulated is None else residual.size * simulated**2)
+    squares = np.array(sums)
     if not np.all(squares > 0.0) or not fits:
         return list(fits)
     best = fits[int(np.argmin(squares))].traces.residual
-    count = max(independent_rows(best), FEWEST)
-    plain, sizes = count * np.log(squares / best.size), np.array([_size(fit) for fit in fits])
+    count = max(independent_rows(best), 10.0)  # measurements
+    plain, sizes = count * np.log(squares / best.size), np.array(list(map(_size, fits)))
     criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
     differences = criteria - criteria.min(axis=1, keepdims=True)
     return [replace(fit, information=Information(aic, bic, count)) for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)]
-
-
-def _square(fit: Fit) -> float:
-    """Return the sum of squares of what the fit made small, as if each row held as much of it as the samples do."""
-    simulated = fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse
-    residual = fit.traces.residual
-    return float(residual @ residual) if simulated is None else residual.size * simulated**2

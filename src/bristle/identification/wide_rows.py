@@ -7,20 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.lazy import cached_property
-from bristle.core.least_squares import unbounded
+from bristle.core.least_squares import left_out, normal
 from bristle.identification.dataset import Segment
 from bristle.identification.preprocessing import segment_of, smallest_step
 from bristle.logs.filters import between, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
-
-__all__ = ["InstrumentFit", "WideRows", "wide_rows"]
 
 WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
 WIDEST = 250.0  # Hz
@@ -51,14 +49,8 @@ class _Stretch:
     position: np.ndarray
     columns: np.ndarray
     weight: np.ndarray
-    segment: Segment
 
-    @cached_property
-    def effort_at(self) -> Callable[[np.ndarray], np.ndarray]:
-        return between(self.segment.time, self.segment.effort)
-
-    def effort(self, delay: float) -> np.ndarray:
-        return self.effort_at(self.time + delay)
+    effort_at: Callable[[np.ndarray], np.ndarray]
 
 
 class InstrumentFit(NamedTuple):
@@ -97,12 +89,18 @@ class WideRows:
         """Return whether these are enough; columns that a log in one direction does not have are dropped."""
         if not self.stretches:
             return False
-        weight = np.concatenate([s.weight for s in self.stretches])
-        columns = np.concatenate([s.columns for s in self.stretches], axis=1)
+        weight, columns = self._together("weight"), self._together("columns")
         present = np.max(np.abs(weight * columns), axis=1) > 1e-6 * np.max(np.abs(columns), axis=1)
         for stretch in self.stretches:
             stretch.columns = stretch.columns[present]
         return bool(present[0] and np.count_nonzero(weight > 0.5) >= FEWEST)
+
+    def _signals(self, name: str) -> list[np.ndarray]:
+        return list(map(attrgetter(name), self.stretches))
+
+    def _together(self, name: str) -> np.ndarray:
+        """Return a signal of all stretches, one after the other."""
+        return np.concatenate(self._signals(name), axis=-1)
 
     def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
         """Return signals weighed and behind the narrow filter, all stretches one after the other."""
@@ -113,7 +111,7 @@ class WideRows:
     def regressor(self, cutoff: float) -> np.ndarray:
         """Return the columns weighed and behind the narrow filter, shape (column, row)."""
         if cutoff not in self.narrow:
-            self.narrow[cutoff] = self.behind(cutoff, [s.columns for s in self.stretches])
+            self.narrow[cutoff] = self.behind(cutoff, self._signals("columns"))
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
@@ -134,7 +132,7 @@ class WideRows:
         reach = max(REACH * self.dt, REACH_TIME)
 
         def left(delay: float) -> float:
-            effort = self.behind(cutoff, [s.effort(delay) for s in self.stretches])
+            effort = self.behind(cutoff, self._efforts(delay))
             return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
 
         return float(min(np.arange(-reach, reach, max(0.5 * self.dt, REACH_STEP)).tolist(), key=left))
@@ -142,24 +140,46 @@ class WideRows:
     def fit(self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS) -> InstrumentFit:
         """Return what the equations say at one cut-off, after so many steps; `free` are delay and filter."""
         rows, target = self._weighed(cutoff, delay, c)
-        theta = _solved(rows @ rows.T, rows @ target)
+        theta = normal(rows @ rows.T, rows @ target, rcond=SINGULAR)
         for step in range(steps):
-            equations = np.vstack([rows, *self._slopes(cutoff, c, theta, free)])
-            full = _solved(equations @ equations.T, equations @ target)
+            # A little more delay and a little more of a filter, those of them that are free.
+            late, bent = list[np.ndarray](), list[np.ndarray]()
+            calm, without = max(CALM * cutoff, CALMEST), theta.copy()
+            without[0] = 0.0
+            for x in self._filtered(c):
+                explained = theta @ x
+                bent.append(derivative(derivative(explained, self.step), self.step))
+                if calm < self.width:
+                    # Without what noise makes of the acceleration, which a weight would carry into all rows.
+                    explained = without @ x + theta[0] * low_passed(x[0], calm, self.step)
+                late.append(-derivative(explained, self.step))
+            slopes = [self.behind(cutoff, late)] * free[0]
+            slopes += [self.behind(cutoff, bent)] if free[1] else []
+            equations = np.vstack([rows, *slopes])
+            full = normal(equations @ equations.T, equations @ target, rcond=SINGULAR)
             theta = full[: rows.shape[0]]
-            moved, bent = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
-            converged = abs(moved) < CLOSE * self.dt and abs(bent) < CLOSE_FILTER
+            moved, further = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
+            converged = abs(moved) < CLOSE * self.dt and abs(further) < CLOSE_FILTER
             if converged or step == steps - 1:
-                bias, covariance = self._bias(cutoff, theta, equations), _jackknife(equations, target)
-                return InstrumentFit(cutoff, theta, delay + moved, c + bent, covariance, bias, converged)
+                # By how much white noise of the position makes the inertia too small.
+                first = np.zeros(equations.shape[0])
+                first[0] = 1.0
+                weight = self._together("weight")
+                noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * equations.shape[1] * float(np.mean(weight**2))
+                bias = abs(noise * float(theta[0]) * float(normal(equations @ equations.T, first, rcond=SINGULAR)[0]))
+                # The covariance by leaving out one block after the other.
+                *_, parts = zip(*left_out(equations, target, BLOCKS, rcond=SINGULAR), strict=True)
+                changes = np.array(parts) - np.mean(parts, axis=0)
+                covariance = (BLOCKS - 1) / BLOCKS * changes.T @ changes
+                return InstrumentFit(cutoff, theta, delay + moved, c + further, covariance, bias, converged)
             delay += float(np.clip(moved, -2.0 * self.dt, 2.0 * self.dt))
-            c = float(np.clip(c + np.clip(bent, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
+            c = float(np.clip(c + np.clip(further, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
             rows, target = self._weighed(cutoff, delay, c)
         raise AssertionError
 
     def _filtered(self, c: float) -> list[np.ndarray]:
         """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""
-        columns = [s.columns for s in self.stretches]
+        columns = self._signals("columns")
         if c <= 0.0:
             return columns
         if self.passed is None or self.passed[0] != c:
@@ -168,27 +188,15 @@ class WideRows:
 
     def _weighed(self, cutoff: float, delay: float, c: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the equations for a delay and a filter: the regressor, shape (column, row), and the effort."""
-        efforts = [s.effort(delay) for s in self.stretches]
+        efforts = self._efforts(delay)
         if c < 0.0:
             efforts = [through_filter(x, (-2.0 * c) ** 0.5, self.step) for x in efforts]
         rows = self.behind(cutoff, self._filtered(c)) if c > 0.0 else self.regressor(cutoff)
         return rows, self.behind(cutoff, efforts)
 
-    def _slopes(self, cutoff: float, c: float, theta: np.ndarray, free: tuple[bool, bool]) -> list[np.ndarray]:
-        """Return the columns of a little more delay and a little more of a filter, those of them that are free."""
-        rows = self._filtered(c)
-        late = [-derivative(self._explained(theta, x, cutoff), self.step) for x in rows]
-        bent = [derivative(derivative(theta @ x, self.step), self.step) for x in rows]
-        parts = [late, bent]
-        return [self.behind(cutoff, part) for part, is_free in zip(parts, free, strict=True) if is_free]
-
-    def _explained(self, theta: np.ndarray, columns: np.ndarray, cutoff: float) -> np.ndarray:
-        """Return the effort without what noise makes of the acceleration, which a weight would carry into all rows."""
-        calm, without = max(CALM * cutoff, CALMEST), theta.copy()
-        if calm >= self.width:
-            return theta @ columns
-        without[0] = 0.0
-        return without @ columns + theta[0] * low_passed(columns[0], calm, self.step)
+    def _efforts(self, delay: float) -> list[np.ndarray]:
+        """Return the effort of all stretches that much later."""
+        return [s.effort_at(s.time + delay) for s in self.stretches]
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
         """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).
@@ -200,22 +208,18 @@ class WideRows:
         lag = (2.0 * abs(bent.c)) ** 0.5
         columns = [s.columns if bent.c > 0.0 else through_filter(s.columns, lag, self.step) for s in self.stretches]
         without = self.behind(bent.cutoff, columns)
-        return _left_out(without, plain) - _left_out(rows, target)
-
-    def _bias(self, cutoff: float, theta: np.ndarray, rows: np.ndarray) -> float:
-        """Return by how much white noise of the position makes the inertia too small."""
-        first = np.zeros(rows.shape[0])
-        first[0] = 1.0
-        weight = np.concatenate([s.weight for s in self.stretches])
-        noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * rows.shape[1] * float(np.mean(weight**2))
-        return abs(noise * float(theta[0]) * float(_solved(rows @ rows.T, first)[0]))
+        squares = [
+            np.array([float(np.sum((effort - theta @ part) ** 2)) for part, effort, theta in left_out(*pair, BLOCKS, rcond=SINGULAR)])
+            for pair in ((without, plain), (rows, target))
+        ]
+        return squares[0] - squares[1]
 
     def find_waves(self, delay: float) -> None:
         """Add waves over the position that the residual shows: cogging, the pitch of a screw."""
         for _ in range(WAVES):
-            weight, x = (np.concatenate([getattr(s, name) for s in self.stretches]) for name in ("weight", "position"))
-            rows = weight * np.concatenate([s.columns for s in self.stretches], axis=1)
-            target = weight * np.concatenate([s.effort(delay) for s in self.stretches])
+            weight, x = self._together("weight"), self._together("position")
+            rows = weight * self._together("columns")
+            target = weight * np.concatenate(self._efforts(delay))
             basis = np.linalg.qr(rows.T)[0]
             residual, alike = target - basis @ (basis.T @ target), np.ones_like(x)
             frequency = frequency_in(x, alike, weight * residual, MOST_TURNS, TURNS)
@@ -231,69 +235,39 @@ class WideRows:
             self.passed = None
 
 
-def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    return unbounded(gram / np.outer(scale, scale), right / scale, rcond=SINGULAR) / scale
-
-
-def _left_out(rows: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the squared residual of each block by a solution for the others, shape (block,)."""
-    gram, right = rows @ rows.T, rows @ target
-    blocks = zip(np.array_split(rows, BLOCKS, 1), np.array_split(target, BLOCKS), strict=True)
-    solved = ((part, effort, _solved(gram - part @ part.T, right - part @ effort)) for part, effort in blocks)
-    return np.array([float(np.sum((effort - theta @ part) ** 2)) for part, effort, theta in solved])
-
-
-def _jackknife(rows: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the covariance of the solution by leaving out one block after the other."""
-    gram, right = rows @ rows.T, rows @ target
-    blocks = zip(np.array_split(rows, BLOCKS, 1), np.array_split(target, BLOCKS), strict=True)
-    parts = [_solved(gram - part @ part.T, right - part @ effort) for part, effort in blocks]
-    changes = np.array(parts) - np.mean(parts, axis=0)
-    return (BLOCKS - 1) / BLOCKS * changes.T @ changes
-
-
 def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | None:
     """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short."""
     dt = float(logs[0].sample_time)
-    widths = [1.0 / (share * dt) for share in WIDTHS]
-    for width in [width for width in widths if width <= WIDEST] or widths[-1:]:
-        parts, noises = _segments(logs, axes, width)
+    narrowest = 1.0 / (WIDTHS[-1] * dt)
+    for share in WIDTHS:
+        width = 1.0 / (share * dt)
+        if width > max(WIDEST, narrowest):
+            continue
+        parts, noises = list[Segment](), list[float]()
+        for log, axis in zip(logs, axes, strict=True):
+            step = smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+            for part in log.segments or (slice(0, len(log)),):
+                if len(range(*part.indices(len(log)))) * log.sample_time >= 4.0 * EDGE:
+                    segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
+                    parts.append(segment)
+                    # White noise above the cut-off tells how much there is in all; it is no less than that of rounding.
+                    noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
         speeds = [derivative(segment.position - segment.position[0], dt) for segment in parts]
         top = float(np.quantile(np.abs(np.concatenate([*speeds, [0.0]])), TOP))
         noise = float(np.sqrt(np.mean(np.square([*noises, 0.0][: max(len(noises), 1)]))))
         little = 2.0 * np.pi * noise * (2.0 / 3.0 * dt * width**3) ** 0.5 < SPEED_NOISE * top
-        if little or width <= min(widths):
+        if little or width <= narrowest:
             stride = max(int(FINE / (width * dt)), 1)
             pairs = zip(parts, speeds, strict=True)
-            rows = WideRows(
-                [_stretch(*pair, width, dt, stride, top, _waves_of(axes[0])) for pair in pairs if top > 0.0], width, stride * dt, dt, noise
-            )
+            frequencies = list[float]()
+            if axes[0] is not None:
+                # The waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging.
+                frequencies = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
+                frequencies = [1.0] * axes[0].gravity + frequencies
+            stretches = [_stretch(*pair, width, dt, stride, top, frequencies) for pair in pairs if top > 0.0]
+            rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
-
-
-def _waves_of(axis: Axis | None) -> list[float]:
-    """Return the waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging."""
-    if axis is None:
-        return []
-    turning = [2.0 * np.pi * n / cogging.turn for cogging in axis.cogging for n in cogging.harmonics or ()]
-    return [1.0] * axis.gravity + turning
-
-
-def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) -> tuple[list[Segment], list[float]]:
-    """Return the segments of logs behind a filter, and the noise of the position of each, sample by sample."""
-    parts, noises = list[Segment](), list[float]()
-    for log, axis in zip(logs, axes, strict=True):
-        step = smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
-        for part in log.segments or (slice(0, len(log)),):
-            if len(range(*part.indices(len(log)))) * log.sample_time < 4.0 * EDGE:
-                continue
-            segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
-            parts.append(segment)
-            # White noise above the cut-off tells how much there is in all; it is no less than that of rounding.
-            noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
-    return parts, noises
 
 
 def _stretch(
@@ -319,4 +293,4 @@ def _stretch(
     weight = uniform_filter1d(moving, max(guard, 3)) * moving * rise**2 * (3.0 - 2.0 * rise)
     edge = int(EDGE / (stride * dt))
     weight[:edge], weight[-edge:] = 0.0, 0.0
-    return _Stretch(segment.time[::stride], smooth[0] + segment.position[0], rows, weight, segment)
+    return _Stretch(segment.time[::stride], smooth[0] + segment.position[0], rows, weight, between(segment.time, segment.effort))

@@ -130,7 +130,7 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
 
 def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
     """Return the units that a parameter has in the log and at the motor of an axis, besides SI."""
-    powers = exponents_of(quantity)
+    powers = dict(exponents_of(quantity))
     force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
     if axis is None or powers or (force, length) == (0.0, 0.0):
         return ()

@@ -7,7 +7,7 @@ from tests.hysteresis.identification.known_curves import NOISE
 from bristle import hysteresis, response
 from bristle.core.errors import InputError
 from bristle.hysteresis.everett import KERNELS
-from bristle.hysteresis.identification.closed_form import fit_closed_form
+from bristle.hysteresis.identification.identify import fit_closed_form
 from bristle.logs.curves import Curve, Curves
 
 S, F_P = 40.0, 60.0  # mN*m/um, mN*m

@@ -7,7 +7,7 @@ from tests.hysteresis.identification.known_curves import NOISE, TRUTH, recorded,
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.hysteresis.identification import predict_operator
-from bristle.hysteresis.identification.curves import congruency_of
+from bristle.hysteresis.identification.result import congruency_of
 from bristle.logs.curves import Curve, Curves
 
 

@@ -5,8 +5,9 @@ import pytest
 from tests.hysteresis.identification.known_curves import NOISE, TRUTH, reversal_curves
 
 from bristle.hysteresis import preisach
-from bristle.hysteresis.identification import curves, identify_operator
-from bristle.hysteresis.identification.curves import smoothed
+from bristle.hysteresis.identification import identify_operator
+from bristle.hysteresis.identification import result as curves
+from bristle.hysteresis.identification.result import smoothed
 from bristle.logs.curves import Curve, Curves
 
 

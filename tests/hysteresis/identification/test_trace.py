@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from tests.hysteresis.identification.known_curves import to_and_fro
 
 from bristle import hysteresis, response
-from bristle.hysteresis.identification.linear import _Cells
-from bristle.hysteresis.identification.trace import design, trace_of
+from bristle.hysteresis.identification.linear import _Cells, design, trace_of
 
 turns = st.lists(st.integers(-300, 300).map(lambda n: n / 100.0), min_size=1, max_size=12)
 R, W = np.array([0.1, 0.4, 1.0, 2.5]), np.array([1.0, -0.3, 0.7, 0.2])

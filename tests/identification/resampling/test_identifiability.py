@@ -5,7 +5,7 @@ import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
-from bristle.identification import identifiability, identify
+from bristle.identification import identify, uncertainty
 from bristle.identification.problem import is_white
 from bristle.identification.settings import Settings
 from bristle.report.messages import warnings_of
@@ -35,16 +35,16 @@ def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(
     log, counts = slow_log(friction.dahl(F_C=8.0, sigma_0=4e5), duration=8.0), []
 
     def identified(beyond_doubt):
-        seen, followed = [], identifiability._Followed
+        seen, followed = [], uncertainty._Followed
         without = followed.without
-        monkeypatch.setattr(identifiability, "BEYOND_DOUBT", beyond_doubt)
+        monkeypatch.setattr(uncertainty, "BEYOND_DOUBT", beyond_doubt)
         monkeypatch.setattr(followed, "without", lambda self, name: seen.append(name) or without(self, name))
         fit = identify(log, model, blocks=0, draws=20).best
         monkeypatch.setattr(followed, "without", without)
         counts.append(len(seen))
         return fit
 
-    quick, whole = identified(identifiability.BEYOND_DOUBT), identified(np.inf)
+    quick, whole = identified(uncertainty.BEYOND_DOUBT), identified(np.inf)
     assert quick.estimates == whole.estimates
     assert warnings_of(quick) == warnings_of(whole)
     assert counts == asked

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import Model, make_model
 from bristle.core.diagnostic import HeldOut
 from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.hysteresis import table_of_curves
-from bristle.hysteresis.identification.closed_form import fit_closed_form
-from bristle.hysteresis.identification.curves import Congruency, congruency_of, smoothed
-from bristle.hysteresis.identification.linear import RESOLUTION, fit_grid, fit_stops
-from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, predict_operator
-from bristle.hysteresis.identification.trace import Rows
+from bristle.engine import response
+from bristle.hysteresis import preisach, table_of_curves
+from bristle.hysteresis.everett import KERNELS
+from bristle.hysteresis.identification.linear import RESOLUTION, Rows, fit_grid, fit_stops, outputs_of
+from bristle.hysteresis.identification.result import (
+    Congruency,
+    OperatorFit,
+    OperatorIdentification,
+    congruency_of,
+    predict_operator,
+    smoothed,
+)
 from bristle.logs.curves import Curves
-
-__all__ = ["FITTED", "identify_operator"]
 
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
@@ -215,3 +220,77 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     share = 100.0 * limit / fit.prediction.full_scale
     condition = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
     return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)
+
+
+EVALUATIONS = 60
+CURVES_MOST = 25
+STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
+STIFFEST = (1e-3, 1e4)  # the same, between which it is sought
+EXPONENTS = (0.5, 4.0)
+
+
+class ClosedFormFit(NamedTuple):
+    """A `preisach` operator from data, and the constant output beside it."""
+
+    operator: Model
+    offset: float
+    rms: float
+
+
+def fit_closed_form(recorded: Curves, *, kernel: str | None = None, rows: Rows = None) -> ClosedFormFit:
+    """Fit stiffness, saturation and exponent to recorded hysteresis, by one kernel or the best of all.
+
+    Raises
+    ------
+    InputError
+        If input or output does not move, or there is no such kernel.
+    """
+    if kernel is not None and kernel not in KERNELS:
+        raise InputError("no such kernel", path="kernel", value=kernel, allowed=", ".join(KERNELS))
+    # Two or three numbers need no more than some curves, evenly chosen.
+    step = -(-len(recorded.curves) // CURVES_MOST)
+    recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
+    extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
+    if not (extent > 0.0 and spread > 0.0):
+        raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
+    fits = [_Search(recorded, name, extent, 0.5 * spread, rows).best() for name in ([kernel] if kernel else KERNELS)]
+    return min(fits, key=lambda fit: fit.rms)
+
+
+class _Search:
+    """Least squares in the logarithms of f_p over half the range of the output, of s x/f_p, and in the exponent."""
+
+    def __init__(self, recorded: Curves, kernel: str, extent: float, level: float, rows: Rows) -> None:
+        self.recorded, self.kernel, self.extent, self.level, self.rows = recorded, kernel, extent, level, rows
+        self.target = outputs_of(recorded, rows)
+        self.shaped = kernel == "dahl_masing"
+
+    def operator(self, x: np.ndarray) -> Model:
+        f_p = self.level * math.exp(x[0])
+        values = {"s": f_p * math.exp(x[1]) / self.extent, "f_p": f_p}
+        if self.shaped:
+            values["exponent"] = float(x[2])
+        return make_model(preisach, values | {"kernel": self.kernel}, kind=self.recorded.kind, validate=True)
+
+    def output(self, x: np.ndarray) -> np.ndarray:
+        operator = self.operator(x)
+        outputs = [response(operator, curve.u, history=self.recorded.history(curve)) for curve in self.recorded.curves]
+        if self.rows is not None:
+            outputs = [output[rows] for output, rows in zip(outputs, self.rows, strict=True)]
+        return np.concatenate(outputs)
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        error = self.output(x) - self.target
+        return (error - error.mean()) / self.level
+
+    def best(self) -> ClosedFormFit:
+        from scipy.optimize import least_squares
+
+        low, high = ([math.log(level), math.log(stiffness)] for level, stiffness in zip((0.1, 100.0), STIFFEST, strict=True))
+        if self.shaped:
+            low, high = [*low, EXPONENTS[0]], [*high, EXPONENTS[1]]
+        starts = [np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS]
+        start = min(starts, key=lambda x: float(np.sum(self.residual(x) ** 2)))
+        solution = least_squares(self.residual, start, bounds=(low, high), max_nfev=EVALUATIONS, xtol=1e-9, ftol=1e-10)
+        offset = float(np.mean(self.target - self.output(solution.x)))
+        return ClosedFormFit(self.operator(solution.x), offset, self.level * float(np.sqrt(np.mean(solution.fun**2))))
