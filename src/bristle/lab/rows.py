@@ -173,14 +173,21 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     """Return the rows of a log that a model was fitted to; None where its module cannot be led along them."""
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
-    dataset = rows_as_fitted(log, axis, treatment, _integer(treatment.get("decimation")))
+    decimation = treatment.get("decimation")
+    dataset = rows_as_fitted(log, axis, treatment, None if decimation is None else int(decimation))
     traces, count = fit.traces, dataset.time.size
     # A person's own treatment, or another version's, is not repeated by halves.
     if not np.array_equal(dataset.time, traces.time[:count]):
         return None
     spacing = math.ceil(count / MOST_ROWS)
-    selection = _chosen_rows(dataset, spacing)
-    response = _summed(dataset.response)
+    # One of so many decimated samples, where it is a row.
+    segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
+    is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
+    selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]
+    summed, middle = np.cumsum(dataset.response), dataset.response.size // 2
+    left = np.flatnonzero(np.abs(summed[:middle]) > TAIL)
+    reach = middle - int(left[0]) if left.size else 0
+    response = summed[middle - reach : middle + reach + 1]  # summed up from its first sample on, without its tails
     stretches, step = _stretches(dataset, fit, selection, response)
     chosen = np.concatenate(selection)
     residual, measured = traces.residual[:count], traces.measured[:count]
@@ -196,25 +203,6 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
         rms,
         relative_error_percent(measured, measured - residual),
     )
-
-
-def _integer(number: float | None) -> int | None:
-    return None if number is None else int(number)
-
-
-def _chosen_rows(dataset: Dataset, spacing: int) -> list[np.ndarray]:
-    """Return which rows of each segment are shown: one of so many decimated samples, where it is a row."""
-    segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
-    thinned = (sample - dataset.dropped) // dataset.decimation
-    return [np.flatnonzero((segment == i) & (thinned % spacing == 0)) for i in range(len(dataset.segments))]
-
-
-def _summed(response: np.ndarray) -> np.ndarray:
-    """Return the response of the filters summed up from its first sample on, without its tails."""
-    summed, middle = np.cumsum(response), response.size // 2
-    left = np.flatnonzero(np.abs(summed[:middle]) > TAIL)
-    reach = middle - int(left[0]) if left.size else 0
-    return summed[middle - reach : middle + reach + 1]
 
 
 def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray) -> tuple[list[Stretch], float]:

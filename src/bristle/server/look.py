@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.files.components import FILL_IN
 from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
@@ -28,11 +27,15 @@ def look(errand: Errand) -> Answer:
         text = proposed.proposal.text if proposed.proposal else f"{EMPTY}\n[columns]\n"
     text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
     errand = Errand(**{**vars(errand), "axis_text": text})
-    axis, refusal = _axis(errand)
-    if axis is not None:
+    axis, refusal = None, ""
+    try:
+        axis = errand.axis()
+    except InputError as error:  # why its file does not serve yet
+        refusal = str(error)
+    if axis is not None or proposed is None:
         inspected = inspect_log(content, axis, size_limit=errand.size_limit)
     else:
-        inspected = proposed or inspect_log(content, size_limit=errand.size_limit)
+        inspected = proposed
     form = form_of(errand.axis_file)
     as_read = axis is not None and inspected.log
     problems = inspected.summary["problems"] if axis is not None else []
@@ -50,14 +53,6 @@ def look(errand: Errand) -> Answer:
     }
     facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
     return facts, data
-
-
-def _axis(errand: Errand) -> tuple[Axis | None, str]:
-    """Return the axis, or why its file does not serve yet."""
-    try:
-        return errand.axis(), ""
-    except InputError as error:
-        return None, str(error)
 
 
 def _of_log(inspected: Inspected) -> list[dict[str, Any]]:

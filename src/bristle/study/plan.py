@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.content import Origin
-from bristle.core.experiment import Experiment, Run
+from bristle.core.experiment import Experiment
 from bristle.core.lazy import cached_property
 from bristle.files.sources import Sources
 from bristle.study.metrics import Metric
@@ -139,8 +139,5 @@ def block_for(runs: int, experiment: Experiment) -> int:
 
 def steps_of(experiment: Experiment) -> int:
     """Return the steps of the integration of one run."""
-    return sum(_steps(variant.run) for variant in experiment.variants)
-
-
-def _steps(run: Run) -> int:
-    return round(run.duration / run.sample_time) * max(run.substeps, 1)
+    runs = [variant.run for variant in experiment.variants]
+    return sum(round(run.duration / run.sample_time) * max(run.substeps, 1) for run in runs)
