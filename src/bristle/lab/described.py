@@ -32,8 +32,6 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["body_described", "described", "example_named", "file_of", "head_of", "values_of", "variables_of", "walks_of"]
-
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
 

@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["MOST_SAMPLES", "followed_part", "living_part", "uncertainty_of"]
-
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")

@@ -28,8 +28,6 @@ from bristle.friction import find
 from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
-__all__ = ["BEGUN", "SAMPLE", "law_kernel", "law_part", "loop_described", "paper_experiment", "presets", "sensor_part"]
-
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
 """What lasts of a law: whether it has begun, what it is told, and from there on its state."""
 STATE = 1 + len(SAMPLE)

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from bristle.lab.rows import Replay
 
-__all__ = ["FIRST", "MARK", "SHARED", "environment", "hash_of", "joined", "lab_page", "policy"]
-
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
 FIRST = "preisach_lugre"

@@ -27,8 +27,6 @@ from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["Replay", "decimated", "fitted_rows", "replay_of_traces", "turns_of"]
-
 MOST = 10_000
 """Points that a page carries at most."""
 TRAVEL_STEPS = 2**28  # of the position, over its travel

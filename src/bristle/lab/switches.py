@@ -31,8 +31,6 @@ from bristle.lab.surroundings import AROUND, Surroundings, around_named, surroun
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
 
-__all__ = ["SLOTS", "all_walks", "begun", "combinations", "common_module", "offered", "plain_of", "slots_described", "slots_of", "switched"]
-
 SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
 """All that can be put on, in the order of a name."""
 SIDES = {"_pos": 1.1, "_neg": 0.9}

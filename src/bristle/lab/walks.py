@@ -20,8 +20,6 @@ from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, hash_of, presliding_distance, subject_of, walk_of
 from bristle.lab.sliders import Scales
 
-__all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked", "walked_together"]
-
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
 LONG, SHORT = (20 * BLOCK, 4 * BLOCK)  # steps of a model of the package, and of one that is walked while a page is written

@@ -24,8 +24,6 @@ try:
 except ImportError as error:
     raise MissingExtraError.of("a widget", "notebook") from error
 
-__all__ = ["Widget"]
-
 SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
 STYLES = ("lab.css", "controls.css", "widget.css")
 

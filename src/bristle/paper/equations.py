@@ -7,8 +7,6 @@ from typing import Literal, NamedTuple
 
 from bristle.files.toml import read_toml
 
-__all__ = ["EQUATIONS", "SETUP", "Equation"]
-
 Stands = Literal["as printed", "corrected", "completed"]
 
 

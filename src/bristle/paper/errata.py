@@ -9,8 +9,6 @@ from typing import Literal, NamedTuple
 from bristle.files.toml import read_toml
 from bristle.report.latex import as_latex
 
-__all__ = ["ERRATA", "ERRATA_FILE", "KINDS", "Erratum", "errata_of", "errata_tex"]
-
 Kind = Literal["misprint", "gap", "reading", "remark"]
 
 

@@ -29,8 +29,6 @@ from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation.compensation import on_another_rig
 
-__all__ = ["figure_11", "figure_12", "figure_13", "figure_14"]
-
 RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
 HALVED = 0.1  # how near to the share of the paper counts as the same
 ALIKE = 0.05  # relative change of the effort that is none
@@ -82,6 +80,13 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
     directions = [f"Root mean square forward over backward: {ratios}."]
     if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
         directions.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
+    rows = [
+        (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
+        for name, loop in tracked.published.items()
+        for direction in loop.by_direction
+    ]
+    heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
+    by_direction = Table("Following error by direction", heads, rows)
     return Reproduced(
         number=12,
         verdict=_verdict_12(tracked, peaks, worse),
@@ -97,7 +102,7 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
             "forward_over_backward": worse,
             **(sound.numbers if sound else {}),
         },
-        tables=(_by_variant(tracked), _by_direction(tracked), *((sound_table(sound),) if sound else ())),
+        tables=(_by_variant(tracked), by_direction, *((sound_table(sound),) if sound else ())),
         extras={"break-away": break_away_extra(sound), "sound-margins": sound_extra(sound)} if sound else {},
     )
 
@@ -143,16 +148,6 @@ def _by_variant(tracked: Tracked) -> Table:
     runs = next(iter(tracked.result.variants.values())).runs
     caption = f"Following error: mean ± standard deviation over {runs} runs with other noise and scatter"
     return Table(caption, heads, rows).without_empty_columns()
-
-
-def _by_direction(tracked: Tracked) -> Table:
-    rows = [
-        (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
-        for name, loop in tracked.published.items()
-        for direction in loop.by_direction
-    ]
-    heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
-    return Table("Following error by direction", heads, rows)
 
 
 def figure_13(tracked: Tracked) -> Reproduced:

@@ -16,8 +16,6 @@ from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONS
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
-__all__ = ["claim_table", "equation_table", "paper_front", "paper_report", "paper_ruling", "paper_summary"]
-
 HEADING = "The source paper, rebuilt figure by figure"
 HOLDS, UNTESTED = ("found",), ("shown",)
 STANDS = {

@@ -26,8 +26,6 @@ from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
 from bristle.server.routes import Routes
 
-__all__ = ["application", "protocol_with_limits", "server_page"]
-
 
 def application(folder: Path, token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (frozen)
     """Return the application."""

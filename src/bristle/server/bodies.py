@@ -13,8 +13,6 @@ from starlette.requests import ClientDisconnect, Request
 from bristle.core.content import size_in_words
 from bristle.core.errors import InputError
 
-__all__ = ["RefusedRequestError", "json_of", "stored"]
-
 
 class RefusedRequestError(InputError):
     """A request that is not answered; `status` is that of HTTP."""

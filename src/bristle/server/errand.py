@@ -15,8 +15,6 @@ from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 
-__all__ = ["DATA", "Answer", "Errand", "LabelledLog", "thinned", "zipped"]
-
 Answer = tuple[dict[str, Any], dict[str, Any]]
 """What the page is told at once, and the rest, which it asks for."""
 BUCKETS = 1500  # of a curve: points of a screen in pairs

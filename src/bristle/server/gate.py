@@ -18,8 +18,6 @@ from pathlib import Path
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["ENTRANCE", "HAS_TOKEN", "LOOPBACK", "TOKEN", "Gate", "Opening"]
-
 LOOPBACK = "127.0.0.1"
 TOKEN = "x-bristle-token"
 """The header that carries the token."""

@@ -15,8 +15,6 @@ from typing import Any
 from bristle.core.errors import in_one_line, shortened
 from bristle.server.limits import Limits
 
-__all__ = ["Job"]
-
 LONGEST_LINE = 2**20
 TAIL = 2000  # of what a library complains of
 CODE = "from bristle.server.worker import main; main()"

@@ -12,8 +12,6 @@ from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
 from bristle.server.errand import Answer, Errand, thinned
 from bristle.workflow.commands import Inspected, inspect_log
 
-__all__ = ["look"]
-
 PLOTTED = ("position", "velocity", "reference", "effort")
 
 

@@ -17,8 +17,6 @@ from pathlib import Path
 
 from bristle.files.owned import lock
 
-__all__ = ["NOTE", "PREFIX", "own_folder"]
-
 PREFIX = "bristle-lab-"
 NOTE = ".bristle-lab"
 LONGEST_NOTE = 200  # [byte]

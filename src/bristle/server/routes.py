@@ -21,8 +21,6 @@ from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
-__all__ = ["Routes"]
-
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
 """Job -> what it leaves."""

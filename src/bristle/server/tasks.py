@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from bristle.report.table import Table
     from bristle.workflow import Identified, Outcome
 
-__all__ = ["TASKS"]
-
 POINTS = 20  # of a table of a drive
 DRAWS = 100
 MODE = "inverse"

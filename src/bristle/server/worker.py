@@ -14,8 +14,6 @@ from typing import Any
 
 from bristle.core.errors import BristleError, told_by
 
-__all__ = ["main"]
-
 AGAIN = 0.02  # [s]
 
 

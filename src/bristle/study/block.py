@@ -21,8 +21,6 @@ from bristle.study.metrics import Metric
 from bristle.study.plan import Block, Study, steps_of
 from bristle.study.varied import Varied, row_of
 
-__all__ = ["FAILED", "Simulator"]
-
 REFUSED, RAISED = "refused", "raised"
 NAMES = {
     Status.OK: OK,

@@ -15,8 +15,6 @@ from bristle.core.tabular import library
 from bristle.files.growing import verified
 from bristle.study.store import OF_STUDIES, RUNS, STUDY, study_in
 
-__all__ = ["OK", "Runs", "read_study", "runs_in"]
-
 OK = "ok"
 """Status of a run, or of a log of a fleet, that ended well."""
 

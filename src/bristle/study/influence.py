@@ -12,8 +12,6 @@ import numpy as np
 from bristle.study.block import FAILED
 from bristle.study.dataset import Runs
 
-__all__ = ["Index", "Influence", "Spread", "rank_correlations", "sobol_indices", "spread_of"]
-
 RESAMPLES = 400
 MOST_RESAMPLED = 2000  # draws: of more a share is resampled, and its interval made as narrow as that of all
 SEED = 20_110_517
@@ -61,15 +59,15 @@ class Spread:
 def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
     """Return how numbers are distributed; those that are none are left out."""
     usable = np.sort(numbers[np.isfinite(numbers)])
-    count, unknown = len(usable), (math.nan, math.nan)
+    count, intervals = len(usable), [(math.nan, math.nan)] * 3
     if not count:
-        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, unknown, unknown, unknown)
+        return Spread(0, *[math.nan] * 5, *intervals)
     mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
     low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
-    if not independent:
-        return Spread(count, mean, std, median, low, high, unknown, unknown, unknown)
-    half = 1.96 * std / math.sqrt(count)
-    return Spread(count, mean, std, median, low, high, (mean - half, mean + half), _by_ranks(usable, 0.5), _by_ranks(usable, 0.95))
+    if independent:
+        half = 1.96 * std / math.sqrt(count)
+        intervals = [(mean - half, mean + half), _by_ranks(usable, 0.5), _by_ranks(usable, 0.95)]
+    return Spread(count, mean, std, median, low, high, *intervals)
 
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:

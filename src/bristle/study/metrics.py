@@ -14,8 +14,6 @@ from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.simulation.result import Statistics, VariantResult
 
-__all__ = ["METRICS", "Metric", "metrics_from", "usual_metrics"]
-
 STATISTICS = tuple(field.name for field in fields(Statistics))
 LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
 EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}

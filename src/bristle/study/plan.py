@@ -18,8 +18,6 @@ from bristle.study.metrics import Metric
 from bristle.study.sampling import Sampling, seed_of_run
 from bristle.study.values import Cause, Target
 
-__all__ = ["BLOCK_MOST", "Block", "Study", "block_for", "steps_of"]
-
 BLOCK_MOST = 4096
 BLOCK_STEPS = 10_000_000  # of the integration: about a second or two
 BLOCKS_LEAST = 32  # so that cores have something to share, and little is lost with one

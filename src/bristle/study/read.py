@@ -23,8 +23,6 @@ from bristle.study.plan import BLOCK_MOST, Study, block_for
 from bristle.study.sampling import SAMPLINGS, Sampling
 from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
-__all__ = ["read_study_file"]
-
 KEYS = ("schema", "name", "experiment", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
 RUNS_MOST = 1_000_000_000
 POINTS_MOST = 100_000

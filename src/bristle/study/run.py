@@ -21,8 +21,6 @@ from bristle.study.store import TRACES, Store, opened
 from bristle.study.varied import row_of
 from bristle.study.workers import Cluster, Crew, Here
 
-__all__ = ["Progress", "Ran", "cost_of", "in_words", "repeat_run", "run_study", "run_within", "values_of", "worst_runs", "write_traces"]
-
 SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
 ENOUGH = 0.25  # [s] of runs, by which the cost of one is measured

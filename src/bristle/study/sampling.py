@@ -11,8 +11,6 @@ import numpy as np
 from bristle.core.lazy import cached_property
 from bristle.core.random_numbers import SEED_MAX
 
-__all__ = ["SAMPLINGS", "Sampling", "seed_of_run"]
-
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 PER_COUNT = 4  # numbers that the generator makes of one count
 SMALLEST = 2.0**-54  # half the distance of the numbers of the generator, which begin at 0

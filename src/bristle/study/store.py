@@ -16,8 +16,6 @@ from bristle.files.growing import Growing, growing_folder
 from bristle.files.summary import as_json, plain
 from bristle.study.plan import Block
 
-__all__ = ["OF_STUDIES", "RUNS", "SCHEMA", "STUDY", "Store", "opened", "refuse_another", "study_in"]
-
 STUDY, RUNS = "study.json", "runs"
 OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
 WRITTEN, TRACES = (STUDY, "summary.json", "report.html"), "traces"

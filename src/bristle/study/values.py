@@ -20,8 +20,6 @@ from bristle.files.components import check_keys, key_of, number_at
 from bristle.files.model import read_model
 from bristle.files.run import effort_variables
 
-__all__ = ["Cause", "Fitted", "Joint", "Target", "columns_of", "drawn_from", "fitted_at", "sections_of", "target_at"]
-
 WHOLE_NUMBERS = ("delay", "substeps", "trials")
 EXAMPLES = {
     "normal": 'normal = ["34 mN*m", "2 mN*m"], mean and standard deviation',

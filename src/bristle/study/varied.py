@@ -25,8 +25,6 @@ from bristle.files.experiment import experiment_from
 from bristle.study.plan import Block, Study
 from bristle.study.values import sections_of
 
-__all__ = ["Varied", "with_changes", "with_columns"]
-
 T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
 _FIELD = {"table_friction": "table"}  # of a variant, where it is not the section of the file
@@ -49,12 +47,10 @@ class Varied:
 
     def experiment(self, values: Mapping[str, Any], seed: int) -> Experiment:
         """Return the experiment of a run."""
-        if self._direct is None:
-            base = self._by_tables(values)
-            changes = [_seeds(variant, {}, seed) for variant in base.variants]
-        else:
-            base, changes = self.study.experiment, self.models(values, seed)
-        return _changed(base, changes)
+        if self._direct is not None:
+            return _changed(self.study.experiment, self.models(values, seed))
+        base = self._by_tables(values)
+        return _changed(base, [_seeds(variant, {}, seed) for variant in base.variants])
 
     def models(self, values: Mapping[str, Any], seed: int, fields: Sequence[str] = FIELDS) -> list[dict[str, Model]]:
         """Return by variant the models that a run changes, by field, where values are set in them."""

@@ -36,8 +36,6 @@ from bristle.core.tabular import library
 from bristle.study.block import Simulator
 from bristle.study.plan import Block, Study
 
-__all__ = ["CLUSTER", "Cluster", "Crew", "Here", "WorkerError", "serve"]
-
 TRIES = 5  # of a block, and of a worker that does not even begin
 PATIENCE = 0.2  # [s]: so often signals are looked for
 AHEAD = 4  # blocks for each worker: while it simulates one, others wait for it
