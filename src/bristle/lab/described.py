@@ -104,21 +104,20 @@ def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Bu
     if isinstance(subject.virgin, Stack):  # where input, direction and depth are in what lasts of it
         names = [name for name, _ in subject.state.fields]
         stack = {name: STATE + names.index(name) for name in ("z", "side", "depth")}
-    return module, {
+    return module, module_described(module) | {
         "kind": subject.model.kind,
-        "code": packed(module.binary),
-        "size": len(module.binary),
-        "lasting": module.lasting,
-        "contact": module.contact,
-        "body": module.body,
-        "parameters": module.parameters,
         "refused": REFUSED,
         "overflow": OVERFLOW,
-        "places": module.places,
         "stack": stack,
         "elements": elements_of(subject.model, subject.memory_size),
         "still": module.still,
     }
+
+
+def module_described(module: Module, before: bytes = b"") -> dict[str, Any]:
+    """Return a module as a page unpacks it, which may repeat what went before it."""
+    numbers = {name: getattr(module, name) for name in ("lasting", "contact", "body", "parameters", "places")}
+    return {"code": packed(module.binary, before), "size": len(module.binary)} | numbers
 
 
 def variables_of(

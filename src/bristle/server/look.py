@@ -35,7 +35,20 @@ def look(errand: Errand) -> Answer:
     else:
         inspected = proposed
     form = form_of(errand.axis_file)
-    as_read = axis is not None and inspected.log
+    if axis is not None and inspected.log:  # channels in SI of the axis
+        plots = [
+            {
+                "word": name,
+                "unit": channel.unit,
+                "column": channel.column,
+                "curve": thinned(inspected.log.time.values, channel.values),
+                "time_unit": "s",
+            }
+            for name, channel in inspected.log.channels()
+            if name in PLOTTED
+        ]
+    else:
+        plots = _of_columns(inspected, form["tables"]["columns"])
     problems = inspected.summary["problems"] if axis is not None else []
     data = {
         "log": errand.fitted[0].label,
@@ -47,21 +60,10 @@ def look(errand: Errand) -> Answer:
         "problems": problems,
         "diagnostics": inspected.summary["diagnostics"] if axis is not None else [],
         "kind": inspected.summary["kind"],
-        "plots": _of_log(inspected) if as_read else _of_columns(inspected, form["tables"]["columns"]),
+        "plots": plots,
     }
     facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
     return facts, data
-
-
-def _of_log(inspected: Inspected) -> list[dict[str, Any]]:
-    """Return the channels of a log, in SI of the axis."""
-    log = inspected.log
-    assert log is not None
-    return [
-        {"word": name, "unit": channel.unit, "column": channel.column, "curve": thinned(log.time.values, channel.values), "time_unit": "s"}
-        for name, channel in log.channels()
-        if name in PLOTTED
-    ]
 
 
 def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:
