@@ -154,9 +154,8 @@ def test_a_worker_that_cannot_load_bristle_is_told(bench, own_dask, tmp_path):
 
 
 def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
-    other = remote.described() | {"bristle": "0.0.9"}
-    code = f"def simulated(*_):\n    return 'unfit', {other!r}\n"
-    told = rf"has other software; found 'bristle 0\.0\.9', allowed bristle .*{other['code']}"
+    code = "def simulated(*_):\n    return 'unfit', 'bristle 0.0.9 on a-machine'\n"
+    told = rf"has other software; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
     with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=told):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
     assert numbers(bench.folder / "out") == []
@@ -181,7 +180,9 @@ def test_what_is_called_on_a_worker_refuses_other_software(bench):
     outcome, columns = remote.simulated(pickle.dumps(study), remote.described(), 4, 8)
     assert outcome == "done"
     assert same(columns, Simulator(study).columns(study.blocks[1]))
-    assert remote.simulated(pickle.dumps(study), {"code": "another"}, 4, 8) == ("unfit", remote.described())
+    outcome, why = remote.simulated(pickle.dumps(study), remote.described() | {"code": "another"}, 4, 8)
+    assert outcome == "unfit"
+    assert why.startswith(f"code {remote.described()['code']} on ")
 
 
 @pytest.fixture

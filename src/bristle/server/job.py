@@ -38,9 +38,9 @@ class Job:
 
     def as_data(self) -> dict[str, Any]:
         """Return what the page is told."""
-        told = {name: getattr(self, name) for name in ("task", "state", "share", "text", "message")}
+        facts = {name: getattr(self, name) for name in ("task", "state", "share", "text", "message")}
         seconds = (self._ended or time.monotonic()) - self._begun
-        return told | {"seconds": round(seconds, 1), "cancelled": self._cancelled}
+        return facts | {"seconds": round(seconds, 1), "cancelled": self._cancelled}
 
     async def run(self, request: Mapping[str, Any]) -> bool:
         """Do the work; return whether it was done."""

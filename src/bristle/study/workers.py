@@ -12,6 +12,7 @@ import hashlib
 import logging
 import os
 import pickle
+import platform
 import queue
 import signal
 import subprocess
@@ -134,8 +135,8 @@ class Crew:
             except (EOFError, OSError, ValueError, pickle.UnpicklingError):
                 ending, self._unbegun = self._closed(process), self._unbegun + 1
                 if self._unbegun >= TRIES * self.workers:
-                    how = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
-                    raise WorkerError(f"{self._unbegun} workers ended before they could begin: ended {how}") from None
+                    cause = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
+                    raise WorkerError(f"{self._unbegun} workers ended before they could begin: ended {cause}") from None
         return self._own.process
 
     def _asked(self, process: subprocess.Popen[bytes], message: Any) -> Any:
@@ -175,10 +176,12 @@ class Cluster:
         """
         with _silent(), self._connected() as client:
             for origin in self.study.origins.get("code", ()):
-                told = f"the code in {origin.name} (SHA-256 {origin.checksum}) is run on every worker of {self.address}"
-                warnings.warn(told, InputWarning, stacklevel=2)
+                sentence = f"the code in {origin.name} (SHA-256 {origin.checksum}) is run on every worker of {self.address}"
+                warnings.warn(sentence, InputWarning, stacklevel=2)
             pool = client.get_executor(pure=False)
-            plan = client.submit(bytes, pickle.dumps(self.study, protocol=pickle.HIGHEST_PROTOCOL), pure=False)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent once
+                plan = client.submit(bytes, pickle.dumps(self.study, protocol=pickle.HIGHEST_PROTOCOL), pure=False)
 
             def submit(block: Block) -> Future[Any]:
                 return pool.submit(eval, SIMULATED, {"plan": plan, "software": described(), "first": block.first, "last": block.last})
@@ -219,9 +222,9 @@ class Cluster:
         try:
             return sum(client.nthreads(callback_timeout=ANSWERS).values())
         except (OSError, TimeoutError, RuntimeError):
-            raise self._gone() from None
+            raise self._scheduler_lost() from None
 
-    def _gone(self) -> InputError:
+    def _scheduler_lost(self) -> InputError:
         mend = "What is written stays. Start it and its workers, and give the same command again"
         return InputError("the scheduler is gone", path="--scheduler", value=self.address, mend=mend)
 
@@ -234,20 +237,15 @@ class Cluster:
                 self.lost.append((block, None))
                 continue
             except CancelledError:
-                raise self._gone() from None
+                raise self._scheduler_lost() from None
             except Exception as error:  # noqa: BLE001  (the worker could not even begin)
                 raise WorkerError.at(block, f"{type(error).__name__}: {error}") from None
             if outcome == "failed":
                 raise WorkerError.at(block, content)
             if outcome == "unfit":
-                own = described()
-                raise InputError(
-                    "a worker has other software",
-                    path=self.address,
-                    value=", ".join(f"{name} {value}" for name, value in content.items() if own[name] != value),
-                    allowed=", ".join(f"{name} {value}" for name, value in own.items()),
-                    mend="Install the same in the Python that it runs in and start it again, or stop it",
-                )
+                mend = "Install the same in the Python that it runs in and start it again, or stop it"
+                allowed = ", ".join(f"{name} {value}" for name, value in described().items())
+                raise InputError("a worker has other software", path=self.address, value=content, allowed=allowed, mend=mend)
             yield block, content
 
 
@@ -284,7 +282,8 @@ def checksum_of_code(root: Path) -> str:
 def simulated(plan: bytes, software: dict[str, str], first: int, last: int) -> tuple[str, Any]:
     """Return, on a worker of a cluster, what is kept of a block; of other software than that of the command, which it is."""
     if described() != software:
-        return "unfit", described()
+        different = ", ".join(f"{name} {value}" for name, value in described().items() if software.get(name) != value)
+        return "unfit", f"{different} on {platform.node()}"
 
     def columns() -> dict[str, Any]:
         with cores_for_simulations():

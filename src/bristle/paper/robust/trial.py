@@ -48,7 +48,7 @@ from bristle.study.run import in_words
 PARTS = "parts"
 
 
-def taken(folder: Growing, name: str, source: Mapping[str, Any]) -> Any:
+def part_of(folder: Growing, name: str, source: Mapping[str, Any]) -> Any:
     """Return what a part of a trial holds; None where it is not there or was made from something else."""
     content = folder.read(f"{PARTS}/{name}.json")
     part = None if content is None else json.loads(content)
@@ -176,7 +176,7 @@ def _missing(trial: Trial, store: Growing, tally: Tally, *, fed: bool) -> list[T
             "loop": "-".join(map(digest, (variant.plant, variant.controller, variant.sensor, variant.reference))),
             "run": repr(variant.run),
         }
-        present = [float(error) for error in taken(store, cell.file, source) or []]
+        present = [float(error) for error in part_of(store, cell.file, source) or []]
         trial.errors[cell] = np.array(present[: plan.seeds])
         if len(present) < plan.seeds:
             tasks.append(partial(_simulate, trial, store, tally, cell, variant, source, present))
@@ -210,7 +210,7 @@ def _unfitted(trial: Trial, store: Growing) -> dict[tuple[str, str], dict[str, s
     for truth in trial.plan.truths:
         for family in trial.plan.compensators:
             source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log, "file": truth.origin.checksum}
-            present = taken(store, f"fit-{truth.name}-{family}", source)
+            present = part_of(store, f"fit-{truth.name}-{family}", source)
             if present is None:
                 missing[truth.name, family] = source
             elif "reason" in present:
@@ -249,7 +249,7 @@ def _spare(trial: Trial, store: Growing, tally: Tally, truth: Truth, stop: threa
         return
     seeds = min(trial.plan.seeds, ECONOMY_SEEDS)
     source = {"bristle": version("bristle"), "friction": digest(truth.friction), "branches": list(COUNTS), "seeds": seeds}
-    present = taken(store, f"economy-{truth.name}", source)
+    present = part_of(store, f"economy-{truth.name}", source)
     if present is None:
         tally.tell(f"{truth.name}: branches")
         cost = economy_on(truth, seeds)
