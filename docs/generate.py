@@ -323,8 +323,8 @@ def _elsewhere(name: str) -> type | None:
     found = set()
     for _, module, _ in pkgutil.walk_packages(bristle.__path__, "bristle."):
         if not module.endswith("__main__"):
-            known = vars(importlib.import_module(module))
-            found |= {known[name]} if inspect.isclass(known.get(name)) and known[name].__module__ == module else set()
+            known = vars(importlib.import_module(module)).get(name)
+            found |= {known} if inspect.isclass(known) and known.__module__ == module else set()
     return found.pop() if len(found) == 1 else None
 
 

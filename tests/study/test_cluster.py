@@ -1,6 +1,5 @@
 """The blocks of a study on a Dask cluster, whose workers join and are killed: the bytes of a study on this machine."""
 
-import hashlib
 import pickle
 import shutil
 import signal
@@ -18,11 +17,10 @@ from tests.study.processes import DaskCluster, begun, numbers, siege, until
 
 from bristle.cli.main import main
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
-from bristle.study import cluster as remote
 from bristle.study import read_study_file, run_study
+from bristle.study import workers as remote
 from bristle.study.block import Simulator
-from bristle.study.cluster import Cluster, host_and_port
-from bristle.study.workers import WorkerError
+from bristle.study.workers import Cluster, WorkerError
 
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
@@ -128,43 +126,39 @@ def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, benc
         run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: told.append(text))
     assert content(bench.folder / "there") == content(bench.folder / "here")
     assert len(content(bench.folder / "there")) == 3
-    assert told[-1] == "6 of 6 runs, 1 s left, 2 workers"
+    assert told[-1] == "6 of 6 runs, 1 s left"
 
 
-def bristle_of_another_kind(folder, remote):
+@pytest.fixture
+def own_dask(tmp_path_factory):
+    """A scheduler without workers, for what ends it or them."""
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
+        yield cluster
+
+
+def bristle_of_another_kind(folder, code):
     """Write a bristle that is not this one; return where Python finds it."""
     inner = folder / "bristle" / "study"
     inner.mkdir(parents=True)
     for package in (inner.parent, inner):
         (package / "__init__.py").write_text("")
-    if remote is not None:
-        (inner / "cluster.py").write_text(f"def described():\n    return {remote!r}\n")
+    (inner / "workers.py").write_text(code)
     return str(folder)
 
 
-def test_a_worker_that_cannot_load_bristle_is_refused(bench, dask, tmp_path):
-    with dask.stranger(bristle_of_another_kind(tmp_path / "other", None)):
-        until(lambda: len(dask.joined()) == 3, "the third worker")
-        with pytest.raises(InputError) as refused:
-            run_study(bench.study(), bench.folder / "out", scheduler=dask.address)
-    own, said = remote.described(), str(refused.value)
-    assert said.startswith("tcp://127.0.0.1:")
-    assert "the worker cannot load this bristle; found \"ModuleNotFoundError: No module named 'bristle.study.clus" in said
-    assert f"allowed bristle {own['bristle']}, code {own['code']}. Install the same" in said
+def test_a_worker_that_cannot_load_bristle_is_told(bench, own_dask, tmp_path):
+    path = bristle_of_another_kind(tmp_path / "other", "raise ImportError('too old')")
+    with own_dask.stranger(path), pytest.raises(WorkerError, match=r"at the runs \d+ to \d+: ImportError: too old"):
+        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
     assert numbers(bench.folder / "out") == []
 
 
-def test_a_worker_of_another_version_that_joins_later_gets_no_runs(bench, dask, tmp_path):
-    path = bristle_of_another_kind(tmp_path / "other", remote.described() | {"bristle": "0.0.9"})
-    study = bench.study()
-    cluster = Cluster(study, dask.address)
-    with closing(cluster.results(study.blocks)) as results:
-        first = next(results)
-        with dask.stranger(path):
-            with pytest.warns(InputWarning, match=r"has another bristle; found 'bristle 0\.0\.9, code .*it gets no runs"):
-                until(lambda: cluster._look() or cluster._unfit, "the stranger")
-            assert sorted(block.first for block, _ in [first, *results]) == [0, 4, 8]
-        assert cluster.workers == 2
+def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
+    code = "def simulated(*_):\n    return 'unfit', 'bristle 0.0.9 on a-machine'\n"
+    told = rf"has other software; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
+    with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=told):
+        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
+    assert numbers(bench.folder / "out") == []
 
 
 def test_the_code_of_bristle_is_told_by_what_its_files_hold(tmp_path):
@@ -181,17 +175,14 @@ def test_the_code_of_bristle_is_told_by_what_its_files_hold(tmp_path):
     assert len({checksum, changed, remote.checksum_of_code(tmp_path)}) == 3
 
 
-def test_what_is_called_on_a_worker_refuses_what_is_not_as_it_was_sent(bench):
+def test_what_is_called_on_a_worker_refuses_other_software(bench):
     study = bench.study()
-    plan, code = pickle.dumps(study), remote.described()["code"]
-    checksum = hashlib.sha256(plan).hexdigest()
-    outcome, columns = remote.simulated(plan, checksum, code, 4, 8)
+    outcome, columns = remote.simulated(pickle.dumps(study), remote.described(), 4, 8)
     assert outcome == "done"
     assert same(columns, Simulator(study).columns(study.blocks[1]))
-    outcome, why = remote.simulated(plan, "0" * 64, code, 4, 8)
-    assert outcome == "failed"
-    assert "the study did not arrive as it was sent" in why
-    assert remote.simulated(plan, checksum, "another", 4, 8) == (remote.UNFIT, None)
+    outcome, why = remote.simulated(pickle.dumps(study), remote.described() | {"code": "another"}, 4, 8)
+    assert outcome == "unfit"
+    assert why.startswith(f"code {remote.described()['code']} on ")
 
 
 @pytest.fixture
@@ -203,35 +194,26 @@ def deaf():
         yield listener.getsockname()[1]
 
 
-def test_where_no_scheduler_answers_that_is_told_at_once(bench, deaf, monkeypatch):
-    monkeypatch.setattr("bristle.study.cluster.ANSWERS", 0.5)
+def test_where_no_scheduler_answers_that_is_told(bench, deaf, monkeypatch):
+    monkeypatch.setattr("bristle.study.workers.ANSWERS", 0.5)
     study = bench.study()
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    for address, words in (
-        (f"tcp://127.0.0.1:{port}", "nothing answers there"),
-        (f"tcp://127.0.0.1:{deaf}", "what answers there is no scheduler of Dask"),
-    ):
+    for address in (f"tcp://127.0.0.1:{port}", f"tcp://127.0.0.1:{deaf}", "http://a:80", "tcp://a b:80"):
         begin = time.monotonic()
         with pytest.raises(InputError) as refused:
             run_study(study, bench.folder / "out", scheduler=address)
         assert time.monotonic() < begin + 5.0
-        assert f"--scheduler: {words}" in str(refused.value)
+        assert "--scheduler: no scheduler of Dask answers there" in str(refused.value)
         assert f"found '{address}'" in str(refused.value)
         assert f"Start one, dask scheduler --port 8786, and workers: dask worker {address}" in str(refused.value)
 
 
-@pytest.mark.parametrize(
-    "text", ["big-machine:8786", "tcp://big-machine", "tcp://:8786", "tcp://a:0", "tcp://a:65536", "http://a:80", "tcp://a b:80", ""]
-)
-def test_what_is_no_address_is_refused(text):
-    with pytest.raises(InputError, match=r"is no address of a scheduler; found .* allowed tcp://HOST:PORT"):
-        host_and_port(text)
-
-
-def test_addresses_are_told_apart():
-    assert host_and_port("tls://[::1]:8786") == ("::1", 8786)
+def test_a_scheduler_without_workers_is_told(bench, own_dask, monkeypatch):
+    monkeypatch.setattr("bristle.study.workers.WORKERS_JOIN", 1.0)
+    with pytest.raises(InputError, match="--scheduler: it has no workers"):
+        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
 
 
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--dry-run",), ("--run", "3")])
@@ -295,13 +277,6 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
         assert not any(client.has_what().values())
 
 
-@pytest.fixture
-def own_dask(tmp_path_factory):
-    """A scheduler without workers, for what ends it or them."""
-    with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
-        yield cluster
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
@@ -331,7 +306,7 @@ def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
 
 @pytest.mark.slow
 def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own_dask, monkeypatch):
-    monkeypatch.setattr("bristle.study.cluster.ANSWERS", 2.0)
+    monkeypatch.setattr("bristle.study.workers.ANSWERS", 2.0)
     own_dask.worker("--no-nanny")
     study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
 
@@ -348,11 +323,11 @@ def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own
 def bristle_that_dies_of(first, folder):
     """Copy bristle with one change: the process ends that begins the block of this run; return where it is found."""
     shutil.copytree(Path(remote.__file__).parents[1], folder / "bristle", ignore=shutil.ignore_patterns("__pycache__"))
-    file = folder / "bristle" / "study" / "cluster.py"
+    file = folder / "bristle" / "study" / "workers.py"
     text = file.read_text()
     place = "    def columns()"
     assert text.count(place) == 1
-    file.write_text(text.replace(place, f"    import os\n    first == {first} and os._exit(9)\n\n{place}"))
+    file.write_text(text.replace(place, f"    first == {first} and os._exit(9)\n\n{place}"))
     return folder
 
 
@@ -360,7 +335,7 @@ def bristle_that_dies_of(first, folder):
 def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_factory, monkeypatch, capsys):
     deadly = bristle_that_dies_of(4, bench.folder / "deadly")
     facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
-    monkeypatch.setattr("bristle.study.cluster.described", lambda: facts)
+    monkeypatch.setattr("bristle.study.workers.described", lambda: facts)
     file, out = bench.write(), bench.folder / "out"
     tries_once = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
     with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:

@@ -41,28 +41,9 @@ def test_a_study_says_what_varies_and_what_is_kept(bench):
     assert len(set(values["controller.k_p"][:4])) == 1
 
 
-def test_a_model_takes_the_place_of_an_experiment(bench):
-    (bench.folder / "model.toml").write_text(
-        'schema = 1\nkind = "translational"\n[plant]\nmodel = "inertia"\nM = 2.0\n[friction]\n'
-        'model = "coulomb_viscous"\n'
-        "F_C = 1.0\nF_v = 0.5\n"
-    )
-    study = bench.study("""
-schema = 1
-model = "model.toml"
-runs = 3
-seed = 1
-[vary]
-"friction.F_C" = { uniform = [0.5, 1.5] }
-[effort]
-model = "constant"
-level = "3 N"
-[run]
-duration = "50 ms"
-sample_time = "1 ms"
-""")
-    assert study.experiment.variants[0].plant.values["M"] == 2.0
-    assert [metric.column for metric in study.metrics] == ["motion.peak_to_peak", "effort.rms"]
+def test_a_model_in_the_place_of_an_experiment_is_refused_with_what_takes_it(bench):
+    with pytest.raises(InputError, match=r"experiment: needs an experiment.*file = .*model\.toml"):
+        bench.study(change=('experiment = "rig.toml"', 'model = "model.toml"'))
 
 
 CHANGES = {

@@ -69,13 +69,14 @@ def study(
     Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run a new folder gets report.html
     and the log of that run.
     """
+    from bristle.core.tabular import library
     from bristle.report.figure_files import figure_files
     from bristle.study import read_study_file
-    from bristle.study.cluster import checked
+    from bristle.study.workers import CLUSTER
     from bristle.testing import admit_friction_of
 
     if scheduler is not None:
-        checked(scheduler)
+        library(*CLUSTER)
         of_this_machine = {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run}
         option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
         refuse(of_this_machine, "simulates on this machine, and --scheduler does not", f"Leave {option} or --scheduler out")
@@ -98,26 +99,27 @@ def _tell_cost(study: Study, workers: int | None, *, as_json: bool) -> None:
     from bristle.study.run import cost_of, in_words
 
     with progress("measuring"):
-        cost = cost_of(study)
+        seconds, measured, in_batches = cost_of(study)
     count = workers or core_count()
+    wall = study.count * seconds / count
     numbers = {
-        "runs": cost.runs,
+        "runs": study.count,
         "draws": study.sampling.count,
         "points": len(study.points),
         "blocks": len(study.blocks),
-        "seconds_per_run": cost.seconds,
-        "measured_on": cost.measured,
-        "many_at_once": cost.in_batches,
+        "seconds_per_run": seconds,
+        "measured_on": measured,
+        "many_at_once": in_batches,
         "workers": count,
-        "seconds": cost.wall(count),
+        "seconds": wall,
     }
     if as_json:
         print_json(numbers)
         return
     points = f" of {study.sampling.count} draws at {len(study.points)} points of a grid" if study.grid else ""
     say(
-        f"{cost.runs} runs{points}, in {len(study.blocks)} files. One takes {1e3 * cost.seconds:.3g} ms on a core "
-        f"(measured on {cost.measured}); all of them about {in_words(cost.wall(count))} with {count} "
+        f"{study.count} runs{points}, in {len(study.blocks)} files. One takes {1e3 * seconds:.3g} ms on a core "
+        f"(measured on {measured}); all of them about {in_words(wall)} with {count} "
         f"{'worker' if count == 1 else 'workers'}."
     )
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from bristle.lab.page import lab_page
+from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
+    from bristle.lab.page import lab_page
     from bristle.lab.widget import Widget
 
 __all__ = ["Widget", "lab_page"]
 
-
-def __getattr__(name: str) -> Any:
-    if name != "Widget":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    # Notebooks alone have what it needs.
-    from bristle.lab.widget import Widget
-
-    return Widget
+# Notebooks alone have what a widget needs.
+__getattr__ = loaded_from(__name__, {"lab_page": "page", "Widget": "widget"})

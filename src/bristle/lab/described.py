@@ -32,8 +32,6 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["body_described", "described", "example_named", "file_of", "head_of", "values_of", "variables_of", "walks_of"]
-
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
 
@@ -102,21 +100,24 @@ def body_described(model: Model) -> dict[str, Any]:
 def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]) -> tuple[Module, dict[str, Any]]:
     """Return the module of a friction model with other functions, and what is known of it."""
     module = module_of(subject, plant, choices=True, others=functions)
-    return module, {
+    stack = None
+    if isinstance(subject.virgin, Stack):  # where input, direction and depth are in what lasts of it
+        names = [name for name, _ in subject.state.fields]
+        stack = {name: STATE + names.index(name) for name in ("z", "side", "depth")}
+    return module, module_described(module) | {
         "kind": subject.model.kind,
-        "code": packed(module.binary),
-        "size": len(module.binary),
-        "lasting": module.lasting,
-        "contact": module.contact,
-        "body": module.body,
-        "parameters": module.parameters,
         "refused": REFUSED,
         "overflow": OVERFLOW,
-        "places": module.places,
-        "stack": _stack(subject),
+        "stack": stack,
         "elements": elements_of(subject.model, subject.memory_size),
         "still": module.still,
     }
+
+
+def module_described(module: Module, before: bytes = b"") -> dict[str, Any]:
+    """Return a module as a page unpacks it, which may repeat what went before it."""
+    numbers = {name: getattr(module, name) for name in ("lasting", "contact", "body", "parameters", "places")}
+    return {"code": packed(module.binary, before), "size": len(module.binary)} | numbers
 
 
 def variables_of(
@@ -136,7 +137,7 @@ def variables_of(
             {
                 "name": name,
                 "key": key_of(name),
-                "symbol": _symbol(name),
+                "symbol": f"<i>{escape(GREEK.get(name, name))}</i>" if name in GREEK or len(name) == 1 else str(symbolic(name)),
                 "values": numbers,
                 "unit": typeset(variable.unit(model.kind)),
                 "description": " ".join(variable.description.split()),
@@ -164,20 +165,6 @@ def _numbers(variable: Variable, value: Any) -> list[float]:
     """Return the numbers of a parameter as a page has them: of one of several names, its place among them."""
     coded = variable.choices.index(value) if isinstance(value, str) else value
     return [float(number) for number in np.atleast_1d(coded)]
-
-
-def _symbol(name: str) -> str:
-    if name in GREEK or len(name) == 1:
-        return f"<i>{escape(GREEK.get(name, name))}</i>"
-    return str(symbolic(name))
-
-
-def _stack(subject: Subject) -> dict[str, int] | None:
-    """Return where input, direction and depth are in what lasts of an operator with turning points, if it is one."""
-    if not isinstance(subject.virgin, Stack):
-        return None
-    names = [name for name, _ in subject.state.fields]
-    return {name: STATE + names.index(name) for name in ("z", "side", "depth")}
 
 
 def head_of(component: FrictionModel) -> dict[str, str]:

@@ -40,11 +40,9 @@ from bristle.simulation.compensation import COMPENSATED
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
-    from bristle.identification.result import Estimate, Fit, Identification
+    from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
-
-__all__ = ["MOST_SAMPLES", "followed_part", "living_part", "uncertainty_of"]
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
@@ -56,22 +54,6 @@ def living_part(
     identification: Identification, axis: Axis | None, simulation: SimulationResult | None = None, following: Following | None = None
 ) -> Living | None:
     """Return what makes the report of an identification move; None where the model cannot be computed on a page."""
-    data = _data(identification, axis)
-    if data is None:
-        return None
-    data["loop"] = followed_part(identification.best.friction, simulation, following)
-    shared, script = joined(SHARED), joined(SCRIPTS)
-    return Living(
-        policy([shared, script]),
-        Markup(joined(STYLES)),
-        Markup(shared),
-        Markup(script),
-        Markup(as_json(data)),
-        follows=data["loop"] is not None,
-    )
-
-
-def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] | None:
     fit = identification.best
     rows = fitted_rows(fit, identification.log, axis, identification.treatment)
     if rows is None:
@@ -83,27 +65,30 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
         return None
     moved = [column.name for column in rows.mechanical if column.name]
     plant = [row for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, AROUND) if not row["fixed"]]
-    return {
+    data = {
         "model": model,
         "plant": plant,
         "rows": rows.as_data(),
         "effort": typeset(unit_of("force", fit.plant.kind)),
         "word": "torque" if fit.plant.kind == "rotational" else "force",
         "logs": 1 + len(identification.further_logs),
+        "loop": followed_part(fit.friction, simulation, following),
     }
+    shared, script = joined(SHARED), joined(SCRIPTS)
+    texts = (Markup(text) for text in (joined(STYLES), shared, script, as_json(data)))
+    return Living(policy([shared, script]), *texts, follows=data["loop"] is not None)
 
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     """Return of each parameter whether it is identified, and its 95 % interval where there is one."""
-    return {name: _uncertainty_of(estimate) for name, estimate in fit.parameters.items()}
-
-
-def _uncertainty_of(estimate: Estimate) -> Mapping[str, Any]:
-    interval = estimate.interval
-    if interval is None and estimate.larger_std is not None:
-        half = NORMAL_95 * estimate.larger_std
-        interval = (estimate.value - half, estimate.value + half)
-    return {"status": estimate.status, "interval": interval}
+    uncertainty = {}
+    for name, estimate in fit.parameters.items():
+        interval = estimate.interval
+        if interval is None and estimate.larger_std is not None:
+            half = NORMAL_95 * estimate.larger_std
+            interval = (estimate.value - half, estimate.value + half)
+        uncertainty[name] = {"status": estimate.status, "interval": interval}
+    return uncertainty
 
 
 MOST_SAMPLES = 25_000
@@ -112,7 +97,6 @@ COLUMNS = 1000  # of the line of a following error
 STEPS = 4096.0  # steps of a following error that is shown
 FINE = 2**12  # steps of the reference in a count of the encoder, or in its own longest step
 PUSHED = 16.0  # steps of what pushes the axis in its root mean square
-MEASURED = "measured"
 
 
 def followed_part(friction: Model, simulation: SimulationResult | None, following: Following | None) -> dict[str, Any] | None:
@@ -120,9 +104,14 @@ def followed_part(friction: Model, simulation: SimulationResult | None, followin
     errors = _errors(simulation, following)
     if not errors:
         return None
-    variant, reason = _computable(friction, simulation, following)
     loop: dict[str, Any] | None = None
-    if variant is not None:
+    variants = () if simulation is None else simulation.experiment.variants
+    variant = next((variant for variant in variants if variant.name == COMPENSATED), None)
+    if following is not None and following.contradiction is not None:
+        reason = "the log contradicts the simulated loop"
+    elif variant is None:
+        reason = "no loop was simulated, for which the axis file needs a controller"
+    elif not (reason := _reason_against(variant, friction)):
         try:
             loop = _loop(variant, friction)
         except InputError:
@@ -130,21 +119,9 @@ def followed_part(friction: Model, simulation: SimulationResult | None, followin
     return {"traces": [_trace(name, time, error) for name, time, error in errors], "reason": reason, "loop": loop}
 
 
-def _computable(friction: Model, simulation: SimulationResult | None, following: Following | None) -> tuple[Variant | None, str]:
-    """Return the loop in which friction is fed forward, or why a page has none to compute."""
-    if following is not None and following.contradiction is not None:
-        return None, "the log contradicts the simulated loop"
-    variants = () if simulation is None else simulation.experiment.variants
-    variant = next((variant for variant in variants if variant.name == COMPENSATED), None)
-    if variant is None:
-        return None, "no loop was simulated, for which the axis file needs a controller"
-    reason = _reason_against(variant, friction)
-    return (None, reason) if reason else (variant, "")
-
-
 def _errors(simulation: SimulationResult | None, following: Following | None) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return name, time and following error of the log and of each loop that the report tells of."""
-    rows = [] if following is None else [(MEASURED, following.time, following.error)]
+    rows = [] if following is None else [("measured", following.time, following.error)]
     contradicted = following is not None and following.contradiction is not None
     if simulation is None:
         return rows

@@ -28,8 +28,6 @@ from bristle.friction import find
 from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
-__all__ = ["BEGUN", "SAMPLE", "law_kernel", "law_part", "loop_described", "paper_experiment", "presets", "sensor_part"]
-
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
 """What lasts of a law: whether it has begun, what it is told, and from there on its state."""
 STATE = 1 + len(SAMPLE)
@@ -151,18 +149,15 @@ def presets() -> list[dict[str, str]]:
         rows.append({"word": word, "state": _state(_contact(setting, contact), path)})
     for word, file, contact in AT_REST:
         rows.append({"word": word, "state": _state(_contact(_setting(file), contact), {"path": "presliding"})})
-    rows += [{"word": f"Figure 11: tracking, {word}", "state": state} for word, state in _tracking()]
-    return sorted(rows, key=lambda row: int(row["word"].split(":")[0].split()[1]))
-
-
-def _tracking() -> list[tuple[str, str]]:
     variants = {variant.name: variant for variant in paper_experiment().variants}
     numbers = loop_described()["paper"]
     named = {"M": "M", "gain": "gain", "K_2": "K_2", "g": "g", "resolution": "resolution", "amplitude": "A", "frequency": "f"}
     loop = {"loop_body": 1} | {f"loop_{name}": numbers[key] for key, name in named.items()}
-    fed = (("equations as printed", "printed"), ("LuGre", "lugre"))
-    models = [(word, variants[name].feedforward) for word, name in fed]
-    return [(word, _state(fed.friction, loop, offset=fed.offset)) for word, fed in models if fed.friction is not None]
+    for word, name in (("equations as printed", "printed"), ("LuGre", "lugre")):
+        fed = variants[name].feedforward
+        assert fed.friction is not None
+        rows.append({"word": f"Figure 11: tracking, {word}", "state": _state(fed.friction, loop, offset=fed.offset)})
+    return sorted(rows, key=lambda row: int(row["word"].split(":")[0].split()[1]))
 
 
 def _setting(name: str) -> dict[str, Any]:

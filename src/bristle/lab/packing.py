@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["as_json", "differences", "packed", "packed_numbers", "unpacked"]
-
 
 def packed(content: bytes, before: bytes = b"") -> str:
     """Return bytes as text: deflated, without a head, and in base 64; they may repeat what went before them."""

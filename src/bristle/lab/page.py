@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from bristle.lab.rows import Replay
 
-__all__ = ["FIRST", "MARK", "SHARED", "environment", "hash_of", "joined", "lab_page", "policy"]
-
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
 FIRST = "preisach_lugre"
@@ -78,10 +76,11 @@ def lab_page(
     replay : Replay, optional
         A recorded motion that models of the same kind of axis can be led along.
     """
-    named = f"{model.name} of {source}" if model is not None and source else ""
-    own = [switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)] if model is not None else []
-    models = [*own, *(_example(name) for name in MODELS)]
-    first = 0 if own else list(MODELS).index(FIRST)
+    models, first = [_example(name) for name in MODELS], list(MODELS).index(FIRST)
+    if model is not None:
+        named = f"{model.name} of {source}" if source else ""
+        models.insert(0, switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named))
+        first = 0
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
     common = common_module()
     data = {
@@ -94,16 +93,14 @@ def lab_page(
         "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
     }
     content = as_json(data).encode("utf-8")
+    texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
+    texts["data"] = as_json({"code": packed(content), "size": len(content)})
     return (
         environment()
         .get_template("lab.html")
         .render(
-            mark=Markup(MARK),
+            {name: Markup(text) for name, text in texts.items()},
             policy=policy([shared, script], [style]),
-            style=Markup(style),
-            shared=Markup(shared),
-            script=Markup(script),
-            data=Markup(as_json({"code": packed(content), "size": len(content)})),
             provenance=dict(provenance or {}),
             version=version(),
         )

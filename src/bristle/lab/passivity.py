@@ -37,8 +37,6 @@ from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import slip
 from bristle.friction.slots import variations_of
 
-__all__ = ["SIDES", "inner_of", "of_side", "passivity_of", "release_of"]
-
 SIDES = {"forward": "_pos", "backward": "_neg"}
 ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
 CONDITIONS = {

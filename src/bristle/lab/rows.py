@@ -19,15 +19,13 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.engine.contact import state_at
 from bristle.exports.cycle import STATE
-from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.dataset import Dataset
 from bristle.identification.result import Fit
 from bristle.lab.packing import differences, packed_numbers
 from bristle.logs.log import Log
 from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
-
-__all__ = ["Replay", "decimated", "fitted_rows", "replay_of_traces", "turns_of"]
 
 MOST = 10_000
 """Points that a page carries at most."""
@@ -173,14 +171,21 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     """Return the rows of a log that a model was fitted to; None where its module cannot be led along them."""
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
-    dataset = rows_as_fitted(log, axis, treatment, _integer(treatment.get("decimation")))
+    decimation = treatment.get("decimation")
+    dataset = rows_as_fitted(log, axis, treatment, None if decimation is None else int(decimation))
     traces, count = fit.traces, dataset.time.size
     # A person's own treatment, or another version's, is not repeated by halves.
     if not np.array_equal(dataset.time, traces.time[:count]):
         return None
     spacing = math.ceil(count / MOST_ROWS)
-    selection = _chosen_rows(dataset, spacing)
-    response = _summed(dataset.response)
+    # One of so many decimated samples, where it is a row.
+    segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
+    is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
+    selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]
+    summed, middle = np.cumsum(dataset.response), dataset.response.size // 2
+    left = np.flatnonzero(np.abs(summed[:middle]) > TAIL)
+    reach = middle - int(left[0]) if left.size else 0
+    response = summed[middle - reach : middle + reach + 1]  # summed up from its first sample on, without its tails
     stretches, step = _stretches(dataset, fit, selection, response)
     chosen = np.concatenate(selection)
     residual, measured = traces.residual[:count], traces.measured[:count]
@@ -198,70 +203,28 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     )
 
 
-def _integer(number: float | None) -> int | None:
-    return None if number is None else int(number)
-
-
-def _chosen_rows(dataset: Dataset, spacing: int) -> list[np.ndarray]:
-    """Return which rows of each segment are shown: one of so many decimated samples, where it is a row."""
-    segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
-    thinned = (sample - dataset.dropped) // dataset.decimation
-    return [np.flatnonzero((segment == i) & (thinned % spacing == 0)) for i in range(len(dataset.segments))]
-
-
-def _summed(response: np.ndarray) -> np.ndarray:
-    """Return the response of the filters summed up from its first sample on, without its tails."""
-    summed, middle = np.cumsum(response), response.size // 2
-    left = np.flatnonzero(np.abs(summed[:middle]) > TAIL)
-    reach = middle - int(left[0]) if left.size else 0
-    return summed[middle - reach : middle + reach + 1]
-
-
 def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray) -> tuple[list[Stretch], float]:
     """Return the motion of each segment, and the step of its positions."""
-    runs = [_run(segment, dataset.sample_time) for segment in dataset.segments]
+    dt, runs = dataset.sample_time, []
+    for segment in dataset.segments:  # where a contact has come to after each sample, its first cycle ahead
+        velocity = np.concatenate([segment.velocity[: segment.first_cycle], segment.velocity])
+        runs.append(segment.position[0] + dt * np.cumsum(velocity))
     samples = dataset.sampled([np.arange(segment.time.size) for segment in dataset.segments])
-    middle = response.size // 2
-    near = int(np.searchsorted(response[middle:], AROUND_TURN))
-    ends = _ends(runs, near)
+    if sum(map(len, runs)) <= MOST_INTERVALS:
+        ends = [np.arange(run.size) for run in runs]
+    else:  # an interval ends after each sample near a turn, and as often as there is room for elsewhere
+        near = int(np.searchsorted(response[response.size // 2 :], AROUND_TURN))
+        ends, _ = _kept(runs, MOST_INTERVALS, max(float(np.ptp(run)) for run in runs) / FINE, near)
     step = max(float(np.max(np.abs(np.diff(run[end])), initial=0.0)) for run, end in zip(runs, ends, strict=True))
     step = (step or 1.0) / FINE
-    stretches = []
-    for segment, run, end, rows, contact in zip(
-        dataset.segments, runs, ends, selection, dataset.contacts(fit.friction, fit.plant), strict=True
-    ):
-        origin = float(segment.position[0])
-        stretches.append(
-            Stretch(
-                origin,
-                float(segment.time[0]) - dataset.sample_time * segment.first_cycle,
-                end,
-                np.round((run[end] - origin) / step),
-                samples[rows] + segment.first_cycle,
-                _begin(fit, contact),
-            )
-        )
+    stretches, contacts = [], dataset.contacts(fit.friction, fit.plant)
+    for segment, run, end, rows, contact in zip(dataset.segments, runs, ends, selection, contacts, strict=True):
+        origin, start = float(segment.position[0]), float(segment.time[0]) - dt * segment.first_cycle
+        state = state_at(fit.friction, contact) if contact else ()
+        begin = [(STATE + i, float(number)) for i, number in enumerate(state)]
+        positions = np.round((run[end] - origin) / step)
+        stretches.append(Stretch(origin, start, end, positions, samples[rows] + segment.first_cycle, begin))
     return stretches, step
-
-
-def _ends(runs: Sequence[np.ndarray], near: int) -> list[np.ndarray]:
-    """Return where intervals end: after each sample near a turn, and as often as there is room for elsewhere."""
-    if sum(map(len, runs)) <= MOST_INTERVALS:
-        return [np.arange(run.size) for run in runs]
-    travel = max(float(np.ptp(run)) for run in runs)
-    return _kept(runs, MOST_INTERVALS, travel / FINE, near)[0]
-
-
-def _run(segment: Segment, dt: float) -> np.ndarray:
-    """Return where a contact has come to after each sample, its first cycle ahead: the sum of the velocities."""
-    velocity = np.concatenate([segment.velocity[: segment.first_cycle], segment.velocity])
-    return segment.position[0] + dt * np.cumsum(velocity)
-
-
-def _begin(fit: Fit, contact: float | None) -> list[tuple[int, float]]:
-    if contact is None or not contact:
-        return []
-    return [(STATE + i, float(number)) for i, number in enumerate(state_at(fit.friction, contact))]
 
 
 def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -> list[Column]:

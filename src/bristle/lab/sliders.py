@@ -17,8 +17,6 @@ from bristle.lab.passivity import SIDES, inner_of, of_side
 from bristle.plants import pulled_inertia
 from bristle.report.symbols import symbolic
 
-__all__ = ["AROUND", "Scales", "Slider", "conditions_of", "elements_of", "pulled_by", "scales_of", "shares_of", "slider_for"]
-
 AROUND = 100.0
 """Factor from the middle of a slider without ends to either end."""
 DECADES = 100.0  # from this ratio on equal factors are taken

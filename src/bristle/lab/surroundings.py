@@ -21,8 +21,6 @@ from bristle.core.variable import Variable
 from bristle.exports.scope import defined
 from bristle.friction.enclosing import CoefficientsModel, EnclosingModel, enclosed
 
-__all__ = ["AROUND", "around_named", "surrounded"]
-
 
 class Surroundings(NamedTuple):
     """Load, temperature and effort; their names are those of no parameter of a model."""

@@ -24,14 +24,12 @@ from bristle.friction.level import RISES_WITH as RISING
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
 from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
-from bristle.lab.described import described, example_named, file_of, head_of, variables_of, walks_of
+from bristle.lab.described import described, example_named, file_of, head_of, module_described, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.lab.surroundings import AROUND, Surroundings, around_named, surrounded
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
-
-__all__ = ["SLOTS", "all_walks", "begun", "combinations", "common_module", "offered", "plain_of", "slots_described", "slots_of", "switched"]
 
 SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
 """All that can be put on, in the order of a name."""
@@ -206,16 +204,7 @@ def switched(
         "code": packed(binary, before=common),
         "offered": list(offered(plain)),
         "leans": leans,
-        "wide": {
-            "code": packed(wide.binary, before=common + binary),
-            "size": len(wide.binary),
-            "lasting": wide.lasting,
-            "contact": wide.contact,
-            "body": wide.body,
-            "parameters": wide.parameters,
-            "places": wide.places,
-            "levels": levels,
-        },
+        "wide": module_described(wide, before=common + binary) | {"levels": levels},
     }
     if slots:
         rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -19,8 +19,6 @@ from bristle.core.contracts import Model, Motion
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, hash_of, presliding_distance, subject_of, walk_of
 from bristle.lab.sliders import Scales
-
-__all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked", "walked_together"]
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
@@ -47,25 +45,22 @@ def walked_together(models: Sequence[Model], around: Sequence[float], walks: Map
     """Return the walks of one contact with several sets of slots, and of the mass with the last of them."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
-    forces = np.concatenate([_forces(model, positions, around) for model in models])
+    forces = []  # by the kernels as they stand
+    for model in models:
+        component, p = model.component, model.parameters
+        state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(positions))
+        for k in range(1, len(positions)):
+            motion = Motion((float(positions[k]) - float(positions[k - 1])) / STEP, float(positions[k]), *around)
+            force[k], move = component.trial(state, memory, motion, STEP, p)
+            state = component.commit(state, memory, move, p)
+        forces.append(force)
     places = _pushed(subject_of(models[-1]), plant, mass["push"], mass["dt"])
     return {
         "count": STEPS_WITH_SLOTS,
         "together": TOGETHER,
-        "hashes": _hashes(forces, STEPS_WITH_SLOTS * TOGETHER),
+        "hashes": _hashes(np.concatenate(forces), STEPS_WITH_SLOTS * TOGETHER),
         "mass": _hashes(places),
     }
-
-
-def _forces(model: Model, x: np.ndarray, around: Sequence[float]) -> np.ndarray:
-    """Return the force at each position, by the kernels as they stand."""
-    component, p = model.component, model.parameters
-    state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
-    for k in range(1, len(x)):
-        motion = Motion((float(x[k]) - float(x[k - 1])) / STEP, float(x[k]), *around)
-        force[k], move = component.trial(state, memory, motion, STEP, p)
-        state = component.commit(state, memory, move, p)
-    return force
 
 
 @cache
@@ -85,17 +80,12 @@ def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarra
     now = Mechanism(body, subject.virgin, 0.0, 0.0, 0.0, 0.0, 0.0)
     memory = subject.model.component.new_memory(p)
     x = np.zeros(PUSHED)
-    for k, number in enumerate(_numbers(PUSHED)):
-        effort = (number - 32768.0) * push
+    bits = SEED
+    for k in range(PUSHED):
+        bits = (bits * FACTOR + TERM) % 2**32
+        effort = ((bits >> 16) - 32768.0) * push
         after = mechanism(now, memory, effort, effort, 0.0, 0.0, dt, 1, q, p)
         # As an export keeps it: the effort of the drive with what the solve begins from.
         now = Mechanism(after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0)
         x[k] = after.plant.x
     return x
-
-
-def _numbers(count: int) -> Iterator[int]:
-    bits = SEED
-    for _ in range(count):
-        bits = (bits * FACTOR + TERM) % 2**32
-        yield bits >> 16

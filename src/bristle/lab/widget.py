@@ -24,16 +24,8 @@ try:
 except ImportError as error:
     raise MissingExtraError.of("a widget", "notebook") from error
 
-__all__ = ["Widget"]
-
 SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
 STYLES = ("lab.css", "controls.css", "widget.css")
-
-
-def _script() -> str:
-    """Return the module that a notebook runs: the scripts of the lab, and what draws them there."""
-    style = f"const STYLE = {json.dumps(joined(STYLES))};"
-    return "\n".join([joined(SCRIPTS), style, "export { walked };", "export default { render };", ""])
 
 
 class Widget(anywidget.AnyWidget):
@@ -69,7 +61,8 @@ class Widget(anywidget.AnyWidget):
     (25.0, 80.0)
     """
 
-    _esm = _script()
+    # The scripts of the lab, and what draws them in a notebook.
+    _esm = f"{joined(SCRIPTS)}\nconst STYLE = {json.dumps(joined(STYLES))};\nexport {{ walked }};\nexport default {{ render }};\n"
     model = traitlets.Any()
     _described = traitlets.Dict().tag(sync=True)
     _values = traitlets.Dict().tag(sync=True)

@@ -30,24 +30,6 @@ from bristle.plants import inertia
 from bristle.references.legs import legs_through
 from bristle.sensors import torque_seen
 
-__all__ = [
-    "Bench",
-    "Reading",
-    "Record",
-    "Sensed",
-    "Walk",
-    "bench_of",
-    "follow",
-    "led",
-    "measured",
-    "measured_loop",
-    "plant_of",
-    "read_torque",
-    "sensor_numbers",
-    "sensor_says",
-    "walk",
-]
-
 STEP = 5e-9  # of the table [m]
 
 
@@ -222,8 +204,7 @@ class Record(NamedTuple):
 
     def part(self, start: int, end: int, turn: int) -> Record:
         """Return what was read from one sample to another, and the turning points from one on."""
-        part = slice(start, end)
-        turns = self.turns[turn:]
+        part, turns = slice(start, end), self.turns[turn:]
         turns = turns[turns < end] - start
         actual = Walk(self.actual.x[part], self.actual.torque[part], turns)
         return Record(self.x[part], self.torque[part], turns, actual)
@@ -232,23 +213,18 @@ class Record(NamedTuple):
 def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
     """Return the record of a motion of the table."""
     resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
-    sensed, actual = _moved(setting, friction, list(turns))
+    speed = setting["measurement", "speed"]
+    if "bench" in setting.numbers:
+        sensor, actual, _ = led(setting, friction, turns, speed)
+        travelled = np.cumsum(np.abs(np.diff(sensor.x, prepend=0.0)))
+        now_and_then = np.searchsorted(travelled, np.arange(0.0, travelled[-1], APART))
+        part = np.union1d(now_and_then, sensor.turns)
+        ends = np.searchsorted(part, sensor.turns)
+        sensed, actual = (Walk(path.x[part], path.torque[part], ends) for path in (sensor, actual))
+    else:  # the torque sensor reads friction itself
+        sensed = actual = walk(friction, turns, speed, setting.arm, step=APART)
     read = resolution * np.round(sensed.x / resolution) if resolution > 0.0 else sensed.x
     return Record(read, sensed.torque + noise * generator.standard_normal(sensed.torque.size), sensed.turns, actual)
-
-
-def _moved(setting: Setting, friction: Model, turns: list[float]) -> tuple[Walk, Walk]:
-    """Return what the torque sensor reads over the position, and friction itself: the same where there is no bench."""
-    speed = setting["measurement", "speed"]
-    if "bench" not in setting.numbers:
-        path = walk(friction, turns, speed, setting.arm, step=APART)
-        return path, path
-    sensor, actual, _ = led(setting, friction, turns, speed)
-    travelled = np.cumsum(np.abs(np.diff(sensor.x, prepend=0.0)))
-    now_and_then = np.searchsorted(travelled, np.arange(0.0, travelled[-1], APART))
-    read = np.union1d(now_and_then, sensor.turns)
-    ends = np.searchsorted(read, sensor.turns)
-    return Walk(sensor.x[read], sensor.torque[read], ends), Walk(actual.x[read], actual.torque[read], ends)
 
 
 def measured_loop(setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator) -> list[Record]:

@@ -15,8 +15,6 @@ from bristle.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_
 from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting
 
-__all__ = ["Rippled", "figure_2", "figure_3", "rippled", "torque_of"]
-
 SAMPLE_TIME = 2.5e-4  # [s]
 
 
@@ -113,7 +111,9 @@ def figure_3(setting: Setting) -> Reproduced:
     ripple, push = (sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start)))
     torques = {"friction": sensed.friction, SENSOR: sensed.read}
     course = {name: [(runs[RIG].x[: torque.size], torque)] for name, torque in torques.items()}
-    dissipated, enclosed = (_work(setting, runs[RIG], torque) for torque in torques.values())
+    # The work of each torque in each cycle of the second half [J].
+    turned = (torque * np.diff(runs[RIG].x) / setting.arm for torque in torques.values())
+    dissipated, enclosed = (np.add.reduceat(work, runs[RIG].cycles[:-1])[-runs[RIG].settled.size :] for work in turned)
     return Reproduced(
         number=3,
         verdict="built in" if max(shares.values()) < RESTS else "refuted",
@@ -140,12 +140,6 @@ def figure_3(setting: Setting) -> Reproduced:
         },
         extras={"course": (lambda: loop_family({"from the start on": course}, "translational", "rotational"), *COURSE)},
     )
-
-
-def _work(setting: Setting, run: Rippled, torque: np.ndarray) -> np.ndarray:
-    """Return the work of a torque [N*m] in each cycle of the second half [J]."""
-    turned = torque * np.diff(run.x) / setting.arm
-    return np.add.reduceat(turned, run.cycles[:-1])[-run.settled.size :]
 
 
 def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled | None = None):

@@ -31,24 +31,6 @@ from bristle.paper.reproduced import Verdict, spread
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 
-__all__ = [
-    "CAPTION",
-    "WAYS",
-    "Economy",
-    "Fitted",
-    "economy",
-    "fitted_reformed_dahl",
-    "fitted_stops",
-    "fitted_table",
-    "numbers",
-    "quiet",
-    "repeated",
-    "seeded",
-    "sentences",
-    "table",
-    "verdict",
-]
-
 STOPS = 25
 UNSEEN = 6  # random motions
 TURNS = 24  # of each
@@ -106,7 +88,10 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
         for seed in range(seeds):
             if progress is not None:
                 progress((row * seeds + seed) / (len(counts) * seeds), f"branches measured: {count}")
-            record = _branches(setting, seeded(friction, seed), extent, count, np.random.default_rng(seed))
+            # A contact run in at its lower end, and this many branches from there.
+            tops = extent * (1.0 - 2.0 * np.arange(count) / count)
+            turns = [-extent, extent, -extent, *(turn for top in tops.tolist() for turn in (top, -extent))]
+            record = measured(setting, seeded(friction, seed), turns, np.random.default_rng(seed)).since(2)
             for name, fit in WAYS.items():
                 fitted = fit(record, setting.arm)
                 if fitted is not None:
@@ -114,13 +99,6 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
                     errors[name][row, seed] = np.mean(left)
     floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
     return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
-
-
-def _branches(setting: Setting, friction: Model, extent: float, count: int, generator: np.random.Generator) -> Record:
-    """Return the record of a contact run in at its lower end, and of this many branches from there."""
-    tops = extent * (1.0 - 2.0 * np.arange(count) / count)
-    turns = [-extent, extent, -extent, *(turn for top in tops.tolist() for turn in (top, -extent))]
-    return measured(setting, friction, turns, generator).since(2)
 
 
 def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Record]:
@@ -221,23 +199,17 @@ def verdict(cost: Economy) -> Verdict:
 
 def sentences(cost: Economy, still: Economy) -> list[str]:
     """Return in words what measuring more brings."""
+    first, second = list(WAYS)[:2]
+    gained, branches = cost.errors[first][0] - cost.errors[second][0], "branch" if cost.counts[0] == 1 else "branches"
+    nearer = [
+        f"From the same {branches}, {second} is nearer than {first} in {np.count_nonzero(gained > 0.0)} of {gained.size} "
+        f"repetitions, by {spread(gained)} %."
+    ]
     return [
         f"On motions that were not measured: {_both_ends(cost)}. A branch takes {number(cost.duration, digits=2)} s.",
-        *_pairwise(cost),
+        *(nearer if gained.size > 1 else []),
         f"The scatter of the rig alone is {number(cost.floor, digits=2)} %; no model of it does better.",
         f"On a rig that repeated itself exactly: {_both_ends(still)}.",
-    ]
-
-
-def _pairwise(cost: Economy) -> list[str]:
-    """Return in words how often the second way is nearer than the first, from the same records of fewest branches."""
-    first, second = list(WAYS)[:2]
-    gained = cost.errors[first][0] - cost.errors[second][0]
-    if gained.size < 2:
-        return []
-    return [
-        f"From the same {'branch' if cost.counts[0] == 1 else 'branches'}, {second} is nearer than {first} in "
-        f"{np.count_nonzero(gained > 0.0)} of {gained.size} repetitions, by {spread(gained)} %."
     ]
 
 

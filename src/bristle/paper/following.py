@@ -27,10 +27,7 @@ from bristle.paper.tracking import (
 )
 from bristle.report.messages import message
 from bristle.report.table import Table
-from bristle.simulation import VariantResult
 from bristle.simulation.compensation import on_another_rig
-
-__all__ = ["figure_11", "figure_12", "figure_13", "figure_14"]
 
 RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
 HALVED = 0.1  # how near to the share of the paper counts as the same
@@ -48,11 +45,6 @@ FED_FORWARD = {
     "observer": "observer, no model",
     "observer_feedforward": "observer and identified model",
 }
-
-
-def _peak(loop: VariantResult) -> str:
-    """Return the following error of a loop, peak to peak, with its spread over the runs."""
-    return f"{quoted(loop, 'following_error', 'peak_to_peak')} µm"
 
 
 def figure_11(tracked: Tracked) -> Reproduced:
@@ -84,10 +76,21 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
         for loops in (tracked, *((sound.loop,) if sound else ()))
         for name, about in on_another_rig(loops.experiment).items()
     ]
+    ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
+    directions = [f"Root mean square forward over backward: {ratios}."]
+    if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
+        directions.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
+    rows = [
+        (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
+        for name, loop in tracked.published.items()
+        for direction in loop.by_direction
+    ]
+    heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
+    by_direction = Table("Following error by direction", heads, rows)
     return Reproduced(
         number=12,
         verdict=_verdict_12(tracked, peaks, worse),
-        found=[*_sentences_12(tracked, peaks), *_directions(tracked, worse), *strangers],
+        found=[*_sentences_12(tracked, peaks), *directions, *strangers],
         draw=lambda: tracking_error(tracked.pictured, tracked.settle),
         origin=tracked.origin,
         beside=(sound.loop.origin, sound.levels.origin) if sound else (),
@@ -99,17 +102,9 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
             "forward_over_backward": worse,
             **(sound.numbers if sound else {}),
         },
-        tables=(_by_variant(tracked), _by_direction(tracked), *((sound_table(sound),) if sound else ())),
+        tables=(_by_variant(tracked), by_direction, *((sound_table(sound),) if sound else ())),
         extras={"break-away": break_away_extra(sound), "sound-margins": sound_extra(sound)} if sound else {},
     )
-
-
-def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
-    ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
-    sentences = [f"Root mean square forward over backward: {ratios}."]
-    if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
-        sentences.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
-    return sentences
 
 
 def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, float]) -> Verdict:
@@ -125,8 +120,9 @@ def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, floa
 
 def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
     variants, less = tracked.result.variants, {name: 1.0 - peaks[name] / peaks[BEFORE] for name in peaks}
+    texts = {name: f"{quoted(loop, 'following_error', 'peak_to_peak')} µm" for name, loop in variants.items()}
     paper = percent(1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE], 1.0)
-    sentences = [f"Without compensator {_peak(variants[BEFORE])} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
+    sentences = [f"Without compensator {texts[BEFORE]} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
     for name, condition in (
         (PRINTED, "With (5)–(7) as printed, nothing scaled and no constant"),
         (WITH_CONSTANT, "With the constant beside them that their loops leave over"),
@@ -134,11 +130,11 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
     ):
         if name in variants:
             sentences.append(
-                f"{condition} {_peak(variants[name])}, "
+                f"{condition} {texts[name]}, "
                 f"{percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
                 f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
             )
-    further = [f"{name.replace('_', ' and ')} {_peak(loop)}" for name, loop in variants.items() if name not in NAMES]
+    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in NAMES]
     return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
 
 
@@ -152,16 +148,6 @@ def _by_variant(tracked: Tracked) -> Table:
     runs = next(iter(tracked.result.variants.values())).runs
     caption = f"Following error: mean ± standard deviation over {runs} runs with other noise and scatter"
     return Table(caption, heads, rows).without_empty_columns()
-
-
-def _by_direction(tracked: Tracked) -> Table:
-    rows = [
-        (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
-        for name, loop in tracked.published.items()
-        for direction in loop.by_direction
-    ]
-    heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
-    return Table("Following error by direction", heads, rows)
 
 
 def figure_13(tracked: Tracked) -> Reproduced:

@@ -15,8 +15,6 @@ from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 
-__all__ = ["figure_5", "figure_6"]
-
 RIG = "virtual rig"
 
 
@@ -30,8 +28,13 @@ def figure_5(setting: Setting) -> Reproduced:
     top, bottom = float(loops[-1].torque.max()), float(loops[-1].torque.min())
     # Beyond six standard deviations of the noise a difference is one of friction.
     noise, uneven, apart = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
-    led_once = led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"])
-    sensor = sensor_numbers([led_once.sensed])
+    sensor = sensor_numbers([led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"]).sensed])
+    rows = [
+        (number(1e6 * amplitude, digits=2), str(len(records)), *(_tips(records, edge) for edge in (np.max, np.min)))
+        for amplitude, records in (rounds | {largest: again}).items()
+    ]
+    caption = "Torque at the tips of the loops [mN·m], mean and standard deviation over the rounds"
+    panels = {"amplitude by amplitude": loops, f"the largest, {repeats} times": again}
     return Reproduced(
         number=5,
         verdict="built in" if uneven > noise and apart > noise else "refuted",
@@ -40,40 +43,27 @@ def figure_5(setting: Setting) -> Reproduced:
             f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within {number(1e3 * apart, digits=2)} mN·m.",
             sensor_says(bench, sensor, "At this speed"),
         ],
-        draw=lambda: _draw({"amplitude by amplitude": loops, f"the largest, {repeats} times": again}),
+        # Loops as they are read, narrow and dark, over friction itself.
+        draw=lambda: loop_family(
+            {
+                title: {
+                    "friction": [(record.actual.x, record.actual.torque) for record in records],
+                    "torque sensor": [(record.x, record.torque) for record in records],
+                }
+                for title, records in panels.items()
+            },
+            "translational",
+            "rotational",
+        ),
         origin=setting.origin,
         numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist(), "torque_sensor": sensor},
-        tables=(_table(rounds | {largest: again}),),
+        tables=(Table(caption, ("Amplitude [µm]", "Rounds", "Forward tip", "Backward tip"), rows),),
     )
 
 
-def _draw(panels: dict[str, list[Record]]):
-    """Draw loops as they are read, narrow and dark, over friction itself."""
-    return loop_family(
-        {
-            title: {
-                "friction": [(record.actual.x, record.actual.torque) for record in loops],
-                "torque sensor": [(record.x, record.torque) for record in loops],
-            }
-            for title, loops in panels.items()
-        },
-        "translational",
-        "rotational",
-    )
-
-
-def _table(loops: dict[float, list[Record]]) -> Table:
-    """Return where the loops of each amplitude end, repeated."""
-    rows = [
-        (
-            number(1e6 * amplitude, digits=2),
-            str(len(rounds)),
-            *(spread(1e3 * np.array([edge(record.torque) for record in rounds])) for edge in (np.max, np.min)),
-        )
-        for amplitude, rounds in loops.items()
-    ]
-    heads = ("Amplitude [µm]", "Rounds", "Forward tip", "Backward tip")
-    return Table("Torque at the tips of the loops [mN·m], mean and standard deviation over the rounds", heads, rows)
+def _tips(records: list[Record], edge: Callable[[np.ndarray], float]) -> str:
+    """Return the torque at the ends of loops, as text."""
+    return spread(1e3 * np.array([edge(record.torque) for record in records]))
 
 
 def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:

@@ -16,8 +16,6 @@ from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONS
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
-__all__ = ["claim_table", "equation_table", "paper_front", "paper_report", "paper_ruling", "paper_summary"]
-
 HEADING = "The source paper, rebuilt figure by figure"
 HOLDS, UNTESTED = ("found",), ("shown",)
 STANDS = {
@@ -71,7 +69,8 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
         return Ruling("with_care", "Nothing was claimed that could be tested")
     held = [figure for figure in tested if figure.verdict in HOLDS]
     groups = {words: [figure for figure in tested if figure.verdict == verdict] for verdict, words in STANDS.items()}
-    reasons = [f"{words}: {len(group)}, {_named(group)}" for words, group in groups.items() if group]
+    named = {words: ", ".join(f"{CLAIMS[figure.number]} ({figure.number})" for figure in group) for words, group in groups.items()}
+    reasons = [f"{words}: {len(group)}, {named[words]}" for words, group in groups.items() if group]
     refuted = all(figure.verdict == "refuted" for figure in tested)
     level = "usable" if len(held) == len(tested) else "no" if refuted else "with_care"
     if len(tested) > 1:
@@ -81,21 +80,22 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
     return Ruling(level, words, tuple(reasons))
 
 
-def _named(figures: Sequence[Reproduced]) -> str:
-    """Return claims in short, each with its figure."""
-    return ", ".join(f"{CLAIMS[figure.number]} ({figure.number})" for figure in figures)
-
-
 def paper_front(figures: Sequence[Reproduced]) -> Front:
     """Return the first page of the figures that were rebuilt."""
     ruling, by_number = paper_ruling(figures), {figure.number: figure for figure in figures}
     loop, effort = by_number.get(12), by_number.get(14)
     kinds = Counter(erratum.kind for erratum in ERRATA)
+    if effort:  # the effort of the loop, without and with what is fed forward
+        rms = {name: value for name, value in effort.numbers["rms"].items() if name in NAMES}
+        efforts = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
+        cost = f"effort, root mean square: {efforts}"
+    else:
+        cost = "its figure 14 tells: `bristle paper`"
     wrong = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
     answers = answered(
         _quality(loop) if loop else [figure.found[0].rstrip(".") for figure in figures[:3]],
         ["its experiments, to be changed: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
-        _cost(effort) if effort else ["its figure 14 tells: `bristle paper`"],
+        [cost],
         [
             "the rig is of another structure than the compensators of the paper: thirty elements that scatter",
             f"{len(ERRATA)} remarks on what is printed, each with a test: {wrong}",
@@ -103,21 +103,23 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
         ["what you have changed: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
     )
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
-    return Front(HEADING, facts, ruling, answers, "claims", ALL_HOLD, _picture(loop))
-
-
-ALL_HOLD = "Each claim comes out with nothing chosen for it."
+    all_hold = "Each claim comes out with nothing chosen for it."
+    return Front(HEADING, facts, ruling, answers, "claims", all_hold, _picture(loop) if loop else None)
 
 
 def _quality(loop: Reproduced) -> list[str]:
     """Return the following error here and in the paper, without and with its compensator, and at sound margins."""
-    errors = {name: _error(loop.numbers, name) for name in (BEFORE, PRINTED, CALIBRATED)}
-    variant = PRINTED if errors[PRINTED] else CALIBRATED
+    peaks, spreads = loop.numbers["peak_to_peak"], loop.numbers["peak_to_peak_spread"]
+    variant = PRINTED if PRINTED in peaks else CALIBRATED
+    errors = {name: f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm" for name in (BEFORE, variant)}
+    less, less_in_paper = (
+        percent(1.0 - lengths[name] / lengths[BEFORE], 1.0) for lengths, name in ((peaks, variant), (IN_PAPER, COMPENSATED))
+    )
     paper = " to ".join(f"{1e6 * value:.2f}\u00a0µm" for value in IN_PAPER.values())
     lines = [
         f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[variant]} with "
         f"{NAMES[variant]}; the paper: {paper}",
-        f"that is {_less(loop.numbers['peak_to_peak'], variant)} less; the paper: {_less(IN_PAPER, COMPENSATED)}",
+        f"that is {less} less; the paper: {less_in_paper}",
     ]
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
@@ -131,28 +133,8 @@ def _quality(loop: Reproduced) -> list[str]:
     return lines
 
 
-def _less(errors: Mapping[str, float], name: str) -> str:
-    return percent(1.0 - errors[name] / errors[BEFORE], 1.0)
-
-
-def _cost(effort: Reproduced) -> list[str]:
-    """Return the effort of the loop, without and with what is fed forward."""
-    rms = {name: value for name, value in effort.numbers["rms"].items() if name in NAMES}
-    efforts = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
-    return [f"effort, root mean square: {efforts}"]
-
-
-def _error(numbers: Mapping[str, Any], name: str) -> str:
-    if name not in numbers["peak_to_peak"]:
-        return ""
-    spread = numbers["peak_to_peak_spread"].get(name, 0.0)
-    return f"{with_spread(1e6 * numbers['peak_to_peak'][name], 1e6 * spread, 0.01)}\u00a0µm"
-
-
-def _picture(loop: Reproduced | None) -> Picture | None:
-    """Return the following error of each loop beside what the paper tells; None where the loop was not rebuilt."""
-    if loop is None:
-        return None
+def _picture(loop: Reproduced) -> Picture:
+    """Return the following error of each loop beside what the paper tells."""
     peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
     names = {name: NAMES.get(name, BESIDE.get(name, name)) for name in peaks}
     best = min(peaks, key=peaks.get)

@@ -20,8 +20,6 @@ from bristle.paper.rig import BREAK_AWAY
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 
-__all__ = ["figure_1", "figure_8", "figure_9", "figure_10"]
-
 CLOSED = 0.005  # of the largest torque: what a torque sensor would not tell from nothing
 NEARLY = 0.95  # of the break-away torque: where an eye sees it
 LUGRE, RIG = "LuGre", "virtual rig"
@@ -140,6 +138,13 @@ def figure_10(setting: Setting) -> Reproduced:
     raised = {name: path._replace(torque=path.torque + apart[name]["offset"]) for name, path in walks.items()}
     beneath, names, beside = dict.fromkeys(walks, rig), (SENSOR, "model"), apart[constructed]
     left = {name: f"{percent(difference['with_offset'])} apart" for name, difference in apart.items()}
+    rows = []
+    for name, difference in apart.items():
+        shares = [*(missing[name][letter] for letter in RETURNS), difference["as_it_is"], difference["with_offset"]]
+        *before, last = (number(100.0 * share, resolution=1.0) for share in shares)
+        rows.append((name, *before, number(1e3 * difference["offset"], resolution=1.0), last))
+    heads = ("Model", "At D [%]", "At B [%]", "From the rig [%]", "Offset [mN·m]", "With it [%]")
+    table = Table("Models at the returns, and beside the rig (root mean square), of the largest torque", heads, rows)
     return Reproduced(
         number=10,
         verdict="found in part" if open_ and constructed not in open_ else "found" if not open_ else "refuted",
@@ -160,7 +165,7 @@ def figure_10(setting: Setting) -> Reproduced:
             "symmetry_error": branches.symmetry_error,
             "apart_from_rig": apart,
         },
-        tables=(_table_beside(missing, apart),),
+        tables=(table,),
         extras={"raised": (lambda: _draw(raised, left, LETTERS, beneath, names), *RAISED)},
     )
 
@@ -245,17 +250,6 @@ def _apart(model: Walk, rig: Walk) -> dict[str, float]:
         "offset": float(np.mean(difference)),
         "with_offset": float(np.std(difference)) / largest,
     }
-
-
-def _table_beside(missing: Mapping[str, Missing], apart: Mapping[str, dict[str, float]]) -> Table:
-    """Return what each model misses at the returns, and how far it is from the rig."""
-    rows = []
-    for name, difference in apart.items():
-        shares = [*(missing[name][letter] for letter in RETURNS), difference["as_it_is"], difference["with_offset"]]
-        *before, last = (number(100.0 * share, resolution=1.0) for share in shares)
-        rows.append((name, *before, number(1e3 * difference["offset"], resolution=1.0), last))
-    heads = ("Model", "At D [%]", "At B [%]", "From the rig [%]", "Offset [mN·m]", "With it [%]")
-    return Table("Models at the returns, and beside the rig (root mean square), of the largest torque", heads, rows)
 
 
 def _traces(walks: Walks) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from bristle.core.errors import InputError
 from bristle.core.typography import number
 from bristle.engine import response
@@ -13,8 +15,6 @@ from bristle.paper.setting import Setting
 from bristle.paper.sums import half_the_loop, summed, summed_as_printed
 from bristle.report.table import Table
 
-__all__ = ["figure_4"]
-
 LETTERS = "abcdefgh"
 
 
@@ -22,7 +22,12 @@ def figure_4(setting: Setting) -> Reproduced:
     """Return figure 4: how the staircase comes about, and the force by (14) and (15)."""
     operator = setting.operator
     path, arm = setting["path", "turns"].tolist(), setting.arm
-    _must_nest(setting, path)
+    # The sums stand for the turns that remain.
+    nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
+    if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
+        raise InputError(
+            "must begin far down and turn inside the two before, at least twice", path=f"{setting.source}: path.turns", value=path
+        )
     constant = arm * half_the_loop(operator, -path[0])
     # The torque [N*m] at each stage: by turning points, by the sums corrected, and as printed in both readings.
     by_turns, right, unit, signed = (
@@ -38,6 +43,15 @@ def figure_4(setting: Setting) -> Reproduced:
     constant_to = max(abs(a - b - constant) for a, b in zip(unit, by_turns, strict=True))
     wrong = max(abs(a - b) for a, b in zip(signed, by_turns, strict=True))
     half = number(1e3 * constant, digits=5)
+    rows = []
+    for i, stage in enumerate(zip(by_turns, unit, np.subtract(unit, by_turns).tolist(), signed, strict=True)):
+        equation = "(14)" if path[i + 1] > path[i] else "(15)"
+        rows.append((f"({LETTERS[i]})", equation, *(number(1e3 * torque, resolution=0.1) for torque in stage)))
+    table = Table(
+        f"Torque in mN·m where the input is at each stage: half the saturation loop is {half} mN·m",
+        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by", "As printed, relays of ±1"),
+        rows,
+    )
     return Reproduced(
         number=4,
         verdict="refuted" if max(apart, constant_to) > 1e-9 * constant else "found in part" if constant > 0.0 else "found",
@@ -56,33 +70,9 @@ def figure_4(setting: Setting) -> Reproduced:
             "by_printed_sums_of_relays_of_both_signs": signed,
             "half_of_the_saturation_loop": constant,
         },
-        tables=(_table(path, (by_turns, unit, signed), half),),
-    )
-
-
-def _table(path: list[float], torques: tuple[list[float], ...], constant: str) -> Table:
-    rows = []
-    for i, (by_turns, unit, signed) in enumerate(zip(*torques, strict=True)):
-        equation = "(14)" if path[i + 1] > path[i] else "(15)"
-        cells = (number(1e3 * torque, resolution=0.1) for torque in (by_turns, unit, unit - by_turns, signed))
-        rows.append((f"({LETTERS[i]})", equation, *cells))
-    return Table(
-        f"Torque in mN·m where the input is at each stage: half the saturation loop is {constant} mN·m",
-        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by", "As printed, relays of ±1"),
-        rows,
+        tables=(table,),
     )
 
 
 def _rounding(apart: float) -> str:
     return "rounding" if apart < 1e-15 else f"{apart:.0e} N·m".replace("e-", "e−")
-
-
-def _must_nest(setting: Setting, path: list[float]) -> None:
-    """Refuse a history whose turns are not each inside the ones before: the sums stand for those that remain."""
-    nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
-    if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
-        raise InputError(
-            "must begin far down and turn inside the two before, at least twice",
-            path=f"{setting.source}: path.turns",
-            value=setting["path", "turns"].tolist(),
-        )

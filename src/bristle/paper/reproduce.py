@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
 from pathlib import Path
 
 from bristle.core.errors import InputError
@@ -15,8 +14,6 @@ from bristle.paper.plane import figure_4
 from bristle.paper.reproduced import Reproduced
 from bristle.paper.setting import EXPERIMENTS, Setting, read_setting
 from bristle.paper.tracking import BEFORE, Sound, Tracked, figure_7
-
-__all__ = ["FIGURES", "reproduce"]
 
 Progress = Callable[[float, str], None]
 
@@ -76,8 +73,15 @@ def reproduce(
         part = _part_of(progress, completed / total, weight / total, f"figure {number}")
         part(0.0, "")
         if number in ALL_LOOPS:
-            tracked.listeners[:] = [partial(_third, part, 0) if number == 12 else part]
-            figures.append(figure_12(tracked, _beside(folder, allow_code, part)) if number == 12 else LOOPS[number](tracked))
+            tracked.report = part
+            if number != 12:
+                figures.append(LOOPS[number](tracked))
+            else:  # its own loop is simulated first, then those beside it
+                tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
+                loop, levels = folder / "set_c.toml", folder / "set_a_break_away.toml"
+                is_there = loop.exists() or levels.exists()  # a copy may have none of them
+                beside = Tracked(loop, allow_code, (BEFORE,), at_loop), Tracked(levels, allow_code, (), at_levels)
+                figures.append(figure_12(tracked, Sound(*beside) if is_there else None))
         else:
             setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
             if number == 6:
@@ -88,28 +92,11 @@ def reproduce(
     return figures
 
 
-def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound | None:
-    """Return the experiments that belong to figure 12 besides that of the loop; None in a copy that has none of them.
-
-    They are simulated once the figure's own loop is: what they report of is the second and the last third of it.
-    """
-    loop, levels = folder / "set_c.toml", folder / "set_a_break_away.toml"
-    if not (loop.exists() or levels.exists()):
-        return None
-    return Sound(
-        Tracked(loop, allow_code, (BEFORE,), [partial(_third, report, 1)]), Tracked(levels, allow_code, (), [partial(_third, report, 2)])
-    )
-
-
-def _third(report: Progress, number: int, share: float, text: str) -> None:
-    report((number + share) / 3.0, text)
-
-
-def _part_of(progress: Progress | None, start: float, share: float, name: str) -> Progress:
+def _part_of(progress: Progress | None, start: float, share: float, name: str = "") -> Progress:
     """Return what a part of the work reports to."""
 
     def report(completed: float, text: str) -> None:
         if progress is not None:
-            progress(start + share * completed, f"{name}, {text}" if text else name)
+            progress(start + share * completed, ", ".join(filter(None, (name, text))))
 
     return report

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
     from bristle.report.table import Table
 
-__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "in_millinewtons", "percent", "spread"]
-
 Verdict = Literal["found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"]
 
 
@@ -36,9 +33,7 @@ class Words(NamedTuple):
     alternative: str
 
 
-@cache
-def _all_words() -> dict[str, dict[str, str]]:
-    return read_toml(Path(str(files("bristle.paper") / "words.toml"))).data
+_all_words = cache(lambda: read_toml(Path(__file__).with_name("words.toml")).data)
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,6 @@ from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.simulation import simulate
 
-__all__ = ["SETS", "Rig", "axis_of", "compensator_from_log", "logged", "rig_friction", "screw_ratio", "write_models"]
-
 ELEMENTS, BREAK_AWAY, SEED = 30, 7e-6, 7
 COULOMB, STATIC, VISCOUS = 34e-3, 40e-3, 3e-3  # torques [N*m], and torque over speed [N*m*s/rad]
 STRIBECK = 0.5  # [rad/s]

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.content import Content, Origin, content_of
+from bristle.core.content import Origin, content_of
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
@@ -43,8 +43,6 @@ from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.hysteresis import OPERATORS
 from bristle.plants import PLANTS
-
-__all__ = ["EXPERIMENTS", "Setting", "read_setting", "write_experiments"]
 
 KIND: Kind = "translational"
 
@@ -104,7 +102,6 @@ KEYS = ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS)
 class Setting:
     """An experiment on a contact or an operator."""
 
-    name: str
     source: Path
     origin: Origin
     arm: float
@@ -117,68 +114,54 @@ class Setting:
         """Return a number, or a list of them, by table and key."""
         section, key = path
         if key not in self.numbers.get(section, {}):
-            raise InputError("is missing, and this experiment needs it", path=f"{self.source}: {section}.{key}")
+            raise self._missing(f"{section}.{key}")
         return self.numbers[section][key]
 
     def contact(self, name: str) -> Model:
         """Return a friction model by name."""
         if name not in self.contacts:
-            raise InputError(
-                "is missing, and this experiment needs it",
-                path=f"{self.source}: contact.{name}",
-                mend=f"Write [contact.{name}] with a friction model",
-            )
+            raise self._missing(f"contact.{name}", f"Write [contact.{name}] with a friction model")
         return self.contacts[name]
 
     @property
     def operator(self) -> Model:
         """The first hysteresis operator."""
         if not self.operators:
-            raise InputError(
-                "is missing, and this experiment needs it",
-                path=f"{self.source}: operator",
-                mend='Write [operator.f_h] and, below it, model = "preisach"',
-            )
+            raise self._missing("operator", 'Write [operator.f_h] and, below it, model = "preisach"')
         return next(iter(self.operators.values()))
 
     @property
     def mass(self) -> Model:
         """What a torque drives."""
         if self.plant is None:
-            raise InputError("is missing, and this experiment needs it", path=f"{self.source}: plant")
+            raise self._missing("plant")
         return self.plant
+
+    def _missing(self, key: str, mend: str = "") -> InputError:
+        return InputError("is missing, and this experiment needs it", path=f"{self.source}: {key}", mend=mend)
 
 
 def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
     """Return the experiment on a contact or an operator that a file describes."""
     content = content_of(path, limit=TOML_LIMIT)
     data, source, _ = read_toml(content)
+    sources = Sources(source.parent, allow_code)
     try:
-        return _setting_from(data, content, Sources(source.parent, allow_code))
+        check_keys(data, KEYS, "")
+        check_schema(data)
+        lead = number_at(data.get("lead", 2.0 * math.pi), Variable("length", "lead", min=1e-9), "translational", "lead")
+        contacts, operators = (table_at(data.get(section, {}), section).items() for section in ("contact", "operator"))
+        return Setting(
+            source=content.source,
+            origin=content.origin,
+            arm=lead / (2.0 * math.pi),
+            contacts={name: sources.friction(table, KIND, f"contact.{name}")[1] for name, table in contacts},
+            operators={name: model_from(table, OPERATORS, kind=KIND, path=f"operator.{name}") for name, table in operators},
+            plant=model_from(data["plant"], PLANTS, kind=KIND, path="plant") if "plant" in data else None,
+            numbers={section: _numbers(data[section], section) for section in SECTIONS if section in data},
+        )
     except InputError as error:
         raise error.at(str(path)) from None
-
-
-def _setting_from(data: dict[str, Any], content: Content, sources: Sources) -> Setting:
-    check_keys(data, KEYS, "")
-    check_schema(data)
-    lead = number_at(data.get("lead", 2.0 * math.pi), Variable("length", "lead", min=1e-9), "translational", "lead")
-    return Setting(
-        name=str(data.get("name", content.source.stem)),
-        source=content.source,
-        origin=content.origin,
-        arm=lead / (2.0 * math.pi),
-        contacts={
-            name: sources.friction(table, KIND, f"contact.{name}")[1]
-            for name, table in table_at(data.get("contact", {}), "contact").items()
-        },
-        operators={
-            name: model_from(table, OPERATORS, kind=KIND, path=f"operator.{name}")
-            for name, table in table_at(data.get("operator", {}), "operator").items()
-        },
-        plant=model_from(data["plant"], PLANTS, kind=KIND, path="plant") if "plant" in data else None,
-        numbers={section: _numbers(data[section], section) for section in SECTIONS if section in data},
-    )
 
 
 def _numbers(value: Any, section: str) -> dict[str, Any]:

@@ -24,8 +24,6 @@ from collections.abc import Sequence
 from bristle.core.contracts import Model
 from bristle.core.dispatch import everett
 
-__all__ = ["half_the_loop", "summed", "summed_as_printed"]
-
 
 def half_the_loop(operator: Model, reach: float) -> float:
     """Return half the height [N or N*m] of the loop between -reach and reach [m or rad]."""

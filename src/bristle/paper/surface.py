@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["reaching_time", "sampled_bound", "ultimate_bound"]
-
 # The bound feeds back on itself, and settles at once unless sample time and delay are nearly too long for it.
 ITERATIONS = 10_000
 

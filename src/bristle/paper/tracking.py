@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,27 +31,6 @@ from bristle.simulation import SimulationResult, VariantResult, simulate
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "BEFORE",
-    "CALIBRATED",
-    "COMPENSATED",
-    "IN_PAPER",
-    "NAMES",
-    "PRINTED",
-    "WITH_CONSTANT",
-    "DivergedError",
-    "Sound",
-    "Tracked",
-    "break_away_extra",
-    "figure_7",
-    "least_margins",
-    "quoted",
-    "sound_extra",
-    "sound_table",
-    "spread_of",
-    "with_spread",
-]
-
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
 NAMES = {BEFORE: "no compensator", PRINTED: "(5)–(7) as printed", WITH_CONSTANT: "(5)–(7) and a constant", CALIBRATED: "calibrated, × 0.64"}
 COMPENSATED = "compensated"
@@ -64,14 +43,14 @@ class DivergedError(BristleError):
     exit_code = 1
 
 
-@dataclass(frozen=True)
+@dataclass
 class Tracked:
     """The tracking experiment, simulated once for all figures that show it."""
 
     source: Path
     allow_code: bool = False
     needed: tuple[str, ...] = (BEFORE, CALIBRATED)
-    listeners: list[Callable[[float, str], None]] = field(default_factory=list)
+    report: Callable[[float, str], None] | None = None
 
     @cached_property
     def experiment(self) -> Experiment:
@@ -91,15 +70,11 @@ class Tracked:
     @cached_property
     def result(self) -> SimulationResult:
         """All variants, simulated."""
-        result = simulate(self.experiment, self._tell)
+        result = simulate(self.experiment, self.report)
         for name, loop in result.variants.items():
             if loop.status is Status.NOT_FINITE:
                 raise DivergedError(f"{self.source}: compare.{name}: {loop.status.sentence}")
         return result
-
-    def _tell(self, share: float, text: str) -> None:
-        for listener in self.listeners:
-            listener(share, text)
 
     @property
     def published(self) -> dict[str, VariantResult]:

@@ -26,8 +26,6 @@ from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
 from bristle.server.routes import Routes
 
-__all__ = ["application", "protocol_with_limits", "server_page"]
-
 
 def application(folder: Path, token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (frozen)
     """Return the application."""
@@ -57,7 +55,6 @@ async def _refused(_: Request, error: Exception) -> Response:
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
-FIRST_TARGET = "table"
 TO_PAGE = 'location.replace("/" + location.hash)'
 ENTER = (
     f'<!DOCTYPE html><html lang="en"><title>bristle</title><script>{TO_PAGE}</script></html>',
@@ -68,36 +65,25 @@ ENTER = (
 
 def server_page(limits: Limits) -> tuple[str, str]:
     """Return the page, and the policy under which a browser runs it."""
-    script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
-    style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
-    page = (
-        environment("bristle.server")
-        .get_template("server.html")
-        .render(style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version())
-    )
-    return page, _policy(script, style)
-
-
-def _policy(script: str, style: str) -> str:
-    """Return what the page may do: run its script, use its style, speak to its server and show a report of it."""
-    return (
-        f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "
-        "connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    )
-
-
-def _data(limits: Limits) -> str:
     first = DEFAULT_MODELS.split(",")
-    models: list[dict[str, Any]] = [
-        {"name": name, "description": find(name).description, "first": name in first} for name in dict.fromkeys([*first, *MODELS])
-    ]
+    names = dict.fromkeys([*first, *MODELS])
+    models = [{"name": name, "description": find(name).description, "first": name in first} for name in names]
     targets = [
-        {"name": name, "title": target.title or name, "description": target.description, "first": name == FIRST_TARGET}
+        {"name": name, "title": target.title or name, "description": target.description, "first": name == "table"}
         for name, target in TARGETS.items()
         if not target.needs
     ]
-    data = {"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs}
-    return as_json(data)
+    data = as_json({"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs})
+    script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
+    style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
+    template = environment("bristle.server").get_template("server.html")
+    page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=version())
+    # It may run its script, use its style, speak to its server and show a report of it.
+    policy = (
+        f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "
+        "connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    return page, policy
 
 
 ARRIVES = 0.1  # [s] within which what was sent with a connection is read

@@ -14,8 +14,6 @@ from bristle.files.components import FILL_IN
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-__all__ = ["CHANNELS", "EMPTY", "edited", "form_of"]
-
 CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)
 """What a column of the form may be."""
 EMPTY = 'schema = 1\nname = "axis"\n'
@@ -61,35 +59,27 @@ def _set(document: Any, key: str, value: Any) -> None:
         table.pop(last, None)
     else:
         table[last] = value
-    if not parents:
-        return
     if not table and len(parents) > 1:
         document[parents[0]].pop(parents[1], None)
 
 
 def form_of(axis_file: Content) -> dict[str, Any]:
     """Return what a form shows of an axis file: its tables, the keys that are open, and the remarks beside them."""
-    tables = read_toml(axis_file).data
-    plain = {key: value for key, value in tables.items() if _is_plain(value)}
-    return {
-        "tables": plain | {"columns": _columns(tables.get("columns"))},
-        "missing": list(_open(tables, "")),
-        "remarks": _remarks(axis_file.data.decode("utf-8-sig")),
-    }
+    import tomlkit
 
-
-def _columns(entries: Any) -> dict[str, Mapping[str, Any]]:
-    """Return the columns in their long form; what is no column is refused where the file is read."""
-    columns = {}
+    tables, text = read_toml(axis_file).data, axis_file.data.decode("utf-8-sig")
+    entries, columns = tables.get("columns"), {}
     for name, value in entries.items() if isinstance(entries, Mapping) else ():
-        entry = long_form(value)
+        entry = long_form(value)  # what is no column is refused where the file is read
         if isinstance(entry, Mapping) and isinstance(column := by_number(entry.get("column", "")), str):
             columns[name] = {**entry, "column": column}
-    return columns
-
-
-def _is_plain(value: Any) -> bool:
-    return isinstance(value, (str, int, float, Mapping))
+    remarks = {}
+    for name, table in tomlkit.parse(text).items():
+        for key, item in table.items() if isinstance(table, Mapping) else ():
+            if comment := getattr(getattr(item, "trivia", None), "comment", ""):
+                remarks[f"{name}.{key}"] = comment.lstrip("# ")
+    plain = {key: value for key, value in tables.items() if isinstance(value, (str, int, float, Mapping))}
+    return {"tables": plain | {"columns": columns}, "missing": list(_open(tables, "")), "remarks": remarks}
 
 
 def _open(tables: Any, path: str) -> Iterator[str]:
@@ -98,16 +88,3 @@ def _open(tables: Any, path: str) -> Iterator[str]:
             yield from _open(value, f"{path}.{key}" if path else str(key))
     elif tables == FILL_IN:
         yield path
-
-
-def _remarks(text: str) -> dict[str, str]:
-    """Return what is remarked behind a key, by key."""
-    import tomlkit
-
-    remarks = {}
-    for name, table in tomlkit.parse(text).items():
-        for key, item in table.items() if isinstance(table, Mapping) else ():
-            comment = getattr(getattr(item, "trivia", None), "comment", "")
-            if comment:
-                remarks[f"{name}.{key}"] = comment.lstrip("# ")
-    return remarks

@@ -13,8 +13,6 @@ from starlette.requests import ClientDisconnect, Request
 from bristle.core.content import size_in_words
 from bristle.core.errors import InputError
 
-__all__ = ["RefusedRequestError", "json_of", "stored"]
-
 
 class RefusedRequestError(InputError):
     """A request that is not answered; `status` is that of HTTP."""
@@ -52,8 +50,15 @@ async def json_of(request: Request, most: int, silence: float) -> dict[str, Any]
 
 async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[bytes]:
     announced = request.headers.get("content-length", "0")
+    too_large = RefusedRequestError(
+        413,
+        "is larger than is taken",
+        path="file",
+        allowed=f"up to {size_in_words(most)}",
+        mend='Cut the log, or start again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
+    )
     if announced.isdecimal() and int(announced) > most:
-        raise _too_large(most)
+        raise too_large
     size, stream = 0, request.stream()
     try:
         while True:
@@ -63,19 +68,9 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
                 return
             size += len(piece)
             if size > most:
-                raise _too_large(most)
+                raise too_large
             yield piece
     except TimeoutError:
         raise RefusedRequestError(408, f"has said nothing for {silence:g} s", path="request") from None
     except ClientDisconnect:
         raise RefusedRequestError(400, "was broken off", path="request") from None
-
-
-def _too_large(most: int) -> RefusedRequestError:
-    return RefusedRequestError(
-        413,
-        "is larger than is taken",
-        path="file",
-        allowed=f"up to {size_in_words(most)}",
-        mend='Cut the log, or start again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
-    )

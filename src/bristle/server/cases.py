@@ -16,8 +16,6 @@ from bristle.server.bodies import RefusedRequestError
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
-__all__ = ["ROLES", "Case", "Cases", "Part", "StoredFile", "label_of"]
-
 ROLES = ("fit", "held_out", "axis")
 """What a file is for: to be fitted to, to be predicted only, to describe the axis."""
 LONGEST_LABEL = 100

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -16,14 +15,11 @@ from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 
-__all__ = ["DATA", "Answer", "Errand", "LabelledLog", "command", "thinned", "zipped"]
-
 Answer = tuple[dict[str, Any], dict[str, Any]]
 """What the page is told at once, and the rest, which it asks for."""
-BUCKETS, DIGITS = 1500, 8  # of a curve: points of a screen in pairs, and digits of a number
+BUCKETS = 1500  # of a curve: points of a screen in pairs
 DATA = "data.json"
 """What a job leaves for the page, in its folder."""
-EPOCH = (1980, 1, 1, 0, 0, 0)  # the same results are the same archive
 
 
 @dataclass(frozen=True)
@@ -98,11 +94,6 @@ class Errand:
         return value
 
 
-def command(*words: str) -> str:
-    """Return the command line that does the same."""
-    return shlex.join(["bristle", *words])
-
-
 def zipped(folder: Path) -> None:
     """Write the files of a folder into an archive beside it, without the note by which bristle knows its own folders."""
     import zipfile
@@ -112,7 +103,7 @@ def zipped(folder: Path) -> None:
     with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob("*")):
             if file.is_file() and file.name != NOTE:
-                entry = zipfile.ZipInfo(str(file.relative_to(folder)), EPOCH)
+                entry = zipfile.ZipInfo(str(file.relative_to(folder)))  # without a time: the same results are the same archive
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, file.read_bytes())
 
@@ -126,8 +117,5 @@ def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:
         first = np.nan_to_num(signals[0])
         ends = [begin + np.array([np.argmin(first[begin:end]), np.argmax(first[begin:end])]) for begin, end in pairwise(edges)]
         places = np.unique(np.concatenate([*ends, [0, count - 1]]))
-    return [[_short(value) for value in np.asarray(values, float)[places]] for values in (time, *signals)]
-
-
-def _short(value: float) -> float | None:
-    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
+    rows = (np.asarray(values, float)[places] for values in (time, *signals))
+    return [[float(f"{value:.8g}") if np.isfinite(value) else None for value in row] for row in rows]

@@ -12,13 +12,11 @@ import asyncio
 import os
 import secrets
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
-
-__all__ = ["ENTRANCE", "HAS_TOKEN", "LOOPBACK", "TOKEN", "Gate", "Opening"]
 
 LOOPBACK = "127.0.0.1"
 TOKEN = "x-bristle-token"
@@ -56,7 +54,10 @@ class Gate:
 
         async def send_in_time(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = _with_own(message.get("headers", ()))
+                headers = list(message.get("headers", ()))
+                names = {name.lower() for name, _ in headers}
+                own = ((name.encode(), value.encode()) for name, value in HEADERS.items())
+                message["headers"] = headers + [header for header in own if header[0] not in names]
             await asyncio.wait_for(send(message), self._patience)
 
         refusal = self._refusal(scope)
@@ -89,18 +90,10 @@ def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[byte
     return [value for key, value in headers if key.lower() == name]
 
 
-def _with_own(headers: Iterable[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
-    """Return the headers of an answer with those of every answer, where it has none of its own."""
-    own: Mapping[bytes, bytes] = {name.encode(): value.encode() for name, value in HEADERS.items()}
-    names = {name.lower() for name, _ in headers}
-    return [*headers, *((name, value) for name, value in own.items() if name not in names)]
-
-
 def _refused(status: int, message: str) -> JSONResponse:
     return JSONResponse({"message": message}, status, headers={"connection": "close"})
 
 
-FILE = "open.html"
 OFFERED = 60.0  # [s] within which a browser begins, on a slow machine too
 LEADS_ON = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>bristle</title><meta name="referrer" content="no-referrer">
@@ -112,7 +105,7 @@ class Opening:
     """The way in for a browser that is opened."""
 
     def __init__(self, folder: Path, port: int, token: str) -> None:
-        self._file, self._ticket = folder / FILE, ""
+        self._file, self._ticket = folder / "open.html", ""
         self._base, self._token = f"http://{LOOPBACK}:{port}{ENTRANCE}", token
 
     def offer(self, seconds: float = OFFERED) -> Path:

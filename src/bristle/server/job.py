@@ -15,8 +15,6 @@ from typing import Any
 from bristle.core.errors import in_one_line, shortened
 from bristle.server.limits import Limits
 
-__all__ = ["Job"]
-
 LONGEST_LINE = 2**20
 TAIL = 2000  # of what a library complains of
 CODE = "from bristle.server.worker import main; main()"
@@ -40,16 +38,9 @@ class Job:
 
     def as_data(self) -> dict[str, Any]:
         """Return what the page is told."""
+        facts = {name: getattr(self, name) for name in ("task", "state", "share", "text", "message")}
         seconds = (self._ended or time.monotonic()) - self._begun
-        return {
-            "task": self.task,
-            "state": self.state,
-            "share": self.share,
-            "text": self.text,
-            "message": self.message,
-            "seconds": round(seconds, 1),
-            "cancelled": self._cancelled,
-        }
+        return facts | {"seconds": round(seconds, 1), "cancelled": self._cancelled}
 
     async def run(self, request: Mapping[str, Any]) -> bool:
         """Do the work; return whether it was done."""
@@ -68,7 +59,20 @@ class Job:
 
     async def _ended_with(self, request: Mapping[str, Any]) -> tuple[int, str]:
         """Let a process do the work; return its exit code and the last line that it complained of."""
-        self._process = process = await _started()
+        self._process = process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-P",
+            "-c",
+            CODE,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(place for place in sys.path if place)},
+            limit=LONGEST_LINE,
+            # A group of its own: Ctrl-C goes to the server, which ends its jobs.
+            start_new_session=sys.platform != "win32",
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
         asking = asyncio.get_running_loop().call_later(max(0.0, self._limits.job_seconds - self._limits.grace_seconds), self.cancel)
         complaints = asyncio.create_task(_last_of(process.stderr))
         try:
@@ -92,15 +96,13 @@ class Job:
             process.stdin.write(json.dumps(request).encode() + b"\n")
             await process.stdin.drain()
         while line := await process.stdout.readline():
-            self._take(json.loads(line))
-
-    def _take(self, event: Mapping[str, Any]) -> None:
-        if "share" in event:
-            self.share, self.text = float(event["share"]), str(event["text"])
-        elif "facts" in event:
-            self.facts, self.share, self._answered = dict(event["facts"]), 1.0, True
-        else:
-            self.message = str(event.get("refused", ""))
+            event = json.loads(line)
+            if "share" in event:
+                self.share, self.text = float(event["share"]), str(event["text"])
+            elif "facts" in event:
+                self.facts, self.share, self._answered = dict(event["facts"]), 1.0, True
+            else:
+                self.message = str(event.get("refused", ""))
 
     def _ending(self, code: int, complaint: str) -> str:
         if self._killed:
@@ -127,24 +129,6 @@ class Job:
         self._killed = True
         if self._process is not None:
             _kill(self._process)
-
-
-async def _started() -> asyncio.subprocess.Process:
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(place for place in sys.path if place)}
-    return await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-P",
-        "-c",
-        CODE,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=environment,
-        limit=LONGEST_LINE,
-        # A group of its own: Ctrl-C goes to the server, which ends its jobs.
-        start_new_session=sys.platform != "win32",
-        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-    )
 
 
 def _kill(process: asyncio.subprocess.Process) -> None:

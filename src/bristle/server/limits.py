@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from bristle.core.content import SIZE_LIMIT
 
-__all__ = ["Limits"]
-
 
 @dataclass(frozen=True)
 class Limits:

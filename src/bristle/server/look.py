@@ -6,14 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.files.components import FILL_IN
 from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
 from bristle.server.errand import Answer, Errand, thinned
 from bristle.workflow.commands import Inspected, inspect_log
-
-__all__ = ["look"]
 
 PLOTTED = ("position", "velocity", "reference", "effort")
 
@@ -28,13 +25,30 @@ def look(errand: Errand) -> Answer:
         text = proposed.proposal.text if proposed.proposal else f"{EMPTY}\n[columns]\n"
     text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
     errand = Errand(**{**vars(errand), "axis_text": text})
-    axis, refusal = _axis(errand)
-    if axis is not None:
+    axis, refusal = None, ""
+    try:
+        axis = errand.axis()
+    except InputError as error:  # why its file does not serve yet
+        refusal = str(error)
+    if axis is not None or proposed is None:
         inspected = inspect_log(content, axis, size_limit=errand.size_limit)
     else:
-        inspected = proposed or inspect_log(content, size_limit=errand.size_limit)
+        inspected = proposed
     form = form_of(errand.axis_file)
-    as_read = axis is not None and inspected.log
+    if axis is not None and inspected.log:  # channels in SI of the axis
+        plots = [
+            {
+                "word": name,
+                "unit": channel.unit,
+                "column": channel.column,
+                "curve": thinned(inspected.log.time.values, channel.values),
+                "time_unit": "s",
+            }
+            for name, channel in inspected.log.channels()
+            if name in PLOTTED
+        ]
+    else:
+        plots = _of_columns(inspected, form["tables"]["columns"])
     problems = inspected.summary["problems"] if axis is not None else []
     data = {
         "log": errand.fitted[0].label,
@@ -46,29 +60,10 @@ def look(errand: Errand) -> Answer:
         "problems": problems,
         "diagnostics": inspected.summary["diagnostics"] if axis is not None else [],
         "kind": inspected.summary["kind"],
-        "plots": _of_log(inspected) if as_read else _of_columns(inspected, form["tables"]["columns"]),
+        "plots": plots,
     }
     facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
     return facts, data
-
-
-def _axis(errand: Errand) -> tuple[Axis | None, str]:
-    """Return the axis, or why its file does not serve yet."""
-    try:
-        return errand.axis(), ""
-    except InputError as error:
-        return None, str(error)
-
-
-def _of_log(inspected: Inspected) -> list[dict[str, Any]]:
-    """Return the channels of a log, in SI of the axis."""
-    log = inspected.log
-    assert log is not None
-    return [
-        {"word": name, "unit": channel.unit, "column": channel.column, "curve": thinned(log.time.values, channel.values), "time_unit": "s"}
-        for name, channel in log.channels()
-        if name in PLOTTED
-    ]
 
 
 def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:

@@ -17,8 +17,6 @@ from pathlib import Path
 
 from bristle.files.owned import lock
 
-__all__ = ["NOTE", "PREFIX", "own_folder"]
-
 PREFIX = "bristle-lab-"
 NOTE = ".bristle-lab"
 LONGEST_NOTE = 200  # [byte]
@@ -72,17 +70,12 @@ def _remove_if_dead(path: Path, folder: int) -> None:
         status = os.fstat(folder)
         is_ours = {status.st_uid, os.fstat(note).st_uid} == {os.getuid()}
         if is_ours and os.read(note, LONGEST_NOTE) == _words_of(path.name, status) and lock(note):
-            _empty(folder)
+            for name in os.listdir(folder):  # the note goes last: what could not be removed is found again
+                if stat.S_ISDIR(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
+                    shutil.rmtree(name, dir_fd=folder)
+                elif name != NOTE:
+                    os.unlink(name, dir_fd=folder)
             os.unlink(NOTE, dir_fd=folder)
             os.rmdir(path)
     finally:
         os.close(note)
-
-
-def _empty(folder: int) -> None:
-    """Remove all that is in a folder but its note, which goes last: what could not be removed is found again."""
-    for name in os.listdir(folder):
-        if stat.S_ISDIR(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
-            shutil.rmtree(name, dir_fd=folder)
-        elif name != NOTE:
-            os.unlink(name, dir_fd=folder)

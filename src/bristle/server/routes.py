@@ -21,9 +21,6 @@ from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
-__all__ = ["Routes"]
-
-FAREWELL = 5.0  # [s] for processes that were killed to be gone
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
 """Job -> what it leaves."""
@@ -111,8 +108,12 @@ class Routes:
             self._cases.receiving -= reserved
         file = StoredFile(number, label_of(request.headers.get("x-bristle-name", "")), role, size, place)
         if role == "axis":
-            case.axis, case.axis_label = _text_in(file), file.label
-            place.unlink()
+            try:
+                case.axis, case.axis_label = place.read_text(encoding="utf-8-sig"), file.label
+            except UnicodeDecodeError:
+                raise RefusedRequestError(400, "is not a text file in UTF-8", path=file.label) from None
+            finally:
+                place.unlink()
         else:
             case.files[number] = file
         case.changed(role)
@@ -229,7 +230,7 @@ class Routes:
             if case.job is not None:
                 case.job.kill()
         if self._work:
-            await asyncio.wait(self._work, timeout=FAREWELL)
+            await asyncio.wait(self._work, timeout=5.0)  # until processes that were killed are gone
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]
@@ -249,10 +250,3 @@ class Routes:
 
     async def _body(self, request: Request) -> dict[str, Any]:
         return await json_of(request, self._limits.body_size, self._limits.silence_seconds)
-
-
-def _text_in(file: StoredFile) -> str:
-    try:
-        return file.place.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise RefusedRequestError(400, "is not a text file in UTF-8", path=file.label) from None

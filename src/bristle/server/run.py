@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp
     from uvicorn import Server
 
-__all__ = ["listening_on", "serve", "server_of"]
-
 LOOPBACK = "127.0.0.1"
 BACKLOG, KEEP_ALIVE, FAREWELL = 128, 5, 1  # connections waiting; [s] each
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +14,13 @@ from bristle.files.toml import read_toml
 from bristle.friction import DEFAULT_MODELS
 from bristle.report.log import passage_table
 from bristle.server.axis_form import EMPTY, edited
-from bristle.server.errand import Answer, Errand, command, thinned, zipped
+from bristle.server.errand import Answer, Errand, thinned, zipped
 from bristle.server.look import look
 from bristle.workflow.commands import inspect_log
 
 if TYPE_CHECKING:
     from bristle.report.table import Table
     from bristle.workflow.identified import Identified, Outcome
-
-__all__ = ["TASKS"]
 
 POINTS = 20  # of a table of a drive
 DRAWS = 100
@@ -56,31 +55,21 @@ def identify(errand: Errand) -> Answer:
 
     axis, axis_file = errand.axis(), errand.axis_file
     logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
-    models, options = _options(errand)
+    models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
+    options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
+    words = ["bristle", "identify", *(log.label for log in errand.fitted), "--axis", errand.axis_label, "--model", ",".join(models)]
+    words += ["--draws", str(options["draws"])] if options["draws"] != DRAWS else []
+    words += ["--cutoff", options["cutoff"]] if options["cutoff"] else []
+    command = shlex.join([*words, "--out", "results"])
     with errand.interruptible():
         identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
-    outcome = identified.outcome_with(command=_command(errand), axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
+    outcome = identified.outcome_with(command=command, axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
     with results_folder(errand.folder / "results") as folder:
         outcome.write(folder)
     zipped(errand.folder / "results")
     verdict = outcome.summary["verdict"]
     facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
     return facts, _findings(identified, outcome)
-
-
-def _options(errand: Errand) -> tuple[list[str], dict[str, Any]]:
-    models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
-    return models, {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
-
-
-def _command(errand: Errand) -> str:
-    """Return the command line that gives the same."""
-    words = ["identify", *(log.label for log in errand.fitted), "--axis", errand.axis_label]
-    models, options = _options(errand)
-    words += ["--model", ",".join(models)]
-    words += ["--draws", str(options["draws"])] if options["draws"] != DRAWS else []
-    words += ["--cutoff", options["cutoff"]] if options["cutoff"] else []
-    return command(*words, "--out", "results")
 
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
@@ -155,23 +144,19 @@ def export(errand: Errand) -> Answer:
     points = errand.count("points", POINTS)
     errand.report(0.2, f"writing for {target}")
     axis = errand.axis_file if errand.axis_text else None
-    words = ["export", "results", "--to", target, "--out", f"{name}_{target}", "--name", name]
+    words = ["bristle", "export", "results", "--to", target, "--out", f"{name}_{target}", "--name", name]
     words += ["--axis", errand.axis_label] if axis else []
     words += ["--points", str(points)] if points != POINTS else []
-    exported = export_model_file(errand.results / "model.toml", target, command=command(*words), name=name, axis=axis, points=points)
+    exported = export_model_file(errand.results / "model.toml", target, command=shlex.join(words), name=name, axis=axis, points=points)
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
     zipped(errand.folder / "export")
-    texts = [(file, text) for file, text in exported.product.files.items() if isinstance(text, str)]
+    # The first short text, which a person may want to see before it is loaded.
+    texts = [{"file": file, "text": text} for file, text in exported.product.files.items() if isinstance(text, str)]
+    short = [shown for shown in texts if len(shown["text"]) < 6000]
     facts = {"target": target, "file": f"{name}_{target}.zip"}
-    data = {"notes": exported.summary["notes"], "files": exported.summary["files"], "shown": _preview(texts)}
+    data = {"notes": exported.summary["notes"], "files": exported.summary["files"], "shown": short[0] if short else None}
     return facts, data
-
-
-def _preview(texts: list[tuple[str, str]]) -> dict[str, str] | None:
-    """Return the first short text, which a person may want to see before it is loaded."""
-    short = [(file, text) for file, text in texts if len(text) < 6000]
-    return {"file": short[0][0], "text": short[0][1]} if short else None
 
 
 def excite(errand: Errand) -> Answer:
@@ -183,13 +168,13 @@ def excite(errand: Errand) -> Answer:
     text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
     duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
-    words = ["excite", errand.axis_label, "--out", "motion", "--duration", duration]
+    words = ["bristle", "excite", errand.axis_label, "--out", "motion", "--duration", duration]
     words += ["--for", purposes] if purposes else []
     travel = errand.text("travel") or None
     words += ["--travel", travel] if travel else []
     with errand.interruptible():
         motion = designed_motion(
-            axis_file, command=command(*words), duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
+            axis_file, command=shlex.join(words), duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
         )
     following = motion.next_command("motion/axis.toml")
     with results_folder(errand.folder / "motion") as folder:

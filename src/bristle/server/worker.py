@@ -8,28 +8,13 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
 from bristle.core.errors import BristleError, told_by
 
-__all__ = ["main"]
-
 AGAIN = 0.02  # [s]
-
-
-class _Answers:
-    """The stream to the server: one line an event, of JSON."""
-
-    def __init__(self) -> None:
-        self._stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
-        os.dup2(2, 1)  # what a library prints must not come between
-
-    def tell(self, event: Mapping[str, Any]) -> None:
-        """Write an event."""
-        self._stream.write(json.dumps(event) + "\n")
-        self._stream.flush()
 
 
 class Interruption:
@@ -84,24 +69,25 @@ def _imports() -> bool:
     return False
 
 
-def _limit_to(memory: int) -> None:
-    """Let the system refuse this process more memory, and files of its fall."""
-    try:
-        import resource
-    except ImportError:  # no such limits on this system
-        return
-    for name, most in (("AS", memory), ("CORE", 0)):
-        # Some systems know a limit and do not take it, or have a smaller one already.
-        with suppress(AttributeError, ValueError, OSError):
-            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
-
-
 def main() -> None:
     """Do one piece of work, as the first line of the standard input says."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     request: dict[str, Any] = json.loads(sys.stdin.readline())
-    answers = _Answers()
-    _limit_to(request["memory"])
+    stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # what a library prints must not come between
+
+    def tell(**event: Any) -> None:
+        """Tell the server an event: one line of JSON."""
+        stream.write(json.dumps(event) + "\n")
+        stream.flush()
+
+    with suppress(ImportError):  # on systems without such limits
+        import resource
+
+        for name, most in (("AS", request["memory"]), ("CORE", 0)):
+            # Some systems know a limit and do not take it, or have a smaller one already.
+            with suppress(AttributeError, ValueError, OSError):
+                resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
     os.chdir(request["folder"])  # files that results name lie beside them, as for a person who works there
     interruption = Interruption()
     try:
@@ -109,20 +95,20 @@ def main() -> None:
         from bristle.server.errand import DATA, Errand
         from bristle.server.tasks import TASKS
 
-        errand = Errand.of(request, lambda share, text: answers.tell({"share": share, "text": text}), interruption.allowed)
+        errand = Errand.of(request, lambda share, text: tell(share=share, text=text), interruption.allowed)
         facts, data = TASKS[request["task"]](errand)
         (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
     except KeyboardInterrupt:
-        answers.tell({"refused": "cancelled before anything was found"})
+        tell(refused="cancelled before anything was found")
         os._exit(2)
     except BristleError as error:
-        answers.tell({"refused": str(error)})
+        tell(refused=str(error))
         os._exit(2)
     except MemoryError:
-        answers.tell({"refused": "there is not enough memory for this. Take a shorter log"})
+        tell(refused="there is not enough memory for this. Take a shorter log")
         os._exit(2)
     except Exception as error:
-        answers.tell({"refused": f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}"})
+        tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}")
         raise
-    answers.tell({"facts": facts})
+    tell(facts=facts)
     os._exit(0)  # threads of a search that was interrupted are not waited for

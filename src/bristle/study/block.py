@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,6 @@ from bristle.study.dataset import OK
 from bristle.study.metrics import Metric
 from bristle.study.plan import Block, Study, steps_of
 from bristle.study.varied import Varied, row_of
-
-__all__ = ["FAILED", "Simulator", "without_warnings"]
 
 REFUSED, RAISED = "refused", "raised"
 NAMES = {
@@ -52,7 +49,7 @@ class Simulator:
         """Return one run of the study, with its signals."""
         block = Block(number, number + 1)
         values = row_of(self.study.values(block), 0)
-        with without_warnings():
+        with warnings.catch_warnings(action="ignore"):
             return simulate(self.varied.experiment(values, self.study.seeds(block)[0]))
 
     def columns(self, block: Block) -> dict[str, Any]:
@@ -60,7 +57,7 @@ class Simulator:
         values, seeds = self.study.values(block), self.study.seeds(block)
         status, reason = [OK] * block.count, [""] * block.count
         metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
-        with without_warnings():
+        with warnings.catch_warnings(action="ignore"):
             batched = self._batched(values, seeds, metrics) if self.in_batches else set()
             for place in (place for place in range(block.count) if place not in batched):
                 status[place], reason[place] = self._serial(place, row_of(values, place), seeds[place], metrics)
@@ -69,7 +66,14 @@ class Simulator:
             "seed": np.array(seeds),
             "status": status,
             "reason": reason,
-            **_flat(values),
+            **{path: column for path, column in values.items() if column.ndim == 1},
+            # Lists become a column for each element.
+            **{
+                f"{path}[{element}]": numbers
+                for path, column in values.items()
+                if column.ndim > 1
+                for element, numbers in enumerate(column.T)
+            },
             **metrics,
         }
 
@@ -96,32 +100,18 @@ class Simulator:
         changes = self.varied.models_by_place(values, seeds, MODELS)
         places = np.array(list(changes), dtype=int)
         well = np.ones(len(places), dtype=bool)
-        for index, variant in enumerate(self.study.experiment.variants if len(places) else ()):
+        for index, variant in enumerate(self.study.experiment.variants):
             own = [metric for metric in self.study.metrics if metric.variant == variant.name]
-            numbers, ends = metrics_of_batch(variant, [changes[place][index] for place in changes], own, self._in_lanes)
-            well &= np.array([end is Status.OK for end in ends])
-            for name, column in numbers.items():
-                metrics[name][places] = column
+            effort = np.zeros(0) if variant.effort is None else variant.effort.values
+            size = max(1, SAMPLES_AT_ONCE // max(effort.size, 1))
+            for first in range(0, len(places), size):
+                part = slice(first, first + size)
+                models = [changes[place][index] for place in places[part].tolist()]
+                numbers, ends = metrics_of_batch(variant, effort, models, own, self._in_lanes)
+                well[part] &= np.array([end is Status.OK for end in ends])
+                for name, column in numbers.items():
+                    metrics[name][places[part]] = column
         return set(places[well].tolist())
-
-
-def _flat(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return values as columns of one dimension: lists become a column for each element."""
-    columns: dict[str, np.ndarray] = {}
-    for path, column in values.items():
-        if column.ndim == 1:
-            columns[path] = column
-        else:
-            columns |= {f"{path}[{element}]": column[:, element] for element in range(column.shape[1])}
-    return columns
-
-
-@contextmanager
-def without_warnings() -> Iterator[None]:
-    """Leave out warnings, which a thousand runs would repeat a thousand times."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
 
 
 def fits_a_batch(experiment: Experiment) -> bool:
@@ -130,68 +120,40 @@ def fits_a_batch(experiment: Experiment) -> bool:
     They can where a given effort drives one mass in steps of one length, without lag or delay, and the friction model
     keeps no turning points, whose overflow would have to be told.
     """
-    return all(_fits(variant) for variant in experiment.variants)
-
-
-def _fits(variant: Variant) -> bool:
-    run = variant.run
-    return (
-        variant.effort is not None
-        and variant.plant.component.screw is None
-        and variant.disturbance is None
-        and variant.start is None
-        and not (run.tolerance or run.delay or run.current_lag)
-        and not _forgets(variant.friction)
-    )
-
-
-def _forgets(model: Model) -> bool:
-    """Return whether the state of a model counts what its memory had no room for."""
-    return "lost" in variables_of(model.component.State) or model.component.new_memory(model.parameters).size > 0
+    for variant in experiment.variants:
+        run, friction = variant.run, variant.friction.component
+        if variant.effort is None or variant.plant.component.screw is not None:
+            return False
+        if variant.disturbance is not None or variant.start is not None or run.tolerance or run.delay or run.current_lag:
+            return False
+        if "lost" in variables_of(friction.State) or friction.new_memory(variant.friction.parameters).size > 0:
+            return False
+    return True
 
 
 def metrics_of_batch(
-    variant: Variant, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool | None = None
+    variant: Variant, effort: np.ndarray, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     """Return the metrics of one variant in several runs, by column, and how each ended."""
-    count = 0 if variant.effort is None else variant.effort.values.size
-    size = max(1, SAMPLES_AT_ONCE // max(count, 1))
-    parts = [_of_part(variant, changes[first : first + size], metrics, in_lanes) for first in range(0, len(changes), size)]
-    columns = {metric.column: np.concatenate([part[0][metric.column] for part in parts]) for metric in metrics}
-    return columns, [status for part in parts for status in part[1]]
-
-
-def _of_part(
-    variant: Variant, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool | None
-) -> tuple[dict[str, np.ndarray], list[Status]]:
-    run, driven = variant.run, np.zeros(0) if variant.effort is None else variant.effort.values
-    effort = np.clip(driven, -run.effort_limit, run.effort_limit)
-    x, v = _begin(variant)
+    run = variant.run
+    effort = np.clip(effort, -run.effort_limit, run.effort_limit)
+    x, v, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)  # an open loop begins at rest
+    plant, friction = (
+        [changed[field] for changed in changes] if any(field in changed for changed in changes) else getattr(variant, field)
+        for field in MODELS
+    )
     trace = run_batch(
-        _models("plant", variant, changes),
-        _models("friction", variant, changes),
+        plant,
+        friction,
         effort,
         run.sample_time,
         steps=run.substeps,
-        x=np.full(len(changes), x),
-        v=v,
+        x=np.full(len(changes), float(x[0])),
+        v=float(v[0]),
         threads=1,
         in_lanes=in_lanes,
     )
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
     position = np.ascontiguousarray(trace.position[:, judged])  # sums of one run in the order of a run by itself
-    columns = {metric.column: metric.along(position, applied) for metric in metrics}
-    return columns, list(trace.status)
-
-
-def _models(field: str, variant: Variant, changes: Sequence[Mapping[str, Model]]) -> Model | list[Model]:
-    if not any(field in changed for changed in changes):
-        return getattr(variant, field)
-    return [changed[field] for changed in changes]
-
-
-def _begin(variant: Variant) -> tuple[float, float]:
-    """Return where the reference of an open loop begins, which is at rest."""
-    position, velocity, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)
-    return float(position[0]), float(velocity[0])
+    return {metric.column: metric.along(position, applied) for metric in metrics}, list(trace.status)

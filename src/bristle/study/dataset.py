@@ -15,8 +15,6 @@ from bristle.core.tabular import library
 from bristle.files.growing import verified
 from bristle.study.store import OF_STUDIES, RUNS, STUDY, study_in
 
-__all__ = ["OK", "Runs", "read_study", "runs_in"]
-
 OK = "ok"
 """Status of a run, or of a log of a fleet, that ended well."""
 
@@ -53,16 +51,16 @@ def runs_in(folder: str | Path) -> Runs:
     if not tables:
         return Runs(described, {name: np.empty(0) for name in described["columns"]})
     table = pyarrow.concat_tables(tables)
-    return Runs(described, {name: _column(table[name]) for name in table.column_names})
-
-
-def _column(column: Any) -> np.ndarray:
-    """Return a column of a table as numbers, or as text of one width."""
-    if str(column.type) != "string":
-        return column.to_numpy()
-    encoded = column.combine_chunks().dictionary_encode()
-    words = np.array([*encoded.dictionary.to_pylist(), ""])
-    return words[encoded.indices.fill_null(len(words) - 1).to_numpy()]
+    columns = {}
+    for name in table.column_names:
+        column = table[name]
+        if str(column.type) != "string":
+            columns[name] = column.to_numpy()
+            continue
+        encoded = column.combine_chunks().dictionary_encode()  # text of one width
+        words = np.array([*encoded.dictionary.to_pylist(), ""])
+        columns[name] = words[encoded.indices.fill_null(len(words) - 1).to_numpy()]
+    return Runs(described, columns)
 
 
 def read_study(folder: str | Path) -> Any:
@@ -109,7 +107,8 @@ def read_study(folder: str | Path) -> Any:
         if "unit" in label:
             label["units"] = label.pop("unit")
         if grid:
-            spread = np.full(int(np.prod(shape)), _none(column), dtype=column.dtype)
+            missing = {"f": np.nan, "U": ""}.get(column.dtype.kind, -1)
+            spread = np.full(int(np.prod(shape)), missing, dtype=column.dtype)
             spread[numbers] = column
             column = spread.reshape(shape)
         data[name] = (dimensions, column, label)
@@ -121,8 +120,3 @@ def read_study(folder: str | Path) -> Any:
     else:
         data = data.assign_coords(run=numbers)
     return data.set_coords([name for name in BESIDE if name in data])
-
-
-def _none(column: np.ndarray) -> Any:
-    """Return what stands for a run that is not there."""
-    return {"f": np.nan, "U": ""}.get(column.dtype.kind, -1)

@@ -12,8 +12,6 @@ import numpy as np
 from bristle.study.block import FAILED
 from bristle.study.dataset import Runs
 
-__all__ = ["Index", "Influence", "Spread", "rank_correlations", "sobol_indices", "spread_of"]
-
 RESAMPLES = 400
 MOST_RESAMPLED = 2000  # draws: of more a share is resampled, and its interval made as narrow as that of all
 SEED = 20_110_517
@@ -61,15 +59,15 @@ class Spread:
 def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
     """Return how numbers are distributed; those that are none are left out."""
     usable = np.sort(numbers[np.isfinite(numbers)])
-    count, unknown = len(usable), (math.nan, math.nan)
+    count, intervals = len(usable), [(math.nan, math.nan)] * 3
     if not count:
-        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, unknown, unknown, unknown)
+        return Spread(0, *[math.nan] * 5, *intervals)
     mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
     low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
-    if not independent:
-        return Spread(count, mean, std, median, low, high, unknown, unknown, unknown)
-    half = 1.96 * std / math.sqrt(count)
-    return Spread(count, mean, std, median, low, high, (mean - half, mean + half), _by_ranks(usable, 0.5), _by_ranks(usable, 0.95))
+    if independent:
+        half = 1.96 * std / math.sqrt(count)
+        intervals = [(mean - half, mean + half), _by_ranks(usable, 0.5), _by_ranks(usable, 0.95)]
+    return Spread(count, mean, std, median, low, high, *intervals)
 
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
@@ -84,15 +82,6 @@ def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
     return (float(ordered[low]) if low >= 0 else np.nan, float(ordered[high]) if high < count else np.nan)
 
 
-def _usable(runs: Runs) -> np.ndarray:
-    return ~np.isin(runs.columns["status"], FAILED)
-
-
-def _numbers_of(column: np.ndarray) -> np.ndarray:
-    """Return a column as numbers that can be ranked; names in the order of the alphabet."""
-    return np.unique(column, return_inverse=True)[1].astype(float) if column.dtype.kind == "U" else column
-
-
 def rank_correlations(runs: Runs) -> list[Influence]:
     """Return the rank correlation of each metric with each value that varies, with its interval.
 
@@ -104,14 +93,17 @@ def rank_correlations(runs: Runs) -> list[Influence]:
     points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
     entries = []
     for metric in described["metrics"]:
-        usable = np.flatnonzero(_usable(runs) & np.isfinite(columns[metric]))
+        usable = np.flatnonzero(~np.isin(columns["status"], FAILED) & np.isfinite(columns[metric]))
         if len(usable) < FEWEST:
             continue
         draws, at = np.divmod(columns["run"][usable].astype(int), points)
         for cause in causes:
             of_grid = described["columns"][cause]["role"] == "grid"
             within = np.zeros_like(at) if of_grid else at
-            values = _ranked(_numbers_of(columns[cause])[usable], within)
+            values = columns[cause]
+            if values.dtype.kind == "U":  # names in the order of the alphabet
+                values = np.unique(values, return_inverse=True)[1].astype(float)
+            values = _ranked(values[usable], within)
             numbers = _ranked(columns[metric][usable], within)
             if np.ptp(values) > 0.0 and np.ptp(numbers) > 0.0:
                 value, interval = _correlation(values, numbers, draws)
@@ -166,23 +158,19 @@ def sobol_indices(runs: Runs) -> list[Index]:
     entries = []
     for metric in runs.described["metrics"]:
         numbers = np.full(count, np.nan)
-        usable = _usable(runs)
+        usable = ~np.isin(runs.columns["status"], FAILED)
         numbers[runs.columns["run"][usable].astype(int)] = runs.columns[metric][usable]
         rows = numbers.reshape(-1, width)
         rows = rows[np.all(np.isfinite(rows), axis=1)]
         rows = rows[: 2 ** (len(rows).bit_length() - 1)] if len(rows) else rows
         if len(rows) >= FEWEST and np.ptp(rows) > 0.0:
-            entries += _indices(rows, list(causes), metric)
+            generator, values = np.random.default_rng(SEED), _estimated(rows)
+            resampled = [_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)]
+            ends = np.percentile(np.array(resampled), LEVELS, axis=0)  # of shape (end, kind of index, cause)
+            for place, cause in enumerate(causes):
+                intervals = (tuple(ends[:, kind, place].tolist()) for kind in (0, 1))
+                entries.append(Index(cause, metric, *values[:, place].tolist(), *intervals))
     return entries
-
-
-def _indices(rows: np.ndarray, causes: list[str], metric: str) -> list[Index]:
-    generator = np.random.default_rng(SEED)
-    values = _estimated(rows)
-    resampled = np.array([_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)])
-    low, high = np.percentile(resampled, LEVELS, axis=0)
-    ends = [[(float(low[kind, place]), float(high[kind, place])) for kind in (0, 1)] for place in range(len(causes))]
-    return [Index(cause, metric, float(values[0, place]), float(values[1, place]), *ends[place]) for place, cause in enumerate(causes)]
 
 
 def _estimated(rows: np.ndarray) -> np.ndarray:

@@ -14,8 +14,6 @@ from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.simulation.result import Statistics, VariantResult
 
-__all__ = ["METRICS", "Metric", "metrics_from", "usual_metrics"]
-
 STATISTICS = tuple(field.name for field in fields(Statistics))
 LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
 EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
@@ -69,20 +67,12 @@ class Metric:
             return np.max(np.abs(effort), axis=1, initial=0.0)
         if group not in ("motion", "effort"):  # nothing follows a reference
             return np.full(len(position), np.nan)
-        return _along(position if group == "motion" else effort, statistic)
-
-
-def _along(rows: np.ndarray, statistic: str) -> np.ndarray:
-    low, high = rows.min(axis=1), rows.max(axis=1)
-    if statistic == "min":
-        return low
-    if statistic == "max":
-        return high
-    if statistic == "peak_to_peak":
-        return high - low
-    if statistic == "rms":
-        return np.sqrt(np.mean(rows * rows, axis=1))
-    return rows.mean(axis=1) if statistic == "mean" else rows.std(axis=1)
+        rows = position if group == "motion" else effort
+        if statistic == "peak_to_peak":
+            return rows.max(axis=1) - rows.min(axis=1)
+        if statistic == "rms":
+            return np.sqrt(np.mean(rows * rows, axis=1))
+        return getattr(rows, statistic)(axis=1)  # of the same name in numpy: min, max, mean, std
 
 
 def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
@@ -96,28 +86,25 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
     metrics: list[Metric] = []
     variants = [variant.name for variant in experiment.variants]
     for place, name in enumerate(names):
-        metrics += _of_name(name, variants, experiment, f"{path}[{place}]")
+        at = f"{path}[{place}]"
+        if not isinstance(name, str):
+            raise InputError("must be the name of a metric", path=at, value=name, mend='Write "effort.rms"')
+        chosen, metric = variants, name
+        for variant in variants:
+            if name.startswith(f"{variant}."):
+                chosen, metric = [variant], name.removeprefix(f"{variant}.")
+        if metric not in METRICS:
+            raise InputError(
+                "is no metric of a run",
+                path=at,
+                value=name,
+                allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
+                mend=did_you_mean(metric, METRICS),
+            )
+        unit = unit_of("force" if metric in EFFORTS else "length", experiment.kind)
+        metrics += [Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen]
     columns = [metric.column for metric in metrics]
     for column in columns:
         if columns.count(column) > 1:
             raise InputError("is named twice", path=path, value=column)
     return tuple(metrics)
-
-
-def _of_name(name: object, variants: list[str], experiment: Experiment, path: str) -> list[Metric]:
-    if not isinstance(name, str):
-        raise InputError("must be the name of a metric", path=path, value=name, mend='Write "effort.rms"')
-    chosen, metric = variants, name
-    for variant in variants:
-        if name.startswith(f"{variant}."):
-            chosen, metric = [variant], name.removeprefix(f"{variant}.")
-    if metric not in METRICS:
-        raise InputError(
-            "is no metric of a run",
-            path=path,
-            value=name,
-            allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
-            mend=did_you_mean(metric, METRICS),
-        )
-    unit = unit_of("force" if metric in EFFORTS else "length", experiment.kind)
-    return [Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen]

@@ -11,14 +11,12 @@ from typing import Any
 import numpy as np
 
 from bristle.core.content import Origin
-from bristle.core.experiment import Experiment, Run
+from bristle.core.experiment import Experiment
 from bristle.core.lazy import cached_property
 from bristle.files.sources import Sources
 from bristle.study.metrics import Metric
 from bristle.study.sampling import Sampling, seed_of_run
 from bristle.study.values import Cause, Target
-
-__all__ = ["BLOCK_MOST", "Block", "Study", "block_for", "steps_of"]
 
 BLOCK_MOST = 4096
 BLOCK_STEPS = 10_000_000  # of the integration: about a second or two
@@ -139,8 +137,5 @@ def block_for(runs: int, experiment: Experiment) -> int:
 
 def steps_of(experiment: Experiment) -> int:
     """Return the steps of the integration of one run."""
-    return sum(_steps(variant.run) for variant in experiment.variants)
-
-
-def _steps(run: Run) -> int:
-    return round(run.duration / run.sample_time) * max(run.substeps, 1)
+    runs = [variant.run for variant in experiment.variants]
+    return sum(round(run.duration / run.sample_time) * max(run.substeps, 1) for run in runs)

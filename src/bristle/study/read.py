@@ -12,27 +12,21 @@ from typing import Any
 
 from bristle.core.content import SIZE_LIMIT, Readable, content_of, size_of
 from bristle.core.errors import InputError, did_you_mean
-from bristle.core.experiment import Experiment, Variant
+from bristle.core.experiment import Experiment
 from bristle.core.random_numbers import SEED_MAX
 from bristle.files.components import check_keys, check_schema, table_at
 from bristle.files.experiment import experiment_from, with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
-from bristle.files.variant import SECTIONS
 from bristle.study.metrics import Metric, metrics_from, usual_metrics
 from bristle.study.plan import BLOCK_MOST, Study, block_for
 from bristle.study.sampling import SAMPLINGS, Sampling
 from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
-__all__ = ["read_study_file"]
-
-KEYS = ("schema", "name", "experiment", "model", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
-OF_MODEL = tuple(section for section in SECTIONS if section != "friction")
+KEYS = ("schema", "name", "experiment", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
 RUNS_MOST = 1_000_000_000
 POINTS_MOST = 100_000
 WORST_MOST = 1000
-CHANCE = ("noise", "scatter")
-_WORST = re.compile(r"worst (\d{1,4})")
 
 
 def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Study:
@@ -65,14 +59,23 @@ class _Reader:
 
     def __init__(self, data: dict[str, Any], source: Path, allow_code: bool, size_limit: int) -> None:
         self.data, self.source, self.allow_code, self.size_limit = data, source, allow_code, size_limit
-        self.fitted: dict[tuple[Any, Any], Fitted] = {}
+        self.fitted: dict[tuple[str, str], Fitted] = {}
 
     def study(self) -> Study:
         """Return the study."""
-        check_keys(self.data, (*KEYS, *OF_MODEL) if "model" in self.data else KEYS, "")
+        if "experiment" not in self.data:
+            raise InputError(
+                "needs an experiment",
+                path="experiment",
+                mend='Write experiment = "rig.toml", which may take a model from a file: [friction] file = "results/model.toml"',
+            )
+        check_keys(self.data, KEYS, "")
         check_schema(self.data)
         tables, sources, origins = self._experiment()
-        experiment = _one_run(experiment_from(tables, self.source, sources))
+        experiment = experiment_from(tables, self.source, sources)
+        # One run of each variant: the runs of a study have seeds of their own.
+        variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
+        experiment = replace(experiment, variants=variants)
         tables = {"kind": experiment.kind, **tables}
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
@@ -81,7 +84,9 @@ class _Reader:
         name = self.data.get("name", self.source.stem)
         if not isinstance(name, str):
             raise InputError("must be text", path="name", value=name)
-        origins = origins | sources.origins | self._origins_of_draws()
+        origins = origins | sources.origins
+        if self.fitted:
+            origins["draws"] = tuple(fitted.origin for fitted in self.fitted.values())
         study = Study(
             name=name,
             experiment=experiment,
@@ -101,7 +106,16 @@ class _Reader:
             raise InputError("are too many with the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}")
         own = self.data.get("block")
         block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
-        return replace(study, block=block, described=self._described(study, block))
+        files = {f"{role}: {origin.name}": origin.checksum for role, group in origins.items() for origin in group}
+        # What tells this study from another: what it says, the files that it reads, and what computes it.
+        described = {
+            "study": {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")},
+            "block": block,
+            "files": files,
+            "points_sha256": sampling.checksum(),
+            "bristle": version("bristle"),
+        }
+        return replace(study, block=block, described=described)
 
     def _count(self, key: str, least: int, most: int) -> int:
         value = self.data[key]
@@ -111,19 +125,10 @@ class _Reader:
 
     def _experiment(self) -> tuple[dict[str, Any], Sources, dict[str, Any]]:
         """Return the tables of the experiment, what reads the files that they name, and the file that they are from."""
-        if ("experiment" in self.data) == ("model" in self.data):
-            raise InputError(
-                "needs an experiment",
-                path="experiment",
-                mend='Write experiment = "rig.toml", or model = "results/model.toml" with [run] and '
-                "[effort], or [controller] and [reference]",
-            )
-        if "model" in self.data:
-            named = self._name("model")
-            tables = {section: self.data[section] for section in OF_MODEL if section in self.data}
-            tables |= {"schema": 1, "friction": {"file": named}}
-            return copy.deepcopy(tables), Sources(self.source.parent, self.allow_code, self.size_limit), {}
-        content = content_of(self.source.parent / self._name("experiment"), limit=TOML_LIMIT, path="experiment", what="an experiment file")
+        named = self.data["experiment"]
+        if not isinstance(named, str) or not named:
+            raise InputError("must be the name of a file", path="experiment", value=named)
+        content = content_of(self.source.parent / named, limit=TOML_LIMIT, path="experiment", what="an experiment file")
         tables, source, _ = read_toml(content)
         sources = Sources(source.parent, self.allow_code, self.size_limit)
         try:
@@ -132,12 +137,6 @@ class _Reader:
         except InputError as error:
             raise error.at(str(source)) from None
         return copy.deepcopy(tables), sources, {"experiment": (content.origin,)}
-
-    def _name(self, key: str) -> str:
-        named = self.data[key]
-        if not isinstance(named, str) or not named:
-            raise InputError("must be the name of a file", path=key, value=named)
-        return named
 
     def _causes(self, experiment: Experiment, tables: Mapping[str, Any]) -> tuple[Cause, ...]:
         causes: list[Cause] = []
@@ -149,23 +148,20 @@ class _Reader:
                     "must be a table", path=path, value=value, mend=f'Write "{key}" = {{ normal = [mean, standard deviation] }}'
                 )
             if "from" in value or "draws" in value:
-                fitted = self._fitted(value, path)
+                # A table that names no two texts is refused by what reads it.
+                names = (str(value.get("from")), str(value.get("draws")))
+                if names not in self.fitted:
+                    self.fitted[names] = fitted_at(value, self.source.parent, path, allow_code=self.allow_code)
+                fitted = self.fitted[names]
                 if fitted.folder not in joint:
                     joint[fitted.folder] = ({}, {})
                     causes.append(Joint(fitted.folder, *joint[fitted.folder]))
-                columns, units = joint[fitted.folder]
-                columns |= columns_of(fitted, key, experiment, path)
-                units |= _units(columns, experiment)
+                for parts, more in zip(joint[fitted.folder], columns_of(fitted, key, experiment, path), strict=True):
+                    parts |= more
             else:
                 target = target_at(key, experiment, tables, path)
                 causes.append(drawn_from(value, target, path))
         return tuple(causes)
-
-    def _fitted(self, table: dict[str, Any], path: str) -> Fitted:
-        key = (table.get("from"), table.get("draws"))
-        if not all(isinstance(part, str) for part in key) or key not in self.fitted:
-            self.fitted[key] = fitted_at(table, self.source.parent, path, allow_code=self.allow_code)
-        return self.fitted[key]
 
     def _grid(self, experiment: Experiment, tables: Mapping[str, Any]) -> tuple[tuple[Target, tuple[Any, ...]], ...]:
         grid, points = [], 1
@@ -184,7 +180,11 @@ class _Reader:
         return tuple(grid)
 
     def _refuse_doubles(self, causes: tuple[Cause, ...], grid: tuple[Any, ...], experiment: Experiment) -> None:
-        if not causes and not grid and all(not _is_random(variant) for variant in experiment.variants):
+        models = [
+            model for variant in experiment.variants for model in (variant.sensor, variant.friction, variant.table) if model is not None
+        ]
+        is_random = any(model.values.get(name, 0.0) > 0.0 for model in models for name in ("noise", "scatter"))
+        if not causes and not grid and not is_random:
             raise InputError(
                 "varies nothing: no run would differ from another",
                 path="vary",
@@ -230,42 +230,7 @@ class _Reader:
                 "must be a list of metrics", path="keep.metrics", value=names, mend=f'Write metrics = ["{usual_metrics(experiment)[0]}"]'
             )
         traces = table.get("traces", "worst 0")
-        match = _WORST.fullmatch(traces) if isinstance(traces, str) else None
+        match = re.fullmatch(r"worst (\d{1,4})", traces) if isinstance(traces, str) else None
         if match is None or int(match[1]) > WORST_MOST:
             raise InputError("does not fit", path="keep.traces", value=traces, allowed=f'"worst 0" to "worst {WORST_MOST}"')
         return metrics_from(names, experiment, "keep.metrics"), int(match[1])
-
-    def _origins_of_draws(self) -> dict[str, Any]:
-        return {"draws": tuple(fitted.origin for fitted in self.fitted.values())} if self.fitted else {}
-
-    def _described(self, study: Study, block: int) -> dict[str, Any]:
-        """Return what tells this study from another: what it says, the files that it reads, and what computes it."""
-        files = {
-            f"{role}: {origin.name}": origin.checksum for role, origins in study.origins.items() if role != "study" for origin in origins
-        }
-        content = {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")}
-        checksum = study.sampling.checksum()
-        return {"study": content, "block": block, "files": files, "points_sha256": checksum, "bristle": version("bristle")}
-
-
-def _units(columns: Mapping[str, Any], experiment: Experiment) -> dict[str, str]:
-    units = {}
-    for path in columns:
-        section, _, key = path.partition(".")
-        variant = experiment.variants[0]
-        model = variant.plant if section == "plant" else variant.friction
-        variable = model.component.variables.get(key) or model.component.variables[f"{key}_"]
-        units[path] = "" if variable.quantity == "1" else variable.unit(experiment.kind)
-    return units
-
-
-def _one_run(experiment: Experiment) -> Experiment:
-    """Return an experiment with one run for each variant: the runs of a study have seeds of their own."""
-    variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
-    return replace(experiment, variants=variants)
-
-
-def _is_random(variant: Variant) -> bool:
-    """Return whether the seed of a run makes a difference: a sensor with noise, friction that scatters."""
-    models = (variant.sensor, variant.friction, variant.table)
-    return any(model is not None and model.values.get(name, 0.0) > 0.0 for model in models for name in CHANCE)

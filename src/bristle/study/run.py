@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import time
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -16,26 +15,11 @@ from bristle.core.cores import core_count
 from bristle.core.errors import InputError
 from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator
-from bristle.study.cluster import Cluster
 from bristle.study.dataset import Runs
 from bristle.study.plan import Block, Study
 from bristle.study.store import TRACES, Store, opened
 from bristle.study.varied import row_of
-from bristle.study.workers import Crew, Here
-
-__all__ = [
-    "Cost",
-    "Progress",
-    "Ran",
-    "cost_of",
-    "in_words",
-    "repeat_run",
-    "run_study",
-    "run_within",
-    "values_of",
-    "worst_runs",
-    "write_traces",
-]
+from bristle.study.workers import Cluster, Crew, Here
 
 SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
@@ -57,31 +41,17 @@ class Ran:
         return not self.lost
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What a study costs."""
-
-    runs: int
-    seconds: float
-    measured: int
-    in_batches: bool
-
-    def wall(self, workers: int) -> float:
-        """Return how long so many workers take, each on a core of its own [s]."""
-        return self.runs * self.seconds / workers
-
-
-def cost_of(study: Study) -> Cost:
-    """Return what a study costs: its first runs are simulated, about a second of them, once all is compiled."""
+def cost_of(study: Study) -> tuple[float, int, bool]:
+    """Return what a run costs on a core [s], how many it was measured on, once all is compiled, and whether many go at once."""
     simulator = Simulator(study)
     simulator.columns(Block(0, 1))
-    count, seconds = 1, 0.0
+    count = 1
     while True:
         begin = time.perf_counter()
         simulator.columns(Block(0, count))
         seconds = time.perf_counter() - begin
         if seconds > ENOUGH or count >= min(study.count, study.block):
-            return Cost(study.count, seconds / count, count, simulator.in_batches)
+            return seconds / count, count, simulator.in_batches
         count = min(4 * count, study.count, study.block)
 
 
@@ -138,12 +108,21 @@ def run_within(
     study, begin = store.study, time.monotonic()
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
-    tally = _Tally(study.count, sum(block.count for block in missing), progress)
+    before = study.count - sum(block.count for block in missing)
     crew = _crew(study, len(missing), workers, scheduler, simulator)
+    ran, at_first, started, left = 0, 0, begin, ""
+    if progress is not None:
+        progress(before / study.count, f"{before} of {study.count} runs")
     with closing(crew.results(missing)) as results:  # whatever ends this ends the workers
         for block, columns in results:
             store.write(block, columns)
-            tally.add(block.count, crew.workers if scheduler is not None else None)
+            ran += block.count
+            if at_first:
+                left = f", {in_words((time.monotonic() - started) * (study.count - before - ran) / (ran - at_first))} left"
+            else:  # until the first block is there workers begin, which tells nothing of the others
+                at_first, started = ran, time.monotonic()
+            if progress is not None:
+                progress((before + ran) / study.count, f"{before + ran} of {study.count} runs{left}")
     return Ran(len(study.blocks), len(present), tuple(crew.lost), time.monotonic() - begin)
 
 
@@ -161,30 +140,6 @@ def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, 
     if count > 1 or not missing:  # a crew of which nothing is asked begins no process
         return Crew(study, count, make)
     return Here(make(study).columns)
-
-
-class _Tally:
-    """What is done, and how long the rest takes."""
-
-    def __init__(self, total: int, missing: int, progress: Progress | None) -> None:
-        self.total, self.missing, self.progress = total, missing, progress
-        self.ran, self.first, self.begin = 0, 0, time.monotonic()
-        self.add(0)
-
-    def add(self, count: int, workers: int | None = None) -> None:
-        """Count runs that are kept, and report, with how many workers there are where that changes."""
-        self.ran += count
-        if self.progress is None:
-            return
-        left = ""
-        if self.ran > count:
-            seconds = (time.monotonic() - self.begin) * (self.missing - self.ran) / (self.ran - self.first)
-            left = f", {in_words(seconds)} left"
-        elif count:  # until the first block is there workers begin, which tells nothing of the others
-            self.first, self.begin = count, time.monotonic()
-        present = self.total - self.missing + self.ran
-        crew = "" if workers is None else f", {workers} {'worker' if workers == 1 else 'workers'}"
-        self.progress(present / self.total, f"{present} of {self.total} runs{left}{crew}")
 
 
 def in_words(seconds: float) -> str:
@@ -233,8 +188,7 @@ def write_traces(store: Store, numbers: list[int]) -> list[str]:
             columns["variant"] += [variant.name] * variant.time.size
         for signal in SIGNALS:
             columns[signal] = np.concatenate([getattr(variant, signal) for variant in result.variants.values()])
-        name, sink = f"{TRACES}/{number:010d}.parquet", io.BytesIO()
-        store.parquet.write_table(store.pyarrow.table(columns), sink)
-        store.grown.write(name, sink.getvalue())
+        name = f"{TRACES}/{number:010d}.parquet"
+        store.write_table(name, store.pyarrow.table(columns))
         names.append(name)
     return names

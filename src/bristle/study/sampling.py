@@ -11,8 +11,6 @@ import numpy as np
 from bristle.core.lazy import cached_property
 from bristle.core.random_numbers import SEED_MAX
 
-__all__ = ["SAMPLINGS", "Sampling", "seed_of_run"]
-
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 PER_COUNT = 4  # numbers that the generator makes of one count
 SMALLEST = 2.0**-54  # half the distance of the numbers of the generator, which begin at 0
@@ -55,15 +53,21 @@ class Sampling:
 
     @property
     def _dimensions(self) -> tuple[str, ...]:
-        if not self.indices:
-            return self.names
-        return (*self.names, *(f"{name} of the second point" for name in self.names))
+        return (*self.names, *(f"{name} of the second point" for name in self.names if self.indices))
 
     def _points(self, first: int, last: int) -> np.ndarray:
+        """Return points, random ones from a stream of its own for each seed and name.
+
+        So a further cause leaves the others as they are, and each block of runs draws its own numbers.
+        """
         if self.method != "random":
             return self._all[first:last]
-        columns = [_stream(self.seed, name, first, last) for name in self._dimensions]
-        return np.stack(columns, axis=1) if columns else np.empty((last - first, 0))
+        points, begin = np.empty((last - first, len(self._dimensions))), first // PER_COUNT
+        for place, name in enumerate(self._dimensions):
+            key = int.from_bytes(hashlib.sha256(f"{self.seed} {name}".encode()).digest()[:16], "little")
+            generator = np.random.Generator(np.random.Philox(key=key, counter=begin))
+            points[:, place] = generator.random(last - begin * PER_COUNT)[first - begin * PER_COUNT :]
+        return np.maximum(points, SMALLEST)
 
     @cached_property
     def _all(self) -> np.ndarray:
@@ -75,18 +79,6 @@ class Sampling:
         generator: Any = {"seed": np.random.default_rng(self.seed)}  # later releases call it rng, and take both
         points = method(len(self._dimensions), **generator).random(self.rows)
         return np.clip(points, SMALLEST, 1.0 - SMALLEST)
-
-
-def _stream(seed: int, name: str, first: int, last: int) -> np.ndarray:
-    """Return the numbers `first` to before `last` of a stream of its own for each seed and name.
-
-    So a further cause leaves the others as they are, and each block of runs draws its own numbers.
-    """
-    key = int.from_bytes(hashlib.sha256(f"{seed} {name}".encode()).digest()[:16], "little")
-    begin = first // PER_COUNT
-    generator = np.random.Generator(np.random.Philox(key=key, counter=begin))
-    drawn = generator.random(last - begin * PER_COUNT)[first - begin * PER_COUNT :]
-    return np.maximum(drawn, SMALLEST)
 
 
 def seed_of_run(seed: int, number: int) -> int:

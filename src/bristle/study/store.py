@@ -16,8 +16,6 @@ from bristle.files.growing import Growing, growing_folder
 from bristle.files.summary import as_json, plain
 from bristle.study.plan import Block
 
-__all__ = ["OF_STUDIES", "RUNS", "SCHEMA", "STUDY", "Store", "opened", "refuse_another", "study_in"]
-
 STUDY, RUNS = "study.json", "runs"
 OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
 WRITTEN, TRACES = (STUDY, "summary.json", "report.html"), "traces"
@@ -34,14 +32,41 @@ class Store:
         self.grown, self.folder, self.study = folder, folder.path, study
         self.damaged = list(damaged)
         self.pyarrow, self.parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
-        self.schema = self._schema()
+        pa, probe = self.pyarrow, self._probe()
+        kinds = {"run": pa.int64(), "seed": pa.int64(), "time_of_log": pa.timestamp("us")}
+        self.schema = pa.schema(
+            pa.field(name, kinds.get(name, pa.string()))
+            if column["role"] == "run"
+            else pa.field(
+                name, pa.string() if name in probe and probe[name].dtype.kind == "U" else pa.float64(), metadata={"unit": column["unit"]}
+            )
+            for name, column in self.columns.items()
+        )
 
     def begin(self, provenance: Mapping[str, str]) -> None:
         """Say in the folder what it holds; refuse a folder that holds another study."""
         if self.grown.is_whole(STUDY):
             refuse_another(study_in(self.folder)["described"], plain(self.study.described), self.folder)
         else:
-            text = as_json(_described(self, provenance))
+            study = self.study
+            described = {
+                "schema": SCHEMA,
+                "name": study.name,
+                "kind": study.experiment.kind,
+                "runs": study.count,
+                "block": study.block,
+                "draws": study.sampling.count,
+                "sampling": study.sampling.method,
+                "sobol_indices": study.sampling.indices,
+                "seed": study.seed,
+                "causes": {cause.name: list(cause.units) for cause in study.causes},
+                "grid": {target.path: list(values) for target, values in study.grid},
+                "metrics": [metric.column for metric in study.metrics],
+                "columns": self.columns,
+                "described": study.described,
+                "provenance": provenance,
+            }
+            text = as_json(described)
             if any(name.startswith(f"{RUNS}/") for name in self.grown.names) and not self.grown.has_held(STUDY, text):
                 raise InputError(
                     "is missing, and nothing else tells which study the runs beside it are of",
@@ -68,26 +93,18 @@ class Store:
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
         """Write a block; it appears whole under its name."""
         arrays = [self._array(columns[field.name], field) for field in self.schema]
-        table = self.pyarrow.Table.from_arrays(arrays, schema=self.schema)
+        self.write_table(f"{RUNS}/{block.file}", self.pyarrow.Table.from_arrays(arrays, schema=self.schema))
+
+    def write_table(self, name: str, table: Any) -> None:
+        """Write a table into a file of the folder."""
         sink = self.pyarrow.BufferOutputStream()
         self.parquet.write_table(table, sink)
-        self.grown.write(f"{RUNS}/{block.file}", sink.getvalue().to_pybytes())
+        self.grown.write(name, sink.getvalue().to_pybytes())
 
     def _array(self, values: Any, field: Any) -> Any:
         if field.name == "reason":
             values = [value or None for value in values]
         return self.pyarrow.array(values.tolist() if isinstance(values, np.ndarray) else values, type=field.type)
-
-    def _schema(self) -> Any:
-        pa = self.pyarrow
-        kinds = {"run": pa.int64(), "seed": pa.int64(), "time_of_log": pa.timestamp("us")}
-        texts = {path for path, values in self._probe().items() if values.dtype.kind == "U"}
-        return pa.schema(
-            pa.field(name, kinds.get(name, pa.string()))
-            if column["role"] == "run"
-            else pa.field(name, pa.string() if name in texts else pa.float64(), metadata={"unit": column["unit"]})
-            for name, column in self.columns.items()
-        )
 
     def _probe(self) -> Mapping[str, np.ndarray]:
         return self.study.values(self.study.blocks[0])
@@ -112,19 +129,17 @@ AnyStore = TypeVar("AnyStore", bound=Store)
 @contextmanager
 def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
     """Give the folder of a study to write into, new or that of the same study, to this process alone."""
-    with growing_folder(folder, kind.kind, made_anew=_is_block, used=_is_used) as (grown, damaged):
+
+    def is_block(name: str) -> bool:
+        return name.startswith(f"{RUNS}/")
+
+    def is_used(name: str) -> bool:  # a person may keep figures beside those of a study
+        return name in WRITTEN or name.partition("/")[0] in (RUNS, TRACES)
+
+    with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
         store = kind(grown, study, damaged)
         store.begin(provenance)
         yield store
-
-
-def _is_block(name: str) -> bool:
-    return name.startswith(f"{RUNS}/")
-
-
-def _is_used(name: str) -> bool:
-    """Return whether a study writes or reads files of this name. A person may keep figures beside its own."""
-    return name in WRITTEN or name.partition("/")[0] in (RUNS, TRACES)
 
 
 def study_in(folder: Path) -> dict[str, Any]:
@@ -145,27 +160,6 @@ def study_in(folder: Path) -> dict[str, Any]:
     return data
 
 
-def _described(store: Store, provenance: Mapping[str, str]) -> dict[str, Any]:
-    study = store.study
-    return {
-        "schema": SCHEMA,
-        "name": study.name,
-        "kind": study.experiment.kind,
-        "runs": study.count,
-        "block": study.block,
-        "draws": study.sampling.count,
-        "sampling": study.sampling.method,
-        "sobol_indices": study.sampling.indices,
-        "seed": study.seed,
-        "causes": {cause.name: list(cause.units) for cause in study.causes},
-        "grid": {target.path: list(values) for target, values in study.grid},
-        "metrics": [metric.column for metric in study.metrics],
-        "columns": store.columns,
-        "described": study.described,
-        "provenance": provenance,
-    }
-
-
 def refuse_another(before: Any, now: Any, folder: Path) -> None:
     """Refuse a folder that was described otherwise, told by what differs."""
     differences = list(_differences(before, now, ""))
@@ -184,9 +178,6 @@ def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
         if path.startswith("files."):
             yield f"the file of {place} has changed"
         else:
-            yield f"{place} was {_quoted(before)} and is now {_quoted(now)}"
-
-
-def _quoted(value: Any) -> str:
-    text = "not there" if value is None else json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+            texts = ("not there" if value is None else json.dumps(value, ensure_ascii=False) for value in (before, now))
+            was, now_is = (text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…" for text in texts)
+            yield f"{place} was {was} and is now {now_is}"

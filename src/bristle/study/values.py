@@ -20,19 +20,15 @@ from bristle.files.components import check_keys, key_of, number_at
 from bristle.files.model import read_model
 from bristle.files.run import effort_variables
 
-__all__ = ["Cause", "Fitted", "Joint", "Target", "columns_of", "drawn_from", "fitted_at", "sections_of", "target_at"]
-
 WHOLE_NUMBERS = ("delay", "substeps", "trials")
-OF_RUNS = "each run has a seed of its own, which is added to those of sensor and friction"
-DISTRIBUTIONS = ("normal", "uniform", "log_uniform", "choice")
 EXAMPLES = {
     "normal": 'normal = ["34 mN*m", "2 mN*m"], mean and standard deviation',
     "uniform": 'uniform = ["0.8e-4 kg*m^2", "1.2e-4 kg*m^2"], lowest and highest',
     "log_uniform": 'log_uniform = ["1e4 N/m", "1e6 N/m"], lowest and highest',
     "choice": 'choice = ["1 mm", "5 mm"], values that are drawn equally often',
 }
+DISTRIBUTIONS = tuple(EXAMPLES)
 OF_FIT = ("from", "draws")
-KINDS = ("bootstrap",)
 SECTIONS = ("plant", "friction")
 
 
@@ -44,11 +40,6 @@ class Target:
     variable: Variable
     kind: Kind
     is_whole: bool = False
-
-    @property
-    def is_discrete(self) -> bool:
-        """Whether it takes steps: a whole number, or one of several names."""
-        return self.is_whole or bool(self.variable.choices)
 
     @property
     def unit(self) -> str:
@@ -83,11 +74,21 @@ def sections_of(variant: Variant) -> dict[str, Model]:
 def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place: str) -> Target:
     """Return what stands under a dotted key of an experiment."""
     keys = path.split(".")
-    variant, keys = _variant_of(keys, experiment, place)
-    registry = _variables(keys[:-1], variant, data, place)
+    variant, variants = experiment.variants[0], {variant.name: variant for variant in experiment.variants}
+    if keys[0] == "compare":
+        if len(keys) < 4 or keys[1] not in variants:
+            allowed = ", ".join(f"compare.{name}.…" for name in variants)
+            raise InputError("names no variant of the experiment", path=place, allowed=allowed)
+        variant, keys = variants[keys[1]], keys[2:]
+    section = ".".join(keys[:-1])
+    is_fed_forward = section == "controller.feedforward.friction"
+    model = variant.feedforward.friction if is_fed_forward else sections_of(variant).get(section)
+    registry = _variables(section, variant, data, place) if model is None else model.component.variables
     names = {key_of(name): name for name in registry}
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
-        raise InputError("is not varied", path=place, mend=f"Leave it out: {OF_RUNS}")
+        raise InputError(
+            "is not varied", path=place, mend="Leave it out: each run has a seed of its own, which is added to those of sensor and friction"
+        )
     if keys[-1] not in names:
         raise InputError(
             "is no value of this experiment",
@@ -95,7 +96,6 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
             allowed=", ".join(".".join((*keys[:-1], name)) for name in names if name != "seed"),
             mend=did_you_mean(keys[-1], names),
         )
-    model = _model_at(keys[:-1], variant)
     name = names[keys[-1]]
     if model is not None and model.component.is_array(name):
         raise InputError(
@@ -108,26 +108,8 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     return Target(path, registry[name], kind, is_whole and not registry[name].choices)
 
 
-def _variant_of(keys: list[str], experiment: Experiment, place: str) -> tuple[Variant, list[str]]:
-    variants = {variant.name: variant for variant in experiment.variants}
-    if keys[0] != "compare":
-        return experiment.variants[0], keys
-    if len(keys) < 4 or keys[1] not in variants:
-        raise InputError("names no variant of the experiment", path=place, allowed=", ".join(f"compare.{name}.…" for name in variants))
-    return variants[keys[1]], keys[2:]
-
-
-def _model_at(keys: list[str], variant: Variant) -> Model | None:
-    if keys == ["controller", "feedforward", "friction"]:
-        return variant.feedforward.friction
-    return sections_of(variant).get(keys[0]) if len(keys) == 1 else None
-
-
-def _variables(keys: list[str], variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
-    model = _model_at(keys, variant)
-    if model is not None:
-        return model.component.variables
-    section = ".".join(keys)
+def _variables(section: str, variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
+    """Return the values of a section that no model has."""
     if section == "effort" and variant.effort is not None:
         return effort_variables(data.get("effort", {}).get("model"))
     if section == "run":
@@ -162,20 +144,19 @@ class Drawn:
 
     def values(self, unit_numbers: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values by dotted key for numbers between 0 and 1, shape (draw,), by the inverse distribution function."""
-        return {self.target.path: self._values(unit_numbers)}
-
-    def _values(self, unit_numbers: np.ndarray) -> np.ndarray:
+        first, second = self.numbers[0], self.numbers[-1]
         if self.distribution == "choice":
             places = np.minimum((unit_numbers * len(self.numbers)).astype(int), len(self.numbers) - 1)
-            return np.array(self.numbers)[places]
-        first, second = self.numbers
-        if self.distribution == "normal":
+            values = np.array(self.numbers)[places]
+        elif self.distribution == "normal":
             from scipy.special import ndtri
 
-            return first + second * ndtri(unit_numbers)
-        if self.distribution == "uniform":
-            return first + (second - first) * unit_numbers
-        return np.exp(math.log(first) + (math.log(second) - math.log(first)) * unit_numbers)
+            values = first + second * ndtri(unit_numbers)
+        elif self.distribution == "uniform":
+            values = first + (second - first) * unit_numbers
+        else:
+            values = np.exp(math.log(first) + (math.log(second) - math.log(first)) * unit_numbers)
+        return {self.target.path: values}
 
 
 @dataclass(frozen=True)
@@ -186,14 +167,10 @@ class Joint:
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str]
 
-    @property
-    def count(self) -> int:
-        """How many rows there are."""
-        return len(next(iter(self.columns.values())))
-
     def values(self, unit_numbers: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values by dotted key for numbers between 0 and 1, shape (draw,) or (draw, element)."""
-        rows = np.minimum((unit_numbers * self.count).astype(int), self.count - 1)
+        count = len(next(iter(self.columns.values())))
+        rows = np.minimum((unit_numbers * count).astype(int), count - 1)
         return {path: values[rows] for path, values in self.columns.items()}
 
 
@@ -202,14 +179,23 @@ Cause = Drawn | Joint
 
 def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
     """Return the quantity that is drawn as a table of ``[vary]`` describes."""
-    name = _name_in(table, path)
+    allowed = f"{', '.join(DISTRIBUTIONS)}, or from and draws"
+    for key, value in table.items():
+        if key not in DISTRIBUTIONS:
+            raise InputError(
+                "is no distribution", path=f"{path}.{key}", value=value, allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
+            )
+    if len(table) != 1:
+        fault = "has two distributions" if table else "has no distribution"
+        raise InputError(fault, path=path, allowed=allowed, mend=f"Write {EXAMPLES['normal']}")
+    name = next(iter(table))
     values, place = table[name], f"{path}.{name}"
     count = "at least one value" if name == "choice" else "two values"
     if not isinstance(values, list) or not values or (name != "choice" and len(values) != 2):
         raise InputError("does not fit", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}")
     if name == "choice":
         return Drawn(target, name, target.numbers(values, place))
-    if target.is_discrete:
+    if target.is_whole or target.variable.choices:
         raise InputError(
             f"is for quantities that vary without steps, and {target.path} is a whole number or a name",
             path=place,
@@ -234,19 +220,6 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
     return Drawn(target, name, (first, second))
 
 
-def _name_in(table: Mapping[str, Any], path: str) -> str:
-    allowed = f"{', '.join(DISTRIBUTIONS)}, or from and draws"
-    for key in table:
-        if key not in DISTRIBUTIONS:
-            raise InputError(
-                "is no distribution", path=f"{path}.{key}", value=table[key], allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
-            )
-    if len(table) != 1:
-        fault = "has two distributions" if table else "has no distribution"
-        raise InputError(fault, path=path, allowed=allowed, mend=f"Write {EXAMPLES['normal']}")
-    return next(iter(table))
-
-
 @dataclass(frozen=True)
 class Fitted:
     """The draws of an identification."""
@@ -257,11 +230,6 @@ class Fitted:
     draws: Mapping[str, np.ndarray] = field(repr=False)
     origin: Origin
 
-    @property
-    def count(self) -> int:
-        """How many draws there are."""
-        return min(len(values) for values in self.draws.values())
-
 
 def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: bool = False) -> Fitted:
     """Return the draws that a table such as ``{ from = "results", draws = "bootstrap" }`` names."""
@@ -269,30 +237,31 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
     for key in OF_FIT:
         if key not in table:
             raise InputError(f"needs {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
-    if table["draws"] not in KINDS:
-        raise InputError("are no draws of a fit", path=f"{path}.draws", value=table["draws"], allowed=KINDS[0])
+    if table["draws"] != "bootstrap":
+        raise InputError("are no draws of a fit", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
     named = table["from"]
     if not isinstance(named, str) or not named:
         raise InputError("must be the name of a folder of results", path=f"{path}.from", value=named)
     results = folder / named
+    file = results / "model.toml"
     try:
-        plant, friction, info = read_model(results / "model.toml", allow_code=allow_code)
+        plant, friction, info = read_model(file, allow_code=allow_code)
         draws = read_arrays(results, "draws")
     except InputError as error:
         raise error.at(f"{path}.from") from None
-    file = next((results / f"draws{end}" for end in (".parquet", ".npz") if draws), results / "model.toml")
-    if not draws:
+    if draws:
+        file = next(file for file in (results / "draws.parquet", results / "draws.npz") if file.is_file())
+    else:
         draws = (info["bands"] or {}).get("draws", {})
     if not draws:
         raise InputError(
             "holds no draws: it was identified without intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
         )
-    file = file if file.is_file() else results / "draws.npz"
     return Fitted(named, plant, friction, draws, content_of(file).origin)
 
 
-def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> dict[str, np.ndarray]:
-    """Return the draws of one section of an experiment by dotted key, in SI."""
+def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Return the draws of one section of an experiment by dotted key, in SI, and their units."""
     if section not in SECTIONS:
         raise InputError("takes no draws of a fit", path=path, allowed=" or ".join(SECTIONS))
     own = sections_of(experiment.variants[0])[section]
@@ -305,9 +274,13 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
             value=fitted.folder,
             mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
         )
-    columns = {
-        f"{section}.{key_of(name)}": values[: fitted.count] for name, values in fitted.draws.items() if name in own.component.variables
-    }
-    if not columns:
+    variables = {name: own.component.variables[name] for name in fitted.draws if name in own.component.variables}
+    if not variables:
         raise InputError(f"the fit drew no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
-    return columns
+    count = min(len(values) for values in fitted.draws.values())
+    columns = {f"{section}.{key_of(name)}": fitted.draws[name][:count] for name in variables}
+    units = {
+        f"{section}.{key_of(name)}": "" if variable.quantity == "1" else variable.unit(experiment.kind)
+        for name, variable in variables.items()
+    }
+    return columns, units

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from functools import partial
+from functools import partial, reduce
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,8 +24,6 @@ from bristle.files.components import key_of
 from bristle.files.experiment import experiment_from
 from bristle.study.plan import Block, Study
 from bristle.study.values import sections_of
-
-__all__ = ["Varied", "with_changes", "with_columns"]
 
 T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
@@ -49,23 +47,19 @@ class Varied:
 
     def experiment(self, values: Mapping[str, Any], seed: int) -> Experiment:
         """Return the experiment of a run."""
-        if self._direct is None:
-            base = self._by_tables(values)
-            changes = [_seeds(variant, {}, seed) for variant in base.variants]
-        else:
-            base, changes = self.study.experiment, self.models(values, seed)
-        return _changed(base, changes)
+        if self._direct is not None:
+            return _changed(self.study.experiment, self.models(values, seed))
+        base = self._by_tables(values)
+        return _changed(base, [_seeds(variant, {}, seed) for variant in base.variants])
 
     def models(self, values: Mapping[str, Any], seed: int, fields: Sequence[str] = FIELDS) -> list[dict[str, Model]]:
         """Return by variant the models that a run changes, by field, where values are set in them."""
         changes = []
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             changed = {
-                _FIELD.get(section, section): with_changes(
-                    getattr(variant, _FIELD.get(section, section)), {name: values[path] for path, name in names.items()}, section
-                )
+                field: with_changes(getattr(variant, field), {name: values[path] for path, name in names.items()}, section)
                 for section, names in sections.items()
-                if _FIELD.get(section, section) in fields
+                if (field := _FIELD.get(section, section)) in fields
             }
             changes.append(_seeds(variant, changed, seed, fields))
         return changes
@@ -92,7 +86,8 @@ class Varied:
     def _by_tables(self, values: Mapping[str, Any]) -> Experiment:
         tables = copy.deepcopy(dict(self.study.tables))
         for path, value in values.items():
-            _write(tables, path.split("."), value)
+            *sections, key = path.split(".")
+            reduce(lambda table, section: table.setdefault(section, {}), sections, tables)[key] = value
         experiment = experiment_from(tables, self.study.sources.folder / "experiment.toml", self.study.sources)
         variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
         return replace(self.study.experiment, variants=variants)
@@ -136,19 +131,19 @@ def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> 
 
     Plain numbers are looked at by their column: where the smallest and the largest are in range, all are.
     """
-    component = model.component
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    if not all(_is_in_range(model, name, column, path) for name, column in columns.items()):
-        return [_if_it_can(model, dict(zip(columns, row, strict=True)), path) for row in rows]
-    numbers = numbers_of(component, model.parameters)
+    component, numbers = model.component, numbers_of(model.component, model.parameters)
+    are_in_range = all(_is_in_range(model, name, column, path) for name, column in columns.items())
     models: list[Model | None] = []
-    for row in rows:
-        numbers.update(zip(columns, row, strict=True))
-        parameters = component.assemble(numbers)
-        if _holds(component, parameters):
-            models.append(Model(component, parameters, model.kind))
-        else:
-            models.append(_if_it_can(model, dict(zip(columns, row, strict=True)), path))
+    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
+        changes = dict(zip(columns, row, strict=True))
+        try:
+            parameters = component.assemble(numbers | changes) if are_in_range else None
+            if parameters is not None and all(relation.holds(parameters) for relation in component.relations):
+                models.append(Model(component, parameters, model.kind))
+            else:
+                models.append(with_changes(model, changes, path))
+        except Exception:  # noqa: BLE001  (the run by itself tells why)
+            models.append(None)
     return models
 
 
@@ -165,22 +160,6 @@ def _is_in_range(model: Model, name: str, column: np.ndarray, path: str) -> bool
     except InputError:
         return False
     return True
-
-
-def _holds(component: Any, parameters: Any) -> bool:
-    """Return whether parameters fulfil every relation; what a relation raises, the run by itself tells."""
-    try:
-        return all(relation.holds(parameters) for relation in component.relations)
-    except Exception:  # noqa: BLE001
-        return False
-
-
-def _if_it_can(model: Model, changes: Mapping[str, Any], path: str) -> Model | None:
-    """Return `with_changes`, or None: the run by itself tells why not."""
-    try:
-        return with_changes(model, changes, path)
-    except Exception:  # noqa: BLE001
-        return None
 
 
 def _placed(study: Study) -> tuple[dict[str, dict[str, str]], ...] | None:
@@ -221,12 +200,6 @@ def _overridden(override: Any, keys: Sequence[str]) -> bool:
     return True
 
 
-def _write(tables: dict[str, Any], keys: Sequence[str], value: Any) -> None:
-    for key in keys[:-1]:
-        tables = tables.setdefault(key, {})
-    tables[keys[-1]] = value
-
-
 def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Sequence[str] = SEEDED) -> dict[str, Model]:
     """Return the changed models with the random numbers of a run: its seed is added to those of the file."""
     for name in SEEDED:
@@ -237,9 +210,8 @@ def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Seque
 
 
 def _changed(experiment: Experiment, changes: Sequence[Mapping[str, Model]]) -> Experiment:
-    pairs = zip(experiment.variants, changes, strict=True)
-    variants = tuple(_with(variant, **changed) if changed else variant for variant, changed in pairs)
-    return _with(experiment, variants=variants)
+    variants = zip(experiment.variants, changes, strict=True)
+    return _with(experiment, variants=tuple(_with(variant, **changed) for variant, changed in variants))
 
 
 def _with(item: T, **changed: Any) -> T:

@@ -1,35 +1,50 @@
-"""What simulates the blocks of a study on this machine: this process, threads of it, or processes that it begins.
+"""What simulates the blocks of a study: this process, threads of it, processes that it begins, or a Dask cluster.
 
 A process is told what to do on its standard input and answers on its standard output, each time one pickled message.
+On a cluster the study travels once, as a task of its own, whose result is handed on between workers, and made anew
+where it was lost.
 """
 
 from __future__ import annotations
 
+import asyncio
+import hashlib
+import logging
 import os
 import pickle
+import platform
 import queue
 import signal
 import subprocess
 import sys
 import threading
 import traceback
+import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Future
-from contextlib import suppress
+from concurrent.futures import CancelledError, Future
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache, lru_cache, partial
+from importlib.metadata import version
 from itertools import islice
+from pathlib import Path
 from typing import Any, BinaryIO
 
 from bristle.core.cores import Abreast, cores_for_simulations
-from bristle.core.errors import BristleError
-from bristle.study.block import Simulator, without_warnings
-from bristle.study.plan import Block
-
-__all__ = ["AHEAD", "PATIENCE", "Crew", "Here", "WorkerError", "outcome_of", "serve"]
+from bristle.core.errors import BristleError, InputError, InputWarning, said_by_library
+from bristle.core.locks import LOADING
+from bristle.core.tabular import library
+from bristle.study.block import Simulator
+from bristle.study.plan import Block, Study
 
 TRIES = 5  # of a block, and of a worker that does not even begin
 PATIENCE = 0.2  # [s]: so often signals are looked for
 AHEAD = 4  # blocks for each worker: while it simulates one, others wait for it
+CLUSTER = ("distributed", "bristle study --scheduler", "study")  # the library, what needs it, the extra that brings it
+ANSWERS = 10.0  # [s] until which a scheduler answers
+WORKERS_JOIN = 60.0  # [s] until which the first worker is there
+# A worker, or a scheduler, that cannot read a function of bristle ends: they call what Python brings.
+SIMULATED = "__import__('bristle.study.workers', fromlist=['']).simulated(plan, software, first, last)"
 THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
@@ -58,8 +73,8 @@ class Here:
         if self.workers == 1:
             yield from ((block, self.simulate(block)) for block in blocks)
             return
-        with without_warnings():  # around all threads: what each restores would otherwise be what another one had set
-            yield from _as_ready(self.simulate, blocks, self.workers)
+        with warnings.catch_warnings(action="ignore"):  # around all threads: what each restores would otherwise be what another one had set
+            yield from _in_threads(self.simulate, blocks, self.workers)
 
 
 @dataclass
@@ -82,7 +97,7 @@ class Crew:
         A block whose workers ended `TRIES` times is left out, and noted among those `lost`.
         """
         try:
-            for block, columns in _as_ready(self._simulated, blocks, self.workers, self._end):
+            for block, columns in _in_threads(self._simulated, blocks, self.workers, self._end):
                 if columns is not None:
                     yield block, columns
         finally:
@@ -106,31 +121,23 @@ class Crew:
 
     def _process(self) -> subprocess.Popen[bytes]:
         """Return the process of this thread, begun anew where it ended."""
+        code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.study.workers import serve; serve()"
+        streams: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         while getattr(self._own, "process", None) is None:
-            process = self._begun()
+            with self._lock:
+                if self._ends:
+                    raise WorkerError("the study ends")
+                process = subprocess.Popen([sys.executable, "-c", code], env=os.environ | THREADS, **streams)
+                self.processes.add(process)
             try:
                 self._asked(process, (self.make, self.study))
                 self._own.process, self._unbegun = process, 0
             except (EOFError, OSError, ValueError, pickle.UnpicklingError):
-                code, self._unbegun = self._closed(process), self._unbegun + 1
+                ending, self._unbegun = self._closed(process), self._unbegun + 1
                 if self._unbegun >= TRIES * self.workers:
-                    raise WorkerError(f"{self._unbegun} workers ended before they could begin: {_ending(code)}") from None
+                    cause = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
+                    raise WorkerError(f"{self._unbegun} workers ended before they could begin: ended {cause}") from None
         return self._own.process
-
-    def _begun(self) -> subprocess.Popen[bytes]:
-        code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.study.workers import serve; serve()"
-        with self._lock:
-            if self._ends:
-                raise WorkerError("the study ends")
-            process = subprocess.Popen(
-                [sys.executable, "-c", code],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                env=os.environ | THREADS,
-            )
-            self.processes.add(process)
-        return process
 
     def _asked(self, process: subprocess.Popen[bytes], message: Any) -> Any:
         orders: Any = process.stdin
@@ -154,36 +161,173 @@ class Crew:
                 process.kill()
 
 
+class Cluster:
+    """The workers of a Dask cluster: they come and go, and what they hold goes to others."""
+
+    def __init__(self, study: Study, address: str) -> None:
+        self.study, self.address, self.lost = study, address, list[tuple[Block, int | None]]()
+        self._library = library(*CLUSTER)
+
+    def results(self, blocks: Iterable[Block]) -> Results:
+        """Yield blocks with their columns, in the order in which they arrive.
+
+        A block whose workers ended as often as the scheduler tries is tried as often once more at the end, with no
+        other in the cluster that might have ended them; then it is left out, and noted among those `lost`.
+        """
+        with _silent(), self._connected() as client:
+            for origin in self.study.origins.get("code", ()):
+                sentence = f"the code in {origin.name} (SHA-256 {origin.checksum}) is run on every worker of {self.address}"
+                warnings.warn(sentence, InputWarning, stacklevel=2)
+            pool = client.get_executor(pure=False)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent once
+                plan = client.submit(bytes, pickle.dumps(self.study, protocol=pickle.HIGHEST_PROTOCOL), pure=False)
+
+            def submit(block: Block) -> Future[Any]:
+                return pool.submit(eval, SIMULATED, {"plan": plan, "software": described(), "first": block.first, "last": block.last})
+
+            yield from self._arrived(_as_ready(submit, blocks, lambda: AHEAD * max(self._threads(client), 1)))
+            suspects, self.lost = self.lost, []
+            for block, _ in suspects:
+                yield from self._arrived(_as_ready(submit, [block], lambda: 1))
+
+    @contextmanager
+    def _connected(self) -> Iterator[Any]:
+        """Connect to the scheduler, and wait for a worker; at the end take back what is handed out."""
+        mend = f"Start one, dask scheduler --port 8786, and workers: dask worker {self.address} --nworkers auto --nthreads 1"
+        fault, client, distributed = "no scheduler of Dask answers there", None, self._library
+
+        async def identity() -> None:  # for which the library itself would wait for ever
+            arguments = distributed.Security().get_connection_args("client")
+            async with distributed.rpc(self.address, connection_args=arguments) as scheduler:
+                await asyncio.wait_for(scheduler.identity(), ANSWERS)
+
+        try:
+            try:
+                with Abreast(1) as thread:  # this one may run a loop of its own, as in a notebook
+                    thread.submit(asyncio.run, asyncio.wait_for(identity(), ANSWERS)).result()
+                client = distributed.Client(self.address, timeout=ANSWERS, set_as_default=False, name="bristle")
+                fault = "it has no workers"
+                client.wait_for_workers(1, timeout=WORKERS_JOIN)
+            except Exception as error:  # noqa: BLE001  (what answers there may be anything)
+                raise InputError(f"{fault}{said_by_library(error)}", path="--scheduler", value=self.address, mend=mend) from None
+            yield client
+        finally:
+            if client is not None:
+                with suppress(OSError, TimeoutError):
+                    client.close(timeout=ANSWERS)
+
+    def _threads(self, client: Any) -> int:
+        """Return how many threads the workers have now."""
+        try:
+            return sum(client.nthreads(callback_timeout=ANSWERS).values())
+        except (OSError, TimeoutError, RuntimeError):
+            raise self._scheduler_lost() from None
+
+    def _scheduler_lost(self) -> InputError:
+        mend = "What is written stays. Start it and its workers, and give the same command again"
+        return InputError("the scheduler is gone", path="--scheduler", value=self.address, mend=mend)
+
+    def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:
+        """Yield blocks with their columns; note those whose workers ended."""
+        for block, future in futures:
+            try:
+                outcome, content = future.result()
+            except self._library.KilledWorker:
+                self.lost.append((block, None))
+                continue
+            except CancelledError:
+                raise self._scheduler_lost() from None
+            except Exception as error:  # noqa: BLE001  (the worker could not even begin)
+                raise WorkerError.at(block, f"{type(error).__name__}: {error}") from None
+            if outcome == "failed":
+                raise WorkerError.at(block, content)
+            if outcome == "unfit":
+                mend = "Install the same in the Python that it runs in and start it again, or stop it"
+                allowed = ", ".join(f"{name} {value}" for name, value in described().items())
+                raise InputError("a worker has other software", path=self.address, value=content, allowed=allowed, mend=mend)
+            yield block, content
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Leave out what Dask says of connections that are lost: what comes of them is told."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "asyncio")]
+    loggers = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
+    try:
+        for logger in loggers:
+            logger.disabled = True
+        yield
+    finally:
+        for logger in loggers:
+            logger.disabled = False
+
+
+@cache
+def described() -> dict[str, str]:
+    """Return what computes in this process: version and code of bristle, versions of its libraries."""
+    names = {name: version(name) for name in ("bristle", "numpy", "scipy", "numba")}
+    return names | {"code": checksum_of_code(Path(__file__).parents[1])}
+
+
+def checksum_of_code(root: Path) -> str:
+    """Return the first letters of a SHA-256 over the Python below a folder: two copies may say the same version."""
+    digest = hashlib.sha256()
+    for name in sorted(file.relative_to(root).as_posix() for file in root.rglob("*.py")):
+        content = (root / name).read_bytes().replace(b"\r\n", b"\n")
+        digest.update(f"{name} {hashlib.sha256(content).hexdigest()} ".encode())
+    return digest.hexdigest()[:12]
+
+
+def simulated(plan: bytes, software: dict[str, str], first: int, last: int) -> tuple[str, Any]:
+    """Return, on a worker of a cluster, what is kept of a block; of other software than that of the command, which it is."""
+    if described() != software:
+        different = ", ".join(f"{name} {value}" for name, value in described().items() if software.get(name) != value)
+        return "unfit", f"{different} on {platform.node()}"
+
+    def columns() -> dict[str, Any]:
+        with cores_for_simulations():
+            with LOADING:  # made once in this process, whichever of its threads asks first
+                simulator = _simulator(plan)
+            return simulator.columns(Block(first, last))
+
+    return outcome_of(columns)
+
+
+@lru_cache(4)
+def _simulator(plan: bytes) -> Simulator:
+    return Simulator(pickle.loads(plan))
+
+
 def _as_ready(
+    submit: Callable[[Block], Future[Any]], blocks: Iterable[Block], ahead: Callable[[], int]
+) -> Iterator[tuple[Block, Future[Any]]]:
+    """Yield blocks with what came of each, in the order in which they are ready; so many at once are handed out."""
+    waiting, ready = iter(blocks), queue.SimpleQueue[Future[Any]]()
+    under_way: dict[Future[Any], Block] = {}
+    while True:
+        for block in islice(waiting, max(ahead() - len(under_way), 0)):
+            future = submit(block)
+            under_way[future] = block
+            future.add_done_callback(ready.put)
+        if not under_way:
+            return
+        with suppress(queue.Empty):
+            future = ready.get(timeout=PATIENCE)
+            yield under_way.pop(future), future
+
+
+def _in_threads(
     simulate: Callable[[Block], Any], blocks: Iterable[Block], threads: int, end: Callable[[], None] = lambda: None
 ) -> Iterator[tuple[Block, Any]]:
     """Yield blocks with what a function, called in threads, returns of each, in the order in which they are ready."""
-    waiting, ready = iter(blocks), queue.SimpleQueue[Future[Any]]()
-    under_way: dict[Future[Any], Block] = {}
     pool = Abreast(threads)
-
-    def hand_out(count: int) -> None:
-        for block in islice(waiting, count):
-            future = pool.submit(simulate, block)
-            under_way[future] = block
-            future.add_done_callback(ready.put)
-
     try:
-        hand_out(AHEAD * threads)
-        while under_way:
-            with suppress(queue.Empty):
-                future = ready.get(timeout=PATIENCE)
-                block, columns = under_way.pop(future), future.result()
-                hand_out(1)
-                yield block, columns
+        for block, future in _as_ready(partial(pool.submit, simulate), blocks, lambda: AHEAD * threads):
+            yield block, future.result()
     finally:
         end()
         pool.shutdown(cancel_futures=True)
-
-
-def _ending(code: int) -> str:
-    """Return in words how a process ended."""
-    return f"ended by signal {-code}{', as where memory runs out' if code == -9 else ''}" if code < 0 else f"ended with code {code}"
 
 
 def serve() -> None:

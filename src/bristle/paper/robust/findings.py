@@ -9,35 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.paper.economy import WAYS, Economy
+from bristle.paper.economy import WAYS
 from bristle.paper.robust.loops import CHOSEN, VARIANTS, setting
 from bristle.paper.robust.trial import Cell, Trial
-from bristle.paper.robust.truths import MEANINGS, NOMINAL, Truth, is_own
+from bristle.paper.robust.truths import MEANINGS, NOMINAL, Truth
 from bristle.paper.tracking import least_margins
 from bristle.report.table import Table
-
-__all__ = [
-    "LOOPS",
-    "SET_NAMES",
-    "Claim",
-    "Interval",
-    "best_family",
-    "best_table",
-    "claim_table",
-    "claims",
-    "condition_table",
-    "economy_table",
-    "error_of",
-    "error_table",
-    "family_table",
-    "interval",
-    "margin_table",
-    "margins_of_sets",
-    "no_better",
-    "numbers",
-    "share_left",
-    "unfitted",
-]
 
 LEVELS = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
 OBSERVER, TOGETHER = "observer", "observer_feedforward"
@@ -92,7 +69,7 @@ def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False
     errors = {
         family: loop_error.peak_to_peak
         for family in trial.plan.compensators
-        if not (strangers and is_own(friction, family))
+        if not (strangers and family in friction.families)
         and (loop_error := error_of(trial, place, truth, "feedforward", family=family)) is not None
     }
     return min(errors, key=lambda family: errors[family]) if errors else ""
@@ -151,10 +128,12 @@ FIRST = "thirty_sliders"
 
 def numbers(trial: Trial) -> dict[str, Any]:
     """Return what came out for the summary, lengths in m."""
+    plan = trial.plan
+    best = {truth.name: {place: _best(trial, place, truth.name) for place in plan.sets} for truth in plan.truths}
     return {
-        **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in trial.plan.sets},
-        "families": {truth.name: _families(trial, truth.name) for truth in trial.plan.truths},
-        "best_family": {truth.name: {place: _best(trial, place, truth.name) for place in trial.plan.sets} for truth in trial.plan.truths},
+        **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in plan.sets},
+        "families": {truth.name: _families(trial, truth) for truth in plan.truths},
+        "best_family": best,
         "observer_alone_does_as_well": {place: no_better(trial, place) for place in trial.plan.sets},
         "claims": {
             place: [
@@ -180,11 +159,11 @@ def _table(trial: Trial, place: str) -> dict[str, Any]:
     }
 
 
-def _families(trial: Trial, name: str) -> dict[str, Any]:
-    truth = next(truth for truth in trial.plan.truths if truth.name == name)
+def _families(trial: Trial, truth: Truth) -> dict[str, Any]:
+    name = truth.name
     return {
         family: {
-            "own_structure": is_own(truth, family),
+            "own_structure": family in truth.families,
             "reason": trial.fits[name, family].reason,
             **{
                 place: loop_error._asdict() | {"share_left": share_left(trial, place, name, "feedforward", family)}
@@ -265,7 +244,7 @@ def best_table(trial: Trial) -> Table:
             cells = []
             for strangers in (False, True):
                 family = best_family(trial, place, truth.name, strangers=strangers)
-                own = ("yes" if is_own(truth, family) else "no",) if not strangers else ()
+                own = ("yes" if family in truth.families else "no",) if not strangers else ()
                 cells += [family or "–", *own, _percent(share_left(trial, place, truth.name, "feedforward", family))]
             chosen = _percent(share_left(trial, place, truth.name, "feedforward", CHOSEN))
             rows.append((truth.name, SET_NAMES[place], *cells, chosen))
@@ -284,17 +263,15 @@ def best_table(trial: Trial) -> Table:
 
 def family_table(trial: Trial, place: str) -> Table:
     """Return the share that feedforward of each family leaves, truth by truth."""
-    rows = [(family, *(_share_cell(trial, place, truth, family) for truth in trial.plan.truths)) for family in trial.plan.compensators]
+    rows = []
+    for family in trial.plan.compensators:
+        shares = [(truth, _percent(share_left(trial, place, truth.name, "feedforward", family))) for truth in trial.plan.truths]
+        rows.append((family, *(share + (OWN if family in truth.families else "") for truth, share in shares)))
     caption = (
         f"{SET_NAMES[place]}: share of the error without compensation that feedforward leaves [%]; with {OWN} where "
         "the family has the structure of the truth"
     )
     return Table(caption, ("Family", *(truth.name for truth in trial.plan.truths)), rows)
-
-
-def _share_cell(trial: Trial, place: str, truth: Truth, family: str) -> str:
-    left = share_left(trial, place, truth.name, "feedforward", family)
-    return _percent(left) + (OWN if is_own(truth, family) else "")
 
 
 def _percent(share: float) -> str:
@@ -333,15 +310,11 @@ def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Ta
 
 def economy_table(trial: Trial) -> Table:
     """Return the error of models from few and more measured branches, truth by truth."""
-    rows = [
-        (truth, str(count), *(_error_cell(cost, way, row) for way in WAYS), number(cost.floor, digits=2))
-        for truth, cost in trial.economy.items()
-        for row, count in enumerate(cost.counts)
-    ]
+    rows = []
+    for truth, cost in trial.economy.items():
+        for row, count in enumerate(cost.counts):
+            means = (float(cost.errors[way][row].mean()) for way in WAYS)
+            cells = ("–" if math.isnan(mean) else number(mean, digits=2) for mean in means)
+            rows.append((truth, str(count), *cells, number(cost.floor, digits=2)))
     heads = ("Contact", "Branches", *WAYS, "Scatter alone")
     return Table("Error on motions that were not measured [%], of the largest force, mean over seeds", heads, rows)
-
-
-def _error_cell(cost: Economy, way: str, row: int) -> str:
-    mean = float(cost.errors[way][row].mean())
-    return "–" if math.isnan(mean) else number(mean, digits=2)

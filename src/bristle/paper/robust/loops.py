@@ -22,24 +22,6 @@ from bristle.paper.robust.truths import AMPLITUDE, Truth
 from bristle.paper.setting import EXPERIMENTS, read_setting
 from bristle.simulation import simulate
 
-__all__ = [
-    "CHOSEN",
-    "COUNTS",
-    "FAMILIES",
-    "LOG",
-    "PRINTED",
-    "SETS",
-    "VARIANTS",
-    "Fitted",
-    "economy_on",
-    "fitted",
-    "is_measurable",
-    "log_of",
-    "loop",
-    "peak_to_peak",
-    "setting",
-]
-
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
 VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer", "observer_feedforward": "observer_feedforward"}
 """Variants of both sets by what they are called here."""
@@ -58,20 +40,16 @@ def loop(variant: Variant, truth: Truth, friction: Model, compensator: Model | N
     fed = variant.feedforward
     if fed.friction is not None:
         fed = replace(fed, friction=compensator, fitted_to="")
+    amplitudes = np.array(variant.reference.values["amplitudes"])
+    if not truth.is_varied:
+        amplitudes = np.where(amplitudes > 0.0, np.max(amplitudes), 0.0)
     return replace(
         variant,
         friction=friction,
         feedforward=fed,
-        reference=_motion(variant.reference, truth),
+        reference=variant.reference.with_values(amplitudes=amplitudes * (truth.amplitude / AMPLITUDE)),
         run=replace(variant.run, substeps=SUBSTEPS, seeds=1),
     )
-
-
-def _motion(reference: Model, truth: Truth) -> Model:
-    amplitudes = np.array(reference.values["amplitudes"])
-    if not truth.is_varied:
-        amplitudes = np.where(amplitudes > 0.0, np.max(amplitudes), 0.0)
-    return reference.with_values(amplitudes=amplitudes * (truth.amplitude / AMPLITUDE))
 
 
 def peak_to_peak(variant: Variant, number: int) -> float:

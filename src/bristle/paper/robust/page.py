@@ -13,7 +13,6 @@ from bristle.paper.robust.findings import (
     ON_ALL_TRUTHS,
     SET_NAMES,
     TOGETHER,
-    Claim,
     Interval,
     best_table,
     claim_table,
@@ -33,8 +32,6 @@ from bristle.paper.robust.findings import (
 from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
-
-__all__ = ["LIMITS", "robust_report", "robust_summary", "ruling_of", "words_of"]
 
 HEADING = "Compensation on other truths"
 SIMULATED = "The loops are simulated; no machine was compensated."
@@ -102,14 +99,12 @@ def ruling_of(trial: Trial) -> Ruling:
     missed = [(place, claim) for place, claim in listed if not claim.holds]
     if not missed:
         return Ruling("usable", "Observer and feedforward hold on every truth that was tried")
+    reasons = []
+    for place, claim in missed:
+        errors = [f"{case} {number(1e6 * error, resolution=0.1)} µm" for case, error in claim.errors.items() if error > claim.limit]
+        reasons.append(f"{SET_NAMES[place]}, above {number(1e6 * claim.limit, resolution=0.1)} µm: {', '.join(errors)}")
     level = "with_care" if len(missed) < len(listed) else "no"
-    return Ruling(level, "Observer and feedforward do not hold everywhere", tuple(_reason(place, claim) for place, claim in missed))
-
-
-def _reason(place: str, claim: Claim) -> str:
-    above = {case: error for case, error in claim.errors.items() if error > claim.limit}
-    listed = ", ".join(f"{case} {number(1e6 * error, resolution=0.1)} µm" for case, error in above.items())
-    return f"{SET_NAMES[place]}, above {number(1e6 * claim.limit, resolution=0.1)} µm: {listed}"
+    return Ruling(level, "Observer and feedforward do not hold everywhere", tuple(reasons))
 
 
 def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) -> str:

@@ -30,8 +30,6 @@ from bristle.friction import slotted
 from bristle.logs.legs import graininess, legs_of, rests_of
 from bristle.logs.log import Log
 
-__all__ = ["MODEL", "Record", "half_cycles_of", "recorded_contact"]
-
 SLOWEST_REVERSAL = 5e-8  # [m/s]: slower ones are noise
 POINTS = 231
 STEEPEST_OVER = 0.02  # of the stroke, over which the stiffness is read

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
 from bristle.core.cores import Abreast, cores_for_simulations
 from bristle.core.experiment import Variant
 from bristle.core.fingerprint import digest
@@ -46,41 +45,30 @@ from bristle.paper.robust.loops import (
 from bristle.paper.robust.truths import CONDITIONS, NOMINAL, Truth, under
 from bristle.study.run import in_words
 
-__all__ = ["Cell", "Plan", "Store", "Trial", "opened", "run_trial"]
-
 PARTS = "parts"
 
 
-class Store:
-    """The folder while this process writes into it."""
+def part_of(folder: Growing, name: str, source: Mapping[str, Any]) -> Any:
+    """Return what a part of a trial holds; None where it is not there or was made from something else."""
+    content = folder.read(f"{PARTS}/{name}.json")
+    part = None if content is None else json.loads(content)
+    return part["content"] if part and part["made_from"] == dict(source) else None
 
-    def __init__(self, grown: Growing) -> None:
-        self.grown, self.path = grown, grown.path
 
-    def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file; it appears whole under its name, in the place of one that was written before."""
-        return self.grown.write(name, content)
-
-    def take(self, name: str, source: Mapping[str, Any]) -> Any:
-        """Return what a part holds; None where it is not there or was made from something else."""
-        content = self.grown.read(f"{PARTS}/{name}.json")
-        part = None if content is None else json.loads(content)
-        return part["content"] if part and part["made_from"] == dict(source) else None
-
-    def keep(self, name: str, source: Mapping[str, Any], content: Any) -> None:
-        """Write a part."""
-        self.write(f"{PARTS}/{name}.json", json.dumps({"made_from": dict(source), "content": content}) + "\n")
+def keep(folder: Growing, name: str, source: Mapping[str, Any], content: Any) -> None:
+    """Write a part of a trial."""
+    folder.write(f"{PARTS}/{name}.json", json.dumps({"made_from": dict(source), "content": content}) + "\n")
 
 
 @contextmanager
-def opened(path: str | Path) -> Iterator[Store]:
+def opened(path: str | Path) -> Iterator[Growing]:
     """Give a folder to write into, new or begun by an earlier trial, to this process alone."""
     used = {"summary.json", "report.html", PARTS, "figures"}
     with growing_folder(
         path, "robust trial", made_anew=lambda name: name.startswith(f"{PARTS}/"), used=lambda name: name.partition("/")[0] in used
     ) as (grown, damaged):
         grown.set_all_aside(damaged)
-        yield Store(grown)
+        yield grown
 
 
 Progress = Callable[[float, str], None]
@@ -149,12 +137,18 @@ class Trial:
     economy: dict[str, Economy] = field(default_factory=dict)
 
 
-def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Trial:
+def run_trial(plan: Plan, store: Growing, progress: Progress | None = None) -> Trial:
     """Make what is missing of a trial, and keep each part as soon as it is there."""
     trial, tally = Trial(plan), Tally(progress)
     with cores_for_simulations():
         unfitted = _unfitted(trial, store)
-        logs = _logs(plan, {truth for truth, _ in unfitted}, tally)
+        logs: dict[str, tuple[Log, Axis]] = {}
+
+        def record(truth: Truth, stop: threading.Event) -> None:
+            tally.tell(f"{truth.name}: its log")
+            logs[truth.name] = log_of(truth)
+
+        _abreast(partial(record, truth) for truth in plan.truths if truth.name in {name for name, _ in unfitted})
         fits = [partial(_fit, trial, store, tally, logs, *key, source) for key, source in unfitted.items()]
         # Fits keep a core busy with Python itself, loops do not: side by side they use both.
         sparing = [partial(_spare, trial, store, tally, truth) for truth in plan.truths if is_measurable(truth)]
@@ -165,7 +159,7 @@ def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Tri
     return trial
 
 
-def _missing(trial: Trial, store: Store, tally: Tally, *, fed: bool) -> list[Task]:
+def _missing(trial: Trial, store: Growing, tally: Tally, *, fed: bool) -> list[Task]:
     """Return what simulates the runs that are missing: of loops that feed friction forward, or of the others."""
     plan, tasks = trial.plan, []
     settings, truths = {name: setting(name) for name in plan.sets}, {truth.name: truth for truth in plan.truths}
@@ -175,8 +169,14 @@ def _missing(trial: Trial, store: Store, tally: Tally, *, fed: bool) -> list[Tas
             continue
         truth = truths[cell.truth]
         variant = loop(settings[cell.set][cell.variant], truth, under(cell.condition, truth), fit.friction)
-        source = _source_of(variant, fit.friction)
-        present = [float(error) for error in store.take(cell.file, source) or []]
+        source = {
+            "bristle": version("bristle"),
+            "friction": digest(variant.friction),
+            "compensator": "" if fit.friction is None else digest(fit.friction),
+            "loop": "-".join(map(digest, (variant.plant, variant.controller, variant.sensor, variant.reference))),
+            "run": repr(variant.run),
+        }
+        present = [float(error) for error in part_of(store, cell.file, source) or []]
         trial.errors[cell] = np.array(present[: plan.seeds])
         if len(present) < plan.seeds:
             tasks.append(partial(_simulate, trial, store, tally, cell, variant, source, present))
@@ -186,7 +186,7 @@ def _missing(trial: Trial, store: Store, tally: Tally, *, fed: bool) -> list[Tas
 
 def _simulate(
     trial: Trial,
-    store: Store,
+    store: Growing,
     tally: Tally,
     cell: Cell,
     variant: Variant,
@@ -199,18 +199,18 @@ def _simulate(
     while len(errors) < trial.plan.seeds and not stop.is_set():
         errors.append(peak_to_peak(variant, len(errors)))
         tally.add(f"{cell.truth}, {cell.condition}, {cell.variant}")
-    store.keep(cell.file, source, errors)
+    keep(store, cell.file, source, errors)
     trial.errors[cell] = np.array(errors)
 
 
-def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str]]:
+def _unfitted(trial: Trial, store: Growing) -> dict[tuple[str, str], dict[str, str]]:
     """Return what each compensator that is missing is to be made from, by truth and family; the others are taken up."""
     missing = {}
     log = read_experiment(LOG).origins["experiment"][0].checksum
     for truth in trial.plan.truths:
         for family in trial.plan.compensators:
             source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log, "file": truth.origin.checksum}
-            present = store.take(f"fit-{truth.name}-{family}", source)
+            present = part_of(store, f"fit-{truth.name}-{family}", source)
             if present is None:
                 missing[truth.name, family] = source
             elif "reason" in present:
@@ -220,21 +220,9 @@ def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str
     return missing
 
 
-def _logs(plan: Plan, names: set[str], tally: Tally) -> dict[str, tuple[Log, Axis]]:
-    """Return the logs of these truths."""
-    logs: dict[str, tuple[Log, Axis]] = {}
-
-    def log(truth: Truth, stop: threading.Event) -> None:
-        tally.tell(f"{truth.name}: its log")
-        logs[truth.name] = log_of(truth)
-
-    _abreast([partial(log, truth) for truth in plan.truths if truth.name in names])
-    return logs
-
-
 def _fit(
     trial: Trial,
-    store: Store,
+    store: Growing,
     tally: Tally,
     logs: Mapping[str, tuple[Log, Axis]],
     truth: str,
@@ -250,38 +238,26 @@ def _fit(
     if friction is not None:
         values = {name: np.asarray(value).tolist() for name, value in friction.values.items()}
         content = {"model": friction.name, "kind": friction.kind, "values": values}
-    store.keep(f"fit-{truth}-{family}", source, content)
+    keep(store, f"fit-{truth}-{family}", source, content)
     trial.fits[truth, family] = outcome
     tally.tell(f"{truth}: {family} identified")
 
 
-def _spare(trial: Trial, store: Store, tally: Tally, truth: Truth, stop: threading.Event) -> None:
+def _spare(trial: Trial, store: Growing, tally: Tally, truth: Truth, stop: threading.Event) -> None:
     """Measure few and more branches of a truth, unless all is to stop."""
     if stop.is_set():
         return
     seeds = min(trial.plan.seeds, ECONOMY_SEEDS)
     source = {"bristle": version("bristle"), "friction": digest(truth.friction), "branches": list(COUNTS), "seeds": seeds}
-    present = store.take(f"economy-{truth.name}", source)
+    present = part_of(store, f"economy-{truth.name}", source)
     if present is None:
         tally.tell(f"{truth.name}: branches")
         cost = economy_on(truth, seeds)
         errors = {way: errors.tolist() for way, errors in cost.errors.items()}
         present = {"errors": errors, "floor": cost.floor, "duration": cost.duration}
-        store.keep(f"economy-{truth.name}", source, present)
+        keep(store, f"economy-{truth.name}", source, present)
     errors = {way: np.array(values) for way, values in present["errors"].items()}
     trial.economy[truth.name] = Economy(list(COUNTS), errors, present["floor"], present["duration"])
-
-
-def _source_of(variant: Variant, compensator: Model | None) -> dict[str, str]:
-    """Return what the runs of a loop are made from, in a few letters."""
-    parts = (variant.plant, variant.controller, variant.sensor, variant.reference)
-    return {
-        "bristle": version("bristle"),
-        "friction": digest(variant.friction),
-        "compensator": "" if compensator is None else digest(compensator),
-        "loop": "-".join(map(digest, parts)),
-        "run": repr(variant.run),
-    }
 
 
 def _abreast(tasks: Iterable[Task]) -> None:

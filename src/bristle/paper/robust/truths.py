@@ -29,8 +29,6 @@ from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
 from bristle.paper.robust.uneven import uneven
 from bristle.paper.setting import EXPERIMENTS
 
-__all__ = ["CONDITIONS", "DATA", "MEANINGS", "MEASURED", "NOMINAL", "SIMULATED", "Truth", "is_own", "truths_named", "under"]
-
 FOLDER = Path(str(files("bristle.paper.robust") / "truths"))
 SIMULATED: dict[str, Path] = {"thirty_sliders": EXPERIMENTS / "set_a_rig.toml"} | {
     name: FOLDER / f"{name}.toml" for name in ("gms", "reformed_dahl", "bouc_wen", "printed", "lugre")
@@ -48,6 +46,7 @@ OF_FAMILY = {
 }
 """Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
 AMPLITUDE = 6.8e-6  # [m] of the motion of sets A and C
+TRAVEL = 0.15  # of the amplitude, after which 1/e of a change of level is left
 WITHIN_STROKE = 0.95  # share of a recorded stroke that the rig goes through
 
 
@@ -63,11 +62,6 @@ class Truth:
     is_varied: bool = True
     record: Log | None = field(default=None, compare=False)
     axis: Axis | None = field(default=None, compare=False)
-
-
-def is_own(truth: Truth, family: str) -> bool:
-    """Return whether a family of models has the structure of a truth."""
-    return family in truth.families
 
 
 def truths_named(names: Sequence[str] = (), axis: Path | None = None, *, allow_code: bool = False) -> list[Truth]:
@@ -103,7 +97,7 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
     if file is not None:
         friction = read_model(file).friction
         scatter = 0.0 if "scatter" in friction.values else SCATTER  # the thirty elements have their own
-        return Truth(name, _in_layer(friction, scatter), content_of(file).origin, OF_FAMILY[name])
+        return Truth(name, uneven(friction, unevenness=scatter, travel=TRAVEL * AMPLITUDE), content_of(file).origin, OF_FAMILY[name])
     path = Path(name)
     if not path.is_file():
         raise InputError(
@@ -115,14 +109,11 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
         )
     if path.suffix == ".toml":
         friction = read_model(path, allow_code=allow_code).friction
-        return Truth(path.stem, _in_layer(friction, 0.0), content_of(path).origin, (friction.name.split("+")[0],))
+        around = uneven(friction, unevenness=0.0, travel=TRAVEL * AMPLITUDE)
+        return Truth(path.stem, around, content_of(path).origin, (friction.name.split("+")[0],))
     if axis is None:
         raise InputError("is a log, and nothing says what its columns are", path="TRUTH", value=name, mend="Add --axis axis.toml")
     return _recorded(path.stem, path, read_axis(axis))
-
-
-def _in_layer(friction: Model, scatter: float, amplitude: float = AMPLITUDE) -> Model:
-    return uneven(friction, unevenness=scatter, travel=0.15 * amplitude)
 
 
 def _recorded(name: str, file: Path, axis: Axis) -> Truth:
@@ -134,7 +125,7 @@ def _recorded(name: str, file: Path, axis: Axis) -> Truth:
     assert first.effort is not None
     factor = STATIC * screw_ratio(5e-3) / record.height
     amplitude = WITHIN_STROKE * float(record.x[-1])
-    friction = _in_layer(recorded_contact(record, factor), 0.0, amplitude)
+    friction = uneven(recorded_contact(record, factor), unevenness=0.0, travel=TRAVEL * amplitude)
     heard = replace(first, effort=replace(first.effort, values=factor * first.effort.values))
     return Truth(name, friction, content_of(file).origin, amplitude=amplitude, is_varied=False, record=heard, axis=axis)
 

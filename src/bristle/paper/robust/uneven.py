@@ -29,8 +29,6 @@ from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["Uneven", "UnevenModel", "uneven"]
-
 TWO_PI = 2.0 * math.pi
 SMALLEST_FACTOR = 0.05
 SLOWEST_REVERSAL = 5e-8  # [m/s]: slower ones are noise
