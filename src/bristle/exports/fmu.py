@@ -33,22 +33,13 @@ from bristle.friction.resting import rest_rule
 PATIENCE = 600.0  # [s]; zig builds the library of a platform once
 
 
-@dataclass(frozen=True)
-class Platform:
-    """A platform: its folder in FMI 2.0, empty where that has none, and in 3.0; its name for zig; its library."""
-
-    fmi_2: str
-    fmi_3: str
-    triple: str
-    suffix: str
-
-
+# By system and machine: its folder in FMI 2.0, empty where that has none, and in 3.0; its name for zig; its library.
 PLATFORMS = {
-    ("linux", "x86_64"): Platform("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
-    ("linux", "aarch64"): Platform("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
-    ("win32", "amd64"): Platform("win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
-    ("darwin", "x86_64"): Platform("darwin64", "x86_64-darwin", "x86_64-macos", ".dylib"),
-    ("darwin", "arm64"): Platform("", "aarch64-darwin", "aarch64-macos", ".dylib"),
+    ("linux", "x86_64"): ("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
+    ("linux", "aarch64"): ("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+    ("win32", "amd64"): ("win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
+    ("darwin", "x86_64"): ("darwin64", "x86_64-darwin", "x86_64-macos", ".dylib"),
+    ("darwin", "arm64"): ("", "aarch64-darwin", "aarch64-macos", ".dylib"),
 }
 
 
@@ -70,17 +61,14 @@ def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
     """Return the libraries that can be built here."""
     local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
     built = []
-    for machine, target in PLATFORMS.items():
-        folder = target.fmi_2 if fmi == 2 else target.fmi_3
-        if not folder:
+    for machine, (*folders, triple, suffix) in PLATFORMS.items():
+        folder = folders[fmi - 2]
+        if not folder or not (across or (machine == local and own)):
             continue
+        command = [*across, "-g0", "-target", triple, *([] if machine[0] == "win32" else ["-fPIC"])]
         if machine == local and own:
             command = [own, "-fPIC", "-fvisibility=hidden"]
-        elif across:
-            command = [*across, "-g0", "-target", target.triple, *([] if machine[0] == "win32" else ["-fPIC"])]
-        else:
-            continue
-        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{target.suffix}"))
+        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{suffix}"))
     return built
 
 
@@ -100,35 +88,29 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], place: s
         return Library(place, output.read_bytes())
 
 
-LICENCE = "LICENSE.txt"
-WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same files give the same archive
-
-
 def write(request: Request, *, fmi: int) -> Product:
     """Return one FMU of the friction, and another one of friction and plant."""
-    friction, alone, plant = request.model, request.sampled, request.plant
-    setting = Setting(request.name, request.source, request.dt, fmi)
-
-    written: dict[str, str | bytes] = {}
-    notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
-    if rest_rule(alone):
+    name, plant, source = request.name, request.plant, request.source
+    notes = [f"the internal step is {request.dt:g} s: the bits are those of bristle at this step"]
+    if rest_rule(request.sampled):
         notes.append(
-            f"a mass outside {setting.name}.fmu creeps at rest: a model without memory cannot hold it there. "
-            f"Use {setting.name}_mass.fmu, or a model with memory"
+            f"a mass outside {name}.fmu creeps at rest: a model without memory cannot hold it there. "
+            f"Use {name}_mass.fmu, or a model with memory"
         )
-    bodies: list[tuple[str, Model | None]] = [(setting.name, None)]
+    bodies: list[tuple[str, Model, Model | None]] = [(name, request.sampled, None)]
     if plant is None:
         notes.append("no mass is known: there is no FMU with a mass")
     elif plant.component.screw is not None:
         notes.append(f"{plant.name} has a screw: there is no FMU with a mass")
     else:
-        bodies.append((f"{setting.name}_mass", plant))
-    for name, body in bodies:
-        content = content_of(subject_of(alone if body is None else friction), body, setting.source)
-        model_hash = setting.source.model_hash
+        bodies.append((f"{name}_mass", request.model, plant))
+    written: dict[str, str | bytes] = {}
+    for file, friction, body in bodies:
+        content = content_of(subject_of(friction), body, source)
+        model_hash = source.model_hash
         model_hash = hash_on_plant(model_hash, body, content.unit) if model_hash and body is not None else model_hash
-        source = replace(setting.source, model_hash=model_hash)
-        written[f"{name}.fmu"], remarks = _archive(content, replace(setting, name=name, source=source))
+        setting = Setting(file, replace(source, model_hash=model_hash), request.dt, fmi)
+        written[f"{file}.fmu"], remarks = _archive(content, setting)
         notes += [text for text in remarks if text not in notes]
     return Product(written, tuple(notes))
 
@@ -151,22 +133,18 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         "documentation/index.html": page_text(content, setting),
         "documentation/licenses/license.txt": licence_text(),
         **{f"sources/{file}": text for file, text in sources.items()},
-        f"sources/{LICENCE}": header_text(LICENCE),
+        "sources/LICENSE.txt": header_text("LICENSE.txt"),
         **({"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}),
         **{library.place: library.content for library in built if not library.problem},
     }
     platforms = [library.place.split("/")[1] for library in built if not library.problem]
     lacking = [f"no library for {library.place.split('/')[1]}: {library.problem}" for library in built if library.problem]
     none = f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"
-    return _zipped(inside), (*content.notes, *lacking, f"libraries for {', '.join(platforms)}" if platforms else none)
-
-
-def _zipped(inside: Mapping[str, str | bytes]) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for place, content in inside.items():
-            entry = zipfile.ZipInfo(place, WRITTEN)
+        for place, part in inside.items():
+            entry = zipfile.ZipInfo(place)  # of 1980: the same files give the same archive
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if place.startswith("binaries/") else 0o644) << 16
-            archive.writestr(entry, content)
-    return stream.getvalue()
+            archive.writestr(entry, part)
+    return stream.getvalue(), (*content.notes, *lacking, f"libraries for {', '.join(platforms)}" if platforms else none)

@@ -60,18 +60,12 @@ class Ports:
 
     listed: tuple[Port, ...]
     tuned: dict[str, tuple[Tunable, int]]
-    fixed: tuple[str, ...]
+    fixed: tuple[str, ...] = ()
     states: tuple[int, ...] = ()
 
-    @property
-    def rates(self) -> tuple[int, ...]:
-        """The places of the rates of the states, in their order."""
-        return tuple(i for i, port in enumerate(self.listed) if port.role == RATE)
-
-    @property
-    def margins(self) -> tuple[int, ...]:
-        """The places of what falls below zero at an event, where there are events."""
-        return tuple(i for i, port in enumerate(self.listed) if port.role == MARGIN)
+    def in_role(self, *roles: int) -> tuple[int, ...]:
+        """Return the places of the variables in these roles, in their order."""
+        return tuple(i for i, port in enumerate(self.listed) if port.role in roles)
 
     def place(self, name: str) -> int:
         """Return the value reference of a variable."""
@@ -96,38 +90,33 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
             replace(port, name=f"{model.name}_{port.name}") if port.name in names else port
             for port in parameter_ports(model.component.variables, values, role, source)
         ]
-    if exchange is None:
-        return Ports(tuple(listed), tuned, tuple(fixed))
-    varying, places = _varying(exchange, listed, core.subject.model.name)
-    return Ports((*listed, *varying), tuned, tuple(fixed), places)
+    places = () if exchange is None else _add_varying(exchange, listed, core.subject.model.name)
+    return Ports(tuple(listed), tuned, tuple(fixed), places)
 
 
-def _varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[list[Port], tuple[int, ...]]:
-    """Return the variables that an importer integrates and that are not yet there, and the places of the states.
+def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[int, ...]:
+    """Add the variables that an importer integrates and that are not yet there, and return the places of the states.
 
     Position and velocity of a plant are outputs, which get the size that matters to the contact.
     """
     taken = {port.name: i for i, port in enumerate(listed)}
-    ports: list[Port] = []
     places: list[int] = []
-    names: list[str] = []
     for state, variable in exchange.varying.items():
         at = taken.get(state)
         if at is not None and listed[at].role == START:
             listed[at] = replace(listed[at], variable=replace(listed[at].variable, nominal=variable.nominal))
+            places.append(at)
         else:
-            at = len(listed) + len(ports)
-            ports.append(Port(state if state not in taken else f"{model}_{state}", STATE, variable, 0.0))
-        places.append(at)
-        names.append((listed + ports)[at].name)
-    for name, variable in zip(names, exchange.varying.values(), strict=True):
-        rate = Variable(f"{variable.quantity}/time", f"rate of {name}")
-        ports.append(Port(f"der({name})", RATE, rate, 0.0))
+            places.append(len(listed))
+            listed.append(Port(state if at is None else f"{model}_{state}", STATE, variable, 0.0))
+    for at, variable in zip(places, exchange.varying.values(), strict=True):
+        name = listed[at].name
+        listed.append(Port(f"der({name})", RATE, Variable(f"{variable.quantity}/time", f"rate of {name}"), 0.0))
     if exchange.held:
         margin = Variable("1", "what is left to the next event of the contact, where it falls below zero")
         reversal = Variable("length/time", "what is left to a reversal, where it falls below zero")
-        ports += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
-    return ports, tuple(places)
+        listed += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
+    return tuple(places)
 
 
 def _signals(core: Core) -> list[Port]:
@@ -155,13 +144,6 @@ def parameter_ports(variables: Mapping[str, Variable], values: Mapping[str, Any]
         elif not math.isnan(float(value)):
             ports.append(Port(name, role, variable, float(value), sure))
     return ports
-
-
-ALONE = (
-    "Friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
-    "loop may be unstable. Prefer the FMU with its mass, where there is one."
-)
-DRIVEN = "Set x and v before the start, and give the effort: gravity and cogging of the plant are inside."
 
 
 @dataclass(frozen=True)
@@ -192,13 +174,17 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     core = core_of(subject, plant, builder)
     exchange = None if reason else exchange_of(core, builder)
     ports, force = ports_of(core, source, exchange), unit_of("force", model.kind)
-    along, driven = (
-        f"Friction {model.name}: force [{force}] of a velocity and a position",
-        f"{plant and plant.name} with friction {model.name}: motion under an effort [{force}]",
+    title = f"Friction {model.name}: force [{force}] of a velocity and a position"
+    guidance = (
+        "Friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
+        "loop may be unstable. Prefer the FMU with its mass, where there is one."
     )
+    if plant is not None:
+        title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
+        guidance = "Set x and v before the start, and give the effort: gravity and cogging of the plant are inside."
     return Content(
-        along if plant is None else driven,
-        "rotational" if model.kind == "rotational" else "translational",
+        title,
+        model.kind,
         pruned(builder.unit, [core.entry, *(exchange.functions if exchange else ())]),
         core.entry,
         exchange,
@@ -210,7 +196,7 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
         core.most,
         f"{subject.state.fields} {subject.memory_size}",
         parameter_table(model, source).splitlines(),
-        (ALONE if plant is None else DRIVEN,),
+        (guidance,),
         (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed),
         -1 if plant is None else core.begin.size - 1,
     )

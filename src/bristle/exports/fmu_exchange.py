@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -82,31 +81,24 @@ class Exchange:
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
     """Return why a model, on a plant or alone, is for co-simulation alone; nothing where it is not."""
-    for model, rate in (
-        (friction, friction.component.rate or friction.component.flow),
-        *(((plant, plant.component.rate),) if plant is not None else ()),
-    ):
-        if rate is None and model.component.family == "friction" and _jumps(model):
-            return f"the force of {model.name} jumps where the motion reverses, and sticking is no differential equation"
-        if rate is None:
-            return f"{model.name} has kernels for steps, and none for continuous time"
-    return ""
-
-
-def _jumps(friction: Model) -> bool:
-    """Return whether a static map has two forces at rest."""
     component, p = friction.component, friction.parameters
-    state, memory = component.initial_state(p), component.new_memory(p)
-    if len(state) + len(memory):
-        return False
-    forward, backward = (component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0))
-    return bool(forward != backward)
+    if component.rate is None and component.flow is None:
+        state, memory = component.initial_state(p), component.new_memory(p)
+        # A static map with two forces at rest.
+        if not len(state) + len(memory) and len({component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0)}) > 1:
+            return f"the force of {friction.name} jumps where the motion reverses, and sticking is no differential equation"
+        return f"{friction.name} has kernels for steps, and none for continuous time"
+    if plant is not None and plant.component.rate is None:
+        return f"{plant.name} has kernels for steps, and none for continuous time"
+    return ""
 
 
 def exchange_of(core: Core, builder: Builder) -> Exchange:
     """Return a model in continuous time, built beside its step."""
     subject, plant = core.subject, core.plant
-    texts = _Texts(subject, plant, *_contact_and_piece(subject, builder))
+    # What varies of a contact, and what holds from event to event.
+    contact, piece = (subject.state, None) if subject.model.component.flow is None else piece_of(subject, builder)
+    texts = _Texts(subject, plant, contact, piece)
     lasting, remembered, varied = core.begin.size, subject.memory_size, len(texts.varied)
     sizes = {"lasting": lasting, "memory": remembered, "varying": varied, "held": len(texts.held), "slope": varied + 2}
     structures = {argument: kind for argument, (_, kind) in core.parameters.items()}
@@ -119,7 +111,7 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
 
     inputs, parameters = (["effort"], ["q", "p"]) if plant is not None else (["v", "x", *subject.signals], ["p"])
     along = [] if plant is not None else inputs
-    distance, variables = _variables(subject, plant, texts.contact)
+    distance, variables = _variables(subject, plant, contact)
     sizes_of_contact = [variable.nominal for variable in variables[texts.first :]]
     return Exchange(
         built("flowing", texts.flowing(sizes_of_contact, distance), ["varying", "held", "slope", *inputs, *parameters], ("slope",)),
@@ -128,13 +120,6 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         dict(zip(texts.varied, variables, strict=True)),
         tuple(texts.held),
     )
-
-
-def _contact_and_piece(subject: Subject, builder: Builder) -> tuple[Struct, Struct | None]:
-    """Return the types of what varies of a contact, and of what holds from event to event."""
-    if subject.model.component.flow is None:
-        return subject.state, None
-    return piece_of(subject, builder)
 
 
 class _Texts:
@@ -163,24 +148,16 @@ class _Texts:
         }
         self.scope |= {} if piece is None else {"Piece": piece.cls}
         self.scope |= {} if body is None else {"PlantState": body.cls}
-
-    @property
-    def varied(self) -> list[str]:
-        """What varies, by name: the state of the plant, then the contact."""
-        of_body = [] if self.body is None else [name for name, _ in self.body.fields]
-        of_contact = [name for name, _ in self.contact.fields]
-        return [*of_body, *(f"contact_{name}" if name in of_body else name for name in of_contact)]
-
-    @property
-    def held(self) -> list[int]:
-        """For each number that holds, how many values it can take where it is whole; 0 where it is real.
-
-        Behind the piece is the contact as it was at the event.
-        """
-        if self.piece is None:
-            return []
-        most = [capacity_of(name, self.subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in self.piece.fields]
-        return most + [0] * len(self.contact.fields)
+        of_body = [] if body is None else [name for name, _ in body.fields]
+        of_contact = [name for name, _ in contact.fields]
+        # What varies, by name: the state of the plant, then the contact.
+        self.varied = [*of_body, *(f"contact_{name}" if name in of_body else name for name in of_contact)]
+        # For each number that holds, how many values it can take where it is whole; 0 where it is real. Behind the piece
+        # is the contact as it was at the event.
+        self.held: list[int] = []
+        if piece is not None:
+            self.held = [capacity_of(name, subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in piece.fields]
+            self.held += [0] * len(contact.fields)
 
     def flowing(self, sizes: list[float], distance: float) -> str:
         """Return the kernel of the rates, for a contact whose variables have some sizes."""
@@ -239,21 +216,14 @@ def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[
     force = np.abs(subject.forces(np.concatenate(([0.0], FARTHER[1:])), SLOW))
     largest = float(np.max(force))
     sizes = {"force": largest, "length": float(FARTHER[np.argmax(force >= 0.5 * largest)])}
-    described: list[Variable] = []
+    listed: list[Variable] = []
     if plant is not None:
         body, q = plant.component.initial_state(plant.parameters), plant.parameters
         rise = plant.component.rate(body, largest, 0.0, q).v - plant.component.rate(body, 0.0, 0.0, q).v
         sizes["length/time"] = math.sqrt(rise * sizes["length"])
-        described += variables_of(type(body)).values()
-    described += _described(contact.cls)
-    sized = [replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal) for variable in described]
-    return sizes["length"], sized
-
-
-def _described(cls: type) -> list[Variable]:
-    """Return the variables of a contact; one of a user's own may have described none."""
+        listed += variables_of(type(body)).values()
     try:
-        return list(variables_of(cls).values())
-    except TypeError:
-        fields: Any = cls
-        return [Variable("1", f"{name}, which varies") for name in fields._fields]
+        listed += variables_of(contact.cls).values()
+    except TypeError:  # a contact of a user's own may have described none
+        listed += [Variable("1", f"{name}, which varies") for name, _ in contact.fields]
+    return sizes["length"], [replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal) for variable in listed]

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import re
+import uuid
 from collections.abc import Mapping
 from importlib import resources
-from typing import Any
 
 import numpy as np
 
 from bristle.exports.c import FLAGS
 from bristle.exports.c_code import Printer, number
-from bristle.exports.c_parts import array_text, assembled, declared, helpers_text, initial_value
+from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
 from bristle.exports.described import plain, rendered, version, with_rights
-from bristle.exports.fmu_content import START, Content, Ports, Setting
+from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Ports, Setting
 from bristle.exports.fmu_exchange import Exchange
-from bristle.exports.printing import wrapped
 from bristle.exports.subject import digest_of
 from bristle.exports.tree import Array, Function
 
@@ -34,9 +33,8 @@ DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 def source_text(content: Content, setting: Setting) -> tuple[str, str]:
     """Return the source, and the token that tells it from every other one."""
     facts = _facts(content, setting)
-    token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
-    token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
-    file = f"{setting.name}.c"
+    token = str(uuid.UUID(hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]))
+    token, file = f"{{{token}}}", f"{setting.name}.c"
     return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[file], token
 
 
@@ -84,8 +82,8 @@ def _exchanged(exchange: Exchange, ports: Ports, handed: Mapping[str, str]) -> d
     """Return what the source says of model exchange."""
     return {
         "states": ports.states,
-        "rates": ports.rates,
-        "margins": ports.margins,
+        "rates": ports.in_role(RATE),
+        "margins": ports.in_role(MARGIN),
         "held": exchange.held,
         "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
         "most": [number(float(most)) for most in exchange.held or (0,)],
@@ -106,14 +104,11 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
             tuned, _ = content.ports.tuned[argument]
             fields = [f"    {line}" for line in declared(tuned, printer)]
             texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
-            texts.append(assembled(tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
+            texts.append(assembled(values, tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
             handed[argument] = f"made_{argument}(&given_{argument})"
         else:
-            arrays: list[str] = []
-            text = initial_value(values, kind, printer, arrays, f"{argument}_")
-            constant = f"static const {printer.named(kind, f'constant_{argument}')} = {text};"
-            texts += [*arrays, *wrapped(constant, ""), ""]
             handed[argument] = f"constant_{argument}"
+            texts.append(constant_text(handed[argument], values, kind, printer, argument))
     if content.failures_at >= 0:
         texts.append("static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n")
     if np.any(content.memory):
@@ -121,35 +116,26 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     return "\n".join(texts), handed
 
 
-# What kernels work on, as functions of the source have it.
-ARRAYS = {
-    "lasting": "now->lasting",
-    "memory": "now->memory",
-    "varying": "now->varying",
-    "held": "now->held",
-    "slope": "slope",
-    "dt": "STEP",
-}
-
-
 def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:
     """Return the lines that call a kernel; the last one is the call."""
-    names = [parameter.name for parameter in entry.parameters]
-    lines = []
+    lines, arguments = [], []
     for argument, (_, first) in ports.tuned.items():
-        if argument in names:
+        if argument in [parameter.name for parameter in entry.parameters]:
             lines.append(f"{argument}_parameters given_{argument};")
             lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
-    expressions = ARRAYS | dict(handed)
-    arguments = [expressions.get(parameter.name) or _input_value(parameter, ports) for parameter in entry.parameters]
+    for parameter in entry.parameters:
+        name = parameter.name
+        if name in ("lasting", "memory", "varying", "held"):
+            arguments.append(f"now->{name}")
+        elif name in ("slope", "dt"):
+            arguments.append("STEP" if name == "dt" else name)
+        elif name in handed:
+            arguments.append(handed[name])
+        elif isinstance(parameter.type, Array):  # where the first variable of several is
+            arguments.append(f"now->values + {ports.place(f'{name}[1]')}")
+        else:
+            arguments.append(f"now->values[{ports.place(name)}]")
     return [*lines, f"{entry.name}({', '.join(arguments)});"]
-
-
-def _input_value(parameter: Any, ports: Ports) -> str:
-    """Return a variable, or where the first one of several is."""
-    if isinstance(parameter.type, Array):
-        return f"now->values + {ports.place(f'{parameter.name}[1]')}"
-    return f"now->values[{ports.place(parameter.name)}]"
 
 
 def _absent(fmi: int, exchange: bool) -> str:

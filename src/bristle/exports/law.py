@@ -7,7 +7,7 @@ to where it must be: so no state needs to be handed over, and every target begin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
@@ -24,7 +24,7 @@ from bristle.core.variable import Variable
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
-from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Unit, struct_type, type_of
+from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 from bristle.exports.tunable import CONSTANTS, refuse_parameters_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
@@ -230,6 +230,16 @@ class Law:
     def memory_size(self) -> int:
         """Numbers in the memory."""
         return self.memory.size
+
+    @property
+    def leaves(self) -> list[tuple[tuple[str, ...], Type]]:
+        """Path and type of each number that lasts."""
+
+        def inside(kind: Struct, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Type]]:
+            for name, part in kind.fields:
+                yield from inside(part, (*path, name)) if isinstance(part, Struct) else [((*path, name), part)]
+
+        return list(inside(self.types[0], ()))
 
     @property
     def dt(self) -> float:

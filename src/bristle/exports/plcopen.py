@@ -14,7 +14,6 @@ NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 POU_TYPES = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 SECTIONS = {"VAR_INPUT": "inputVars", "VAR_OUTPUT": "outputVars", "VAR_IN_OUT": "inOutVars", "VAR": "localVars"}
-ELEMENTARY = ("LREAL", "REAL", "DINT", "LINT", "BOOL")
 NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
 Element = ElementTree.Element
 
@@ -23,7 +22,7 @@ def project_text(name: str, head: str, types: Sequence[Array | Record], pous: Se
     """Return a project with data types, functions, blocks and programs."""
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xhtml", XHTML)
-    project = Element(_named("project"))
+    project = Element(f"{{{NAMESPACE}}}project")
     _add(project, "fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER)
     content = _add(project, "contentHeader", name=name)
     _add(content, "Comment").text = head.strip().removeprefix("(*").removesuffix("*)").strip()
@@ -33,35 +32,27 @@ def project_text(name: str, head: str, types: Sequence[Array | Record], pous: Se
     inside = _add(project, "types")
     data_types, units = _add(inside, "dataTypes"), _add(inside, "pous")
     for part in types:
-        _data_type(data_types, part)
+        base = _add(_add(data_types, "dataType", name=part.name), "baseType")
+        if isinstance(part, Array):
+            array = _add(base, "array")
+            _add(array, "dimension", lower="0", upper=str(part.size - 1))
+            _type(_add(array, "baseType"), part.of)
+        else:
+            _variables(_add(base, "struct"), part.fields)
     for pou in pous:
-        _pou(units, pou)
+        unit = _add(units, "pou", name=pou.name, pouType=POU_TYPES[pou.kind])
+        interface = _add(unit, "interface")
+        if pou.returns:
+            _type(_add(interface, "returnType"), pou.returns)
+        for section, element in SECTIONS.items():
+            if pou.declared(section):
+                _variables(_add(interface, element), pou.declared(section))
+        _text(_add(_add(unit, "body"), "ST"), "\n".join(line.removeprefix(INDENT) for line in pou.body))
+        if pou.meaning:
+            _text(_add(unit, "documentation"), pou.meaning)
     _add(_add(project, "instances"), "configurations")
     ElementTree.indent(project)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(project, encoding="unicode") + "\n"
-
-
-def _data_type(types: Element, part: Array | Record) -> None:
-    base = _add(_add(types, "dataType", name=part.name), "baseType")
-    if isinstance(part, Array):
-        array = _add(base, "array")
-        _add(array, "dimension", lower="0", upper=str(part.size - 1))
-        _type(_add(array, "baseType"), part.of)
-    else:
-        _variables(_add(base, "struct"), part.fields)
-
-
-def _pou(units: Element, pou: Pou) -> None:
-    unit = _add(units, "pou", name=pou.name, pouType=POU_TYPES[pou.kind])
-    interface = _add(unit, "interface")
-    if pou.returns:
-        _type(_add(interface, "returnType"), pou.returns)
-    for section, element in SECTIONS.items():
-        if pou.declared(section):
-            _variables(_add(interface, element), pou.declared(section))
-    _text(_add(_add(unit, "body"), "ST"), "\n".join(line.removeprefix(INDENT) for line in pou.body))
-    if pou.meaning:
-        _text(_add(unit, "documentation"), pou.meaning)
 
 
 def _variables(parent: Element, variables: Sequence[Variable]) -> None:
@@ -75,7 +66,7 @@ def _variables(parent: Element, variables: Sequence[Variable]) -> None:
 
 
 def _type(parent: Element, name: str) -> None:
-    if name in ELEMENTARY:
+    if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL"):
         _add(parent, name)
     else:
         _add(parent, "derived", name=name)
@@ -86,11 +77,7 @@ def _text(parent: Element, text: str) -> None:
 
 
 def _add(parent: Element, tag: str, /, **attributes: str) -> Element:
-    return ElementTree.SubElement(parent, _named(tag), attributes)
-
-
-def _named(name: str) -> str:
-    return f"{{{NAMESPACE}}}{name}"
+    return ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{tag}", attributes)
 
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
@@ -116,15 +103,16 @@ def twincat_files(parts: Iterable[Array | Record | Pou], source: Source) -> dict
     A part has the same identifier in each export of its name: one that is exported again replaces it in a project.
     """
     rights = "\n".join([*rights_lines(source, ".st"), ""])
-    return {f"{part.name}.{'TcPOU' if isinstance(part, Pou) else 'TcDUT'}": _twincat_text(part, rights) for part in parts}
-
-
-def _twincat_text(part: Array | Record | Pou, rights: str) -> str:
-    names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
-    if not isinstance(part, Pou):
-        return HEAD + DUT.format(**names, declaration=_as_cdata(rights + part_text(part))) + TAIL
-    body = _as_cdata("\n".join([*part.body, ""]))
-    return HEAD + POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body) + TAIL
+    files = {}
+    for part in parts:
+        names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
+        if isinstance(part, Pou):
+            body = _as_cdata("\n".join([*part.body, ""]))
+            text = POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body)
+        else:
+            text = DUT.format(**names, declaration=_as_cdata(rights + part_text(part)))
+        files[f"{part.name}.{'TcPOU' if isinstance(part, Pou) else 'TcDUT'}"] = HEAD + text + TAIL
+    return files
 
 
 def _as_cdata(text: str) -> str:

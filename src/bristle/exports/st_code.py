@@ -12,7 +12,7 @@ import math
 from bristle.exports import tree
 from bristle.exports.printing import described, needs_wide_integers, structures_of, types_in
 from bristle.exports.st_expressions import BINDS, RESULT, Values, is_safe
-from bristle.exports.st_parts import BELOW_ZERO, INDENT, LREAL, Names, Pou, Record, real_literal, structure_name
+from bristle.exports.st_parts import BELOW_ZERO, INDENT, LREAL, Names, Pou, Record, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Variable as Declared
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
@@ -37,7 +37,11 @@ class Printer:
         """Return data types and functions; `helpers` then holds what they call beside each other."""
         functions = [self.body(function).pou() for function in self.unit.functions]
         arrays = [ArrayPart(self.array(size, of), max(size, 1), of) for size, of in sorted(self._arrays)]
-        return [*arrays, *(self._record(kind) for kind in self.structures)], functions
+        records = []
+        for kind in self.structures:
+            fields = [Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields]
+            records.append(Record(self.type_name(kind), tuple(fields or [Declared("nothing", "BOOL")])))
+        return [*arrays, *records], functions
 
     def function(self, function: tree.Function) -> str:
         """Return the name of a function."""
@@ -81,11 +85,9 @@ class Printer:
         """Return the name of a type."""
         if isinstance(kind, Scalar):
             return {REAL: self.scalar, INTEGER: self.integer}.get(kind, "BOOL")
-        return self.array(kind.size) if isinstance(kind, Array) else self._public.of(kind, structure_name(kind))
-
-    def _record(self, kind: Struct) -> Record:
-        fields = [Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields]
-        return Record(self.type_name(kind), tuple(fields or [Declared("nothing", "BOOL")]))
+        if isinstance(kind, Array):
+            return self.array(kind.size)
+        return self._public.of(kind, "Several" if kind.is_plain else kind.cls.__name__)
 
 
 class Body(Values):
@@ -108,34 +110,24 @@ class Body(Values):
     # --- statements -----------------------------------------------------------------------------------------------
 
     def _block(self, block: list[tree.Statement]) -> None:
-        for statement in block:
-            self._statement(statement)
-
-    def _statement(self, s: tree.Statement) -> None:
-        if isinstance(s, tree.Assign):
-            self._into(self._variable_name(s.variable), s.value, s.variable.name)
-        elif isinstance(s, tree.Store):
-            place = f"{self._in_place(s.array)}[{self._place(s.at)}]"
-            self._line(f"{place} := {self._of(s.value)};")
-        elif isinstance(s, tree.Evaluate):
-            assert isinstance(s.call, tree.Call)
-            self._into(self._aside(s.call.type), s.call)
-        elif isinstance(s, tree.Return):
-            self._return(s)
-        elif isinstance(s, tree.If):
-            self._if(s)
-        elif isinstance(s, tree.For):
-            self._for(s)
-        elif isinstance(s, tree.While):
-            self._while(s)
-        else:
-            self._line("EXIT;" if isinstance(s, tree.Break) else "CONTINUE;")
-
-    def _return(self, s: tree.Return) -> None:
-        if s.value is not None:
-            isolated = isinstance(s.value.type, Struct)
-            self._into(RESULT if isolated else self.printer.function(self.function), s.value)
-        self._line("RETURN;")
+        for s in block:
+            if isinstance(s, tree.Assign):
+                self._into(self._variable_name(s.variable), s.value, s.variable.name)
+            elif isinstance(s, tree.Store):
+                place = f"{self._in_place(s.array)}[{self._place(s.at)}]"
+                self._line(f"{place} := {self._of(s.value)};")
+            elif isinstance(s, tree.Evaluate):
+                self._into(self._aside(s.call.type), s.call)
+            elif isinstance(s, tree.Return):
+                if s.value is not None:
+                    self._into(RESULT if isinstance(s.value.type, Struct) else self.printer.function(self.function), s.value)
+                self._line("RETURN;")
+            elif isinstance(s, tree.If):
+                self._if(s)
+            elif isinstance(s, (tree.For, tree.While)):
+                self._for(s) if isinstance(s, tree.For) else self._while(s)
+            else:
+                self._line("EXIT;" if isinstance(s, tree.Break) else "CONTINUE;")
 
     def _if(self, s: tree.If) -> None:
         test, first, second = s.test, s.body, s.otherwise

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from bristle.exports import tree
 from bristle.exports.printing import PRIMARY, UNARY, wrapped
 from bristle.exports.scope import NotExportableError
+from bristle.exports.st_helpers import TEXTS
 from bristle.exports.st_parts import INDENT, Names, whole_literal
 from bristle.exports.st_parts import Variable as Declared
 from bristle.exports.tree import INTEGER, REAL, TRUTH, Scalar, Struct, Type, walk
@@ -26,7 +27,6 @@ COMPARED = 9
 BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, "and": 4, "or": 3}
 COMPARISONS = {"==": "=", "!=": "<>"}
 IN_WORDS = {"&": "AND", "^": "XOR"}
-UNSAFE = (tree.Index, tree.Call, tree.Select, tree.Convert, tree.Make)
 
 
 class Values:
@@ -58,9 +58,6 @@ class Values:
         self._declared.setdefault(name, Declared(name, self.printer.type_name(kind), section=section))
         return name
 
-    def _variable_name(self, variable: tree.Variable) -> str:
-        return self._declare(self._names.of(variable.name, variable.name), variable.type)
-
     def _aside(self, kind: Type) -> str:
         """Return a new variable for what stands before a statement."""
         self._count += 1
@@ -81,32 +78,28 @@ class Values:
         """Put a value into a variable; `root` is the variable, which what is computed may look at."""
         if isinstance(e, tree.Select):
             self._choose(target, e, root)
-        elif isinstance(e.type, Struct) and isinstance(e, (tree.Make, tree.Call)) and _mentions(e, root):
-            aside = self._aside(e.type)
-            self._into(aside, e)
-            self._line(f"{target} := {aside};")
-        elif isinstance(e, tree.Make):
-            assert isinstance(e.type, Struct)
-            for (name, _), part in zip(e.type.fields, e.parts, strict=True):
-                self._into(f"{target}.{self.printer.field(e.type, name)}", part)
-        elif isinstance(e, tree.Call) and isinstance(e.type, Struct):
-            self._line(f"{self._aside(TRUTH)} := {self._called(e, target)};")
+        elif isinstance(e.type, Struct) and isinstance(e, (tree.Make, tree.Call)):
+            if any(isinstance(part, tree.Variable) and part.name == root for part in walk(e)):
+                self._line(f"{target} := {self._held(e)};")
+            elif isinstance(e, tree.Call):
+                self._line(f"{self._aside(TRUTH)} := {self._called(e, target)};")
+            else:
+                for (name, _), part in zip(e.type.fields, e.parts, strict=True):
+                    self._into(f"{target}.{self.printer.field(e.type, name)}", part)
         else:
             self._line(f"{target} := {self._of(e)};")
 
     def _choose(self, target: str, e: tree.Select, root: str) -> None:
-        self._line(f"IF {self._of(e.test)} THEN")
-        with self._inside():
-            self._into(target, e.first, root)
-        second = e.second
-        while isinstance(second, tree.Select) and is_safe(second.test):
-            self._line(f"ELSIF {self._of(second.test)} THEN")
+        rest: tree.Expression = e
+        word = "IF"
+        while isinstance(rest, tree.Select) and (word == "IF" or is_safe(rest.test)):
+            self._line(f"{word} {self._of(rest.test)} THEN")
             with self._inside():
-                self._into(target, second.first, root)
-            second = second.second
+                self._into(target, rest.first, root)
+            rest, word = rest.second, "ELSIF"
         self._line("ELSE")
         with self._inside():
-            self._into(target, second, root)
+            self._into(target, rest, root)
         self._line("END_IF;")
 
     def _one_by_one(self, e: tree.Logic) -> str:
@@ -144,6 +137,9 @@ class Values:
             return ("TRUE" if e.value else "FALSE"), PRIMARY
         text = self.printer.real(float(e.value)) if e.type == REAL else whole_literal(int(e.value))
         return text, (0 if text.startswith("-") else PRIMARY)
+
+    def _variable_name(self, variable: tree.Variable) -> str:
+        return self._declare(self._names.of(variable.name, variable.name), variable.type)
 
     def _variable(self, e: tree.Variable) -> tuple[str, int]:
         return self._variable_name(e), PRIMARY
@@ -193,15 +189,15 @@ class Values:
             return self._one_by_one(e), PRIMARY
         return f" {e.operator.upper()} ".join(self._of(part, UNARY) for part in e.parts), BINDS[e.operator]
 
-    def _select(self, e: tree.Select) -> tuple[str, int]:
+    def _select(self, e: tree.Select | tree.Make) -> tuple[str, int]:
         return self._held(e), PRIMARY
 
-    def _make(self, e: tree.Make) -> tuple[str, int]:
-        return self._held(e), PRIMARY
+    _make = _select
 
     def _convert(self, e: tree.Convert) -> tuple[str, int]:
         if e.of.type == TRUTH:
-            return self._held(tree.Select(e.type, e.of, _constant_of(e.type, 1), _constant_of(e.type, 0))), PRIMARY
+            one, zero = (tree.Constant(e.type, float(value) if e.type == REAL else value) for value in (1, 0))
+            return self._held(tree.Select(e.type, e.of, one, zero)), PRIMARY
         if e.type == REAL:
             return f"{self.printer.integer}_TO_{self.printer.scalar}({self._of(e.of)})", PRIMARY
         return f"{self.printer.helper('truncated')}(number := {self._of(e.of)})", PRIMARY
@@ -222,37 +218,16 @@ class Values:
         if e.name == "sqrt":
             return f"SQRT({arguments[0]})", PRIMARY
         name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
-        named = ", ".join(f"{name} := {text}" for name, text in zip(ARGUMENTS[e.name], arguments, strict=True))
+        inputs = [word.partition(":")[0] for word in TEXTS[name][1].split()]
+        named = ", ".join(f"{name} := {text}" for name, text in zip(inputs, arguments, strict=True))
         return f"{self.printer.helper(name)}({named})", PRIMARY
-
-
-ARGUMENTS = {
-    "copysign": ("number", "sign_of"),
-    "abs": ("number",),
-    "floor": ("number",),
-    "isinf": ("number",),
-    "isnan": ("number",),
-    "min": ("first", "second"),
-    "max": ("first", "second"),
-    "mantissa": ("number",),
-    "exponent": ("number",),
-    "power_of_two": ("power",),
-}
-
-
-def _constant_of(kind: Type, value: int) -> tree.Constant:
-    return tree.Constant(kind, float(value) if kind == REAL else value)
 
 
 def is_safe(e: tree.Expression) -> bool:
     """Return whether an expression may be computed where it is not needed, and without a statement before it."""
-    divides = any(isinstance(part, tree.Binary) and part.operator not in ("+", "-", "*") for part in walk(e))
-    return not divides and not any(isinstance(part, UNSAFE) or _calls(part) for part in walk(e))
-
-
-def _calls(e: object) -> bool:
-    return isinstance(e, tree.Intrinsic) and e.name not in ("abs", "min", "max", "copysign", "isinf", "isnan")
-
-
-def _mentions(e: tree.Expression, name: str) -> bool:
-    return bool(name) and any(isinstance(part, tree.Variable) and part.name == name for part in walk(e))
+    for part in walk(e):
+        divides = isinstance(part, tree.Binary) and part.operator not in ("+", "-", "*")
+        calls = isinstance(part, tree.Intrinsic) and part.name not in ("abs", "min", "max", "copysign", "isinf", "isnan")
+        if divides or calls or isinstance(part, (tree.Index, tree.Call, tree.Select, tree.Convert, tree.Make)):
+            return False
+    return True

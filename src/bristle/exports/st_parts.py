@@ -11,7 +11,6 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.exports.printing import ascii_name
-from bristle.exports.tree import Struct
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
 # compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
@@ -84,11 +83,6 @@ class Names:
             name = f"{first}_{count}"
         self._used.add(name.lower())
         return name
-
-
-def structure_name(kind: Struct) -> str:
-    """Return what a tuple is called."""
-    return "Several" if kind.is_plain else kind.cls.__name__
 
 
 def real_literal(value: float, scalar: str = LREAL) -> str:

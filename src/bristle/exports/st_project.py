@@ -17,7 +17,7 @@ from bristle.exports.st_helpers import helpers_of
 from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, part_text, real_literal, used_of, whole_literal
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tree import REAL as NUMBER
-from bristle.exports.tree import TRUTH, Function, Struct, Type
+from bristle.exports.tree import TRUTH, Function, Struct
 from bristle.exports.tree import Array as ArrayType
 from bristle.exports.tunable import CHECKPOINT, TOLERANCE, Tunable, bounds_of, checkpoints
 from bristle.prediction.drive_units import CommandUnits
@@ -99,8 +99,13 @@ class Project:
 
     def files(self, head: str, source: Source) -> dict[str, str]:
         """Return the text of each file by its name; `head` is the template of the comment that they begin with."""
-        types, functions = self.printer.parts()
-        functions = [*self._helpers(), *functions]
+        printer = self.printer
+        types, functions = printer.parts()
+        helpers = []
+        for scalar in (LREAL, REAL):
+            names = [name for name, of in sorted(printer.helpers) if of == scalar]
+            helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
+        functions = [*helpers, *functions]
         types = used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
@@ -111,13 +116,6 @@ class Project:
             f"{self.name}_plcopen.xml": project_text(self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]),
         }
         return with_rights(files, source) | twincat_files([*parts, *of_test], source)
-
-    def _helpers(self) -> list[Pou]:
-        printer, helpers = self.printer, []
-        for scalar in (LREAL, REAL):
-            names = [name for name, of in sorted(printer.helpers) if of == scalar]
-            helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
-        return helpers
 
 
 def requests(anew: str) -> list[Variable]:
@@ -130,14 +128,10 @@ def requests(anew: str) -> list[Variable]:
 
 def answers(output: str, meaning: str, units: CommandUnits | None = None) -> list[Variable]:
     """Return what a block gives, in the units of the drive too where they are known, and whether it was held."""
-    command = (
-        []
-        if units is None
-        else [Variable("command", "LREAL", f"the same in the units of the drive [{plain(units.effort.name)}]", "VAR_OUTPUT")]
-    )
+    command = "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
     return [
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
-        *command,
+        *([Variable("command", "LREAL", command, "VAR_OUTPUT")] if command else []),
         Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
         Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
     ]
@@ -169,26 +163,26 @@ class Judged:
 
     def variables(self) -> list[Variable]:
         """Return the variables of a self-test, whatever the block."""
-        name, numbers = self.name, ["bits", "walked", "following"]
         gave = "within what single precision explains" if self.single else "to the bit"
         worst = [Variable("worst", "LREAL", "how far its output was off", "VAR_OUTPUT")]
+        numbers = ["bits", "walked", "following", *([] if self.single else ["total", "lost", "added"])]
         return [
             Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
             Variable("passed", "BOOL", f"whether it gave the numbers of bristle, {gave}", "VAR_OUTPUT"),
             *(worst if self.single else []),
-            Variable("axis", name),
+            Variable("axis", self.name),
             Variable("prepared", "BOOL"),
-            Variable("count", "DINT"),
-            Variable("each", "DINT"),
-            *(Variable(number, "LREAL") for number in [*numbers, *([] if self.single else ["total", "lost", "added"])]),
-            Variable("scales", f"{name}_Scales"),
-            *([Variable("expected", f"{name}_Expected")] if self.single else []),
+            *(Variable(number, "DINT") for number in ("count", "each")),
+            *(Variable(number, "LREAL") for number in numbers),
+            Variable("scales", f"{self.name}_Scales"),
+            *([Variable("expected", f"{self.name}_Expected")] if self.single else []),
         ]
 
-    def arrays(self) -> tuple[Array, ...]:
-        """Return the data types of these variables, beside that of the scales of the walk."""
-        size = len(self.outputs[::CHECKPOINT])
-        return (Array(f"{self.name}_Expected", size, LREAL),) if self.single else ()
+    def arrays(self, walk: Walk, *further: Array) -> tuple[Array, ...]:
+        """Return the data types of these variables."""
+        scales = Array(f"{self.name}_Scales", len(walk.scales), LREAL)
+        expected = Array(f"{self.name}_Expected", len(self.outputs[::CHECKPOINT]), LREAL)
+        return (scales, *further, *([expected] if self.single else []))
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
@@ -219,8 +213,10 @@ def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: C
             yield from set_lines(at, field, part, printer, skipped, inner)
         elif isinstance(part, ArrayType):
             yield from (f"{at}[{i}] := {printer.real(float(number))};" for i, number in enumerate(field))
+        elif part == TRUTH:
+            yield f"{at} := {'TRUE' if field else 'FALSE'};"
         else:
-            yield f"{at} := {_literal(field, part, printer)};"
+            yield f"{at} := {printer.real(float(field)) if part == NUMBER else whole_literal(int(field))};"
 
 
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
@@ -262,9 +258,3 @@ def total_of(numbers: Iterable[float]) -> tuple[float, float]:
         lost = lost + ((total - (following - added)) + (number - added))
         total = following
     return total, lost
-
-
-def _literal(value: Any, kind: Type, printer: Printer) -> str:
-    if kind == TRUTH:
-        return "TRUE" if value else "FALSE"
-    return printer.real(float(value)) if kind == NUMBER else whole_literal(int(value))

@@ -115,7 +115,6 @@ class Tunable:
     variables: Mapping[str, Variable]
     values: dict[str, Any]
     places: dict[tuple[str, ...], str]
-    fixed: dict[tuple[str, ...], Any]
 
     def numbers(self) -> Iterator[tuple[str, int | None, float]]:
         """Give the name, the place in it where it is an array, and the value of each number."""
@@ -160,10 +159,9 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
         names[_key(marked[name])] = name
     leaves = dict(_leaves(component.assemble(dict(model.values) | marked), ()))
     places = {path: names[_key(value)] for path, value in leaves.items() if _key(value) in names}
-    fixed = {path: value for path, value in _leaves(model.parameters, ()) if path not in places}
     lost = sorted(set(values) - set(places.values()))
-    usual = dict(_leaves(component.assemble(dict(model.values)), ()))
-    lost += [".".join(path) for path in fixed if _bits(leaves[path]) != _bits(usual[path])]
+    usual = _leaves(component.assemble(dict(model.values)), ())
+    lost += [".".join(path) for path, value in usual if path not in places and _bits(leaves[path]) != _bits(value)]
     if lost:
         raise InputError(
             "makes something else of a parameter, so that it cannot be changed at run time",
@@ -172,7 +170,7 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
             mend="Leave --tunable out",
         )
     values = {name: v if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}
-    return Tunable(model.kind, component.variables, values, places, fixed)
+    return Tunable(model.kind, component.variables, values, places)
 
 
 def tunable_law(law: Law) -> Tunable:
@@ -196,8 +194,7 @@ def tunable_law(law: Law) -> Tunable:
     for path, value in fed.items():
         name = f"{FED}_{path[-1]}"
         values[name], variables[name], places[path] = value, FEEDFORWARD[path[-1]], name
-    fixed = {path: value for path, value in _leaves(law.p, ()) if path not in places}
-    return Tunable(law.controller.kind, variables, values, places, fixed)
+    return Tunable(law.controller.kind, variables, values, places)
 
 
 def settled_law(law: Law) -> Law:
