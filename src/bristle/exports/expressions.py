@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.dispatch import is_dispatch
@@ -97,15 +97,12 @@ class Expressions:
         return self._constant_of(node.value, node, repr(node.value))
 
     def _constant_of(self, value: Any, node: ast.expr, name: str) -> tree.Expression:
-        if isinstance(value, bool):
-            return tree.Constant(TRUTH, value)
-        if isinstance(value, int):
-            return tree.Constant(INTEGER, value)
-        if isinstance(value, float):
-            return tree.Constant(REAL, value)
-        if isinstance(value, (list, dict, set, bytearray)):
-            raise self.refuse(node, f"{name} is a global that can change")
-        raise self.refuse(node, f"{name} is neither a number, an argument, nor a variable that has a value here")
+        for cls, kind in ((bool, TRUTH), (int, INTEGER), (float, REAL)):
+            if isinstance(value, cls):
+                return tree.Constant(kind, value)
+        changes = isinstance(value, (list, dict, set, bytearray))
+        reason = "a global that can change" if changes else "neither a number, an argument, nor a variable that has a value here"
+        raise self.refuse(node, f"{name} is {reason}")
 
     def _attribute(self, node: ast.Attribute) -> tree.Expression:
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
@@ -287,13 +284,12 @@ def unified(first: Type, second: Type) -> Type | None:
     """Return the type that holds values of both types; None where there is none."""
     if first == second:
         return first
-    if isinstance(first, Scalar) and isinstance(second, Scalar) and {first, second} <= set(NUMBERS):
-        return NUMBERS[min(NUMBERS.index(first), NUMBERS.index(second))]
-    if isinstance(first, Struct) and isinstance(second, Struct) and first.cls is second.cls is tuple:
-        pairs = zip(first.fields, second.fields, strict=False)
-        parts = [unified(left[1], right[1]) for left, right in pairs]
-        parts_unified = [part for part in parts if part is not None]
-        return tuple_of(parts_unified) if len(parts_unified) == len(first.fields) == len(second.fields) else None
+    if first in NUMBERS and second in NUMBERS:
+        return min(first, second, key=NUMBERS.index)  # type: ignore[arg-type]
+    if isinstance(first, Struct) and isinstance(second, Struct) and first.is_plain and second.is_plain:
+        parts = [unified(left[1], right[1]) for left, right in zip(first.fields, second.fields, strict=False)]
+        known = [part for part in parts if part is not None]
+        return tuple_of(known) if len(known) == len(first.fields) == len(second.fields) else None
     return None
 
 
@@ -317,8 +313,3 @@ def _in_words(kind: Type) -> str:
     if isinstance(kind, Struct):
         return f"a tuple of {len(kind.fields)}" if kind.is_plain else f"a {kind.cls.__name__}"
     return {"real": "a number", "whole": "a whole number", "truth": "a truth", "nothing": "nothing"}[kind.name]
-
-
-def names_in(parts: Sequence[ast.expr]) -> set[str]:
-    """Return the names that some expressions look at."""
-    return {node.id for part in parts for node in ast.walk(part) if isinstance(node, ast.Name)}

@@ -14,9 +14,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from bristle.controllers.feedforward import Shape, compensate
-from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
@@ -25,11 +24,11 @@ from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
-from bristle.exports.tunable import CONSTANTS, refuse_parameters_beyond_single
+from bristle.exports.tunable import CONSTANTS, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
-from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
+from bristle.plants.terms import Place, Termed, place_of
 
 
 class Gravity(NamedTuple):
@@ -74,7 +73,7 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
         return fed, fed
-    if _base(carries) is not inertia:
+    if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
         raise InputError(
             "carries more than inertia, gravity and cogging, which is not exported",
             path="feedforward.carries",
@@ -83,10 +82,6 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
         )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
     return fed, fed if carried.numbers == fed.numbers and not apart else carried
-
-
-def _base(plant: Model) -> Any:
-    return plant.component.inner if isinstance(plant.parameters, Termed) else plant.component
 
 
 def _place(plant: Model | None) -> Any:
@@ -258,7 +253,12 @@ class Law:
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller with all that is fed forward, along either motion."""
-    _check(variant)
+    for name, has, reason in (
+        ("effort", variant.effort is not None, "drives an open loop, which has no law"),
+        ("learning", variant.learning is not None, "needs the whole motion, again and again"),
+    ):
+        if has:
+            raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
     # A law begins by itself where the axis stands; the motion that a simulated loop takes over is none of it.
     variant = replace(variant, start=None)
     feedforward = variant.feedforward
@@ -292,8 +292,8 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
             p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass, carried.place or NoPlace()
         )
     if single:
-        refuse_parameters_beyond_single(p)
-    written = _defined(text, component)
+        refuse_beyond_single(p._asdict())
+    written = defined("command", text, globals() | {"start": component.start, "resume": component.resume})
     kinds = {
         "lasting": type_of(lasting),
         "memory": Array(memory.size, writable=True),
@@ -319,16 +319,6 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         tunable,
         single,
     )
-
-
-def _check(variant: Variant) -> None:
-    """Refuse what is more than a law that follows a reference."""
-    for name, has, reason in (
-        ("effort", variant.effort is not None, "drives an open loop, which has no law"),
-        ("learning", variant.learning is not None, "needs the whole motion, again and again"),
-    ):
-        if has:
-            raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
 
 
 def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
@@ -360,21 +350,3 @@ def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) 
         along = ALONG_DESIRED if along_desired else ALONG_MEASURED
         text += along.format(planned=planned, carried=passed, delay=delay)
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
-
-
-def _defined(text: str, component: Any) -> Callable[..., Any]:
-    scope: dict[str, Any] = {
-        "__name__": __name__,
-        "Fed": Fed,
-        "Lasting": Lasting,
-        "Reference": Reference,
-        "led": led,
-        "inertial": inertial,
-        "law": law,
-        "start": component.start,
-        "resume": component.resume,
-        "NOT_KNOWN": NOT_KNOWN,
-        "effort_at": effort_at,
-        "gravity_at": gravity_at,
-    }
-    return defined("command", text, scope)

@@ -17,31 +17,21 @@ def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
     Functions are changed in place: who calls one, a root too, hands over the arguments that are left.
     """
     entries = list(roots)
-    functions: list[Function] = []
-    dead, idle = True, True
-    while dead or idle:
-        functions = _reached(unit, entries)
-        dead = sum(_without_dead_variables(function) for function in functions) > 0
-        idle = _without_arguments(functions)
-    return Unit(functions)
-
-
-def _reached(unit: Unit, roots: list[Function]) -> list[Function]:
-    needed: set[int] = set()
-    waiting = list(roots)
-    while waiting:
-        function = waiting.pop()
-        if id(function) not in needed:
-            needed.add(id(function))
-            waiting += [part.function for part in walk(function.body) if isinstance(part, Call)]
-    return [function for function in unit.functions if id(function) in needed]
-
-
-def _without_dead_variables(function: Function) -> bool:
-    """Leave out values that nobody reads; return whether there were some."""
-    parts = list(walk(function.body))
-    function.body = _live(function.body, {part.name for part in _read(parts)})
-    return sum(1 for _ in walk(function.body)) != len(parts)
+    while True:
+        needed: set[int] = set()
+        waiting = list(entries)
+        while waiting:
+            function = waiting.pop()
+            if id(function) not in needed:
+                needed.add(id(function))
+                waiting += [part.function for part in walk(function.body) if isinstance(part, Call)]
+        functions = [function for function in unit.functions if id(function) in needed]
+        size = sum(1 for function in functions for _ in walk(function.body))
+        for function in functions:
+            function.body = _live(function.body, {part.name for part in _read(list(walk(function.body)))})
+        dead = sum(1 for function in functions for _ in walk(function.body)) < size
+        if not _without_arguments(functions) and not dead:
+            return Unit(functions)
 
 
 def _read(parts: list[Node]) -> list[Variable]:
@@ -73,32 +63,26 @@ def _without_arguments(functions: list[Function]) -> bool:
     parts = [list(walk(function.body)) for function in functions]
     calls = [[part for part in each if isinstance(part, Call)] for each in parts]
     read = [_read(each) for each in parts]
-    while _spread(functions, calls, read, used):
-        pass
+    news = True
+    while news:  # arguments that are looked at, given those of the functions called that are
+        news = False
+        for function, called, variables in zip(functions, calls, read, strict=True):
+            idle = {
+                id(argument)
+                for call in called
+                for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
+                if isinstance(argument, Variable) and parameter.name not in used[id(call.function)]
+            }
+            looked_at = {part.name for part in variables if id(part) not in idle}
+            fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
+            used[id(function)] |= fresh
+            news |= bool(fresh)
     for call in (call for each in calls for call in each):
-        needed = used[id(call.function)]
         pairs = zip(call.function.parameters, call.arguments, strict=True)
-        call.arguments = [argument for parameter, argument in pairs if parameter.name in needed]
+        call.arguments = [argument for parameter, argument in pairs if parameter.name in used[id(call.function)]]
     dropped = False
     for function in functions:
         left = [parameter for parameter in function.parameters if parameter.name in used[id(function)]]
         dropped |= len(left) < len(function.parameters)
         function.parameters = left
     return dropped
-
-
-def _spread(functions: list[Function], calls: list[list[Call]], read: list[list[Variable]], used: dict[int, set[str]]) -> bool:
-    """Mark the arguments that are looked at, given those of the functions called that are; whether some are new."""
-    news = False
-    for function, called, variables in zip(functions, calls, read, strict=True):
-        idle = {
-            id(argument)
-            for call in called
-            for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
-            if isinstance(argument, Variable) and parameter.name not in used[id(call.function)]
-        }
-        looked_at = {part.name for part in variables if id(part) not in idle}
-        fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
-        used[id(function)] |= fresh
-        news |= bool(fresh)
-    return news

@@ -8,10 +8,12 @@ what it is called with. Only whole numbers and truths are put in; numbers stay w
 from __future__ import annotations
 
 import math
+import operator
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 from bristle.exports import tree
@@ -22,19 +24,14 @@ from bristle.exports.tree import INTEGER, REAL, TRUTH, Struct, Type, walk
 Fact = Any
 """What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
 COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    "<": lambda a, b: a < b,
-    "<=": lambda a, b: a <= b,
-    ">": lambda a, b: a > b,
-    ">=": lambda a, b: a >= b,
-    "==": lambda a, b: a == b,
-    "!=": lambda a, b: a != b,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
 }
-OF_REALS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-}
+OF_REALS: dict[str, Callable[[float, float], float]] = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 EXACT: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "copysign": math.copysign,
@@ -102,8 +99,7 @@ class _Settling:
         """Return a function for what is known of its arguments, and what is known of its result."""
         key = (id(function), tuple(fact))
         if key not in self._written:
-            body = _Body(self, function, fact)
-            statements = body.settled()
+            statements, result = _Body(self, function, fact).settled()
             variants = self._variants.setdefault(id(function), [])
             written = next((variant for variant in variants if variant.body == statements), None)
             if written is None:
@@ -111,7 +107,7 @@ class _Settling:
                 self._variants[id(written)] = variants
                 variants.append(written)
                 self.functions.append(written)
-            self._written[key] = written, body.result
+            self._written[key] = written, result
         return self._written[key]
 
 
@@ -125,16 +121,8 @@ class _Body:
         self._values: Counter[str] = Counter()
         self._results: list[Fact] = []
 
-    @property
-    def result(self) -> Fact:
-        """What is known of the result."""
-        common, *further = self._results or [None]
-        for result in further:
-            common = _common(common, result)
-        return common
-
-    def settled(self) -> list[tree.Statement]:
-        """Return the statements that are left."""
+    def settled(self) -> tuple[list[tree.Statement], Fact]:
+        """Return the statements that are left, and what is known of the result."""
         body, size, before = self.function.body, 0, -1
         while size != before:
             before = size
@@ -143,7 +131,7 @@ class _Body:
             self._results = []
             body = self._block(body)
             size = sum(1 for _ in walk(body))
-        return body
+        return body, reduce(_common, self._results) if self._results else None
 
     # --- statements -----------------------------------------------------------------------------------------------
 
@@ -162,12 +150,10 @@ class _Body:
                 self._facts[s.variable.name] = fact
             return [tree.Assign(s.variable, value)]
         if isinstance(s, tree.Store):
-            return [tree.Store(self._of(s.array)[0], self._of(s.at)[0], self._of(s.value)[0])]
+            return [tree.Store(*(self._of(part)[0] for part in (s.array, s.at, s.value)))]
         if isinstance(s, tree.Evaluate):
             return [tree.Evaluate(self._of(s.call)[0])]
-        if isinstance(s, tree.Return):
-            if s.value is None:
-                return [s]
+        if isinstance(s, tree.Return) and s.value is not None:
             value, fact = self._of(s.value)
             self._results.append(fact)
             return [tree.Return(value)]
@@ -218,16 +204,13 @@ class _Body:
         of, fact = self._of(e.of)
         return tree.Not(e.type, of), None if fact is None else int(not fact)
 
-    def _binary(self, e: tree.Binary) -> tuple[tree.Expression, Fact]:
-        sides = [self._of(e.left), self._of(e.right)]
-        by = (OF_REALS if e.type == REAL else COMPUTED)[e.operator]
-        fact = self._computed(e.type, by, [e.left.type, e.right.type], [side[1] for side in sides])
-        return tree.Binary(e.type, e.operator, sides[0][0], sides[1][0]), fact
+    def _binary(self, e: tree.Binary | tree.Compare) -> tuple[tree.Expression, Fact]:
+        (left, known), (right, known_right) = self._of(e.left), self._of(e.right)
+        by = COMPARED if isinstance(e, tree.Compare) else OF_REALS if e.type == REAL else COMPUTED
+        fact = self._computed(e.type, by[e.operator], [e.left.type, e.right.type], [known, known_right])
+        return type(e)(e.type, e.operator, left, right), fact
 
-    def _compare(self, e: tree.Compare) -> tuple[tree.Expression, Fact]:
-        sides, by = [self._of(e.left), self._of(e.right)], COMPARED[e.operator]
-        fact = self._computed(e.type, by, [e.left.type, e.right.type], [side[1] for side in sides])
-        return tree.Compare(e.type, e.operator, sides[0][0], sides[1][0]), fact
+    _compare = _binary
 
     def _logic(self, e: tree.Logic) -> tuple[tree.Expression, Fact]:
         ending = e.operator == "or"
@@ -258,9 +241,9 @@ class _Body:
     def _call(self, e: tree.Call) -> tuple[tree.Expression, Fact]:
         arguments = [self._of(argument) for argument in e.arguments]
         function, fact = self.settling.function(e.function, [argument[1] for argument in arguments])
-        number = _only_constant(function)
-        if number is not None and not any(_writes(argument[0]) for argument in arguments):
-            return number, fact
+        match function.body:
+            case [tree.Return(tree.Constant() as number)] if not any(_writes(argument[0]) for argument in arguments):
+                return number, fact
         return tree.Call(e.type, function, [argument[0] for argument in arguments]), fact
 
     def _intrinsic(self, e: tree.Intrinsic) -> tuple[tree.Expression, Fact]:
@@ -291,14 +274,6 @@ class _Body:
             return self._written(kind, by(*values))
         except (ArithmeticError, ValueError):
             return None
-
-
-def _only_constant(function: tree.Function) -> tree.Constant | None:
-    """Return the number that a function gives whatever it is called with; None where it does anything else."""
-    match function.body:
-        case [tree.Return(tree.Constant() as number)]:
-            return number
-    return None
 
 
 def _writes(e: tree.Expression) -> bool:
