@@ -14,8 +14,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from bristle.controllers.feedforward import Shape, compensate
+from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
@@ -28,7 +29,7 @@ from bristle.exports.tunable import CONSTANTS, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
-from bristle.plants.terms import Place, Termed, place_of
+from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
 
 
 class Gravity(NamedTuple):
@@ -293,7 +294,9 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         )
     if single:
         refuse_beyond_single(p._asdict())
-    written = defined("command", text, globals() | {"start": component.start, "resume": component.resume})
+    called = {"led": led, "inertial": inertial, "law": law, "effort_at": effort_at, "gravity_at": gravity_at}
+    scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
+    written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
     kinds = {
         "lasting": type_of(lasting),
         "memory": Array(memory.size, writable=True),

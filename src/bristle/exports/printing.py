@@ -15,9 +15,11 @@ BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
 
 def needs_wide_integers(unit: Unit) -> bool:
     """Return whether whole numbers of a unit leave 32 bits: those of the random numbers do."""
-    parts = list(walk(*[function.body for function in unit.functions]))
-    large = any(isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31 for part in parts)
-    return large or any(isinstance(part, Binary) and part.operator in ("&", "^", ">>") for part in parts)
+    return any(
+        (isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31)
+        or (isinstance(part, Binary) and part.operator in ("&", "^", ">>"))
+        for part in walk(*[function.body for function in unit.functions])
+    )
 
 
 def structures_of(types: Iterable[Type]) -> list[Struct]:
@@ -75,17 +77,16 @@ class Loop(NamedTuple):
 
 def loops_of(unit: Unit, memory_size: int) -> list[Loop]:
     """Return the loops of the functions of a model, or of a law, with a memory of so many numbers."""
-    return [
-        Loop(function.name, described(function.description), _most_rounds(loop, memory_size))
-        for function in unit.functions
-        for loop in walk(function.body)
-        if isinstance(loop, (For, While))
-    ]
-
-
-def _most_rounds(loop: For | While, memory_size: int) -> str:
-    if isinstance(loop, While):
-        return f"{memory_size // 4}, half of the turning points remembered"
-    if isinstance(loop.start, Constant) and isinstance(loop.stop, Constant):
-        return str(int(loop.stop.value) - int(loop.start.value))
-    return "the number that it is handed"
+    loops = []
+    for function in unit.functions:
+        for loop in walk(function.body):
+            if isinstance(loop, While):
+                most = f"{memory_size // 4}, half of the turning points remembered"
+            elif not isinstance(loop, For):
+                continue
+            elif isinstance(loop.start, Constant) and isinstance(loop.stop, Constant):
+                most = str(int(loop.stop.value) - int(loop.start.value))
+            else:
+                most = "the number that it is handed"
+            loops.append(Loop(function.name, described(function.description), most))
+    return loops
