@@ -22,8 +22,8 @@ from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
-from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
+from bristle.exports.settled import pruned
 from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 from bristle.exports.tunable import CONSTANTS, refuse_beyond_single
 from bristle.friction.level import rises_with_effort

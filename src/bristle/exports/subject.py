@@ -14,9 +14,8 @@ from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
 from bristle.core.surroundings import motion_with
 from bristle.exports.build import Builder
-from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, is_kernel
-from bristle.exports.settled import fact_of, settled
+from bristle.exports.settled import fact_of, pruned, settled
 from bristle.exports.tree import REAL, Array, Function, Struct, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}

@@ -24,7 +24,7 @@ from bristle.exports.build import Builder
 from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, core_of, cycle_of
 from bristle.exports.described import parameter_table, rendered, version, with_rights
 from bristle.exports.printing import needs_wide_integers
-from bristle.exports.prune import pruned
+from bristle.exports.settled import pruned
 from bristle.exports.subject import FNV_OFFSET, FNV_PRIME, Subject, capacity_of, digest_of, layout_of, subject_of
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
