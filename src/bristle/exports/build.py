@@ -10,7 +10,7 @@ from typing import Any
 from bristle.core.dispatch import implementation_of, is_dispatch
 from bristle.exports import tree
 from bristle.exports.expressions import Expressions
-from bristle.exports.printing import ascii_name
+from bristle.exports.printing import ascii_name, free_name
 from bristle.exports.scope import NotExportableError, definition_of
 from bristle.exports.tree import INTEGER, REAL, VOID, Array, Struct, Type, walk
 
@@ -224,26 +224,15 @@ class Builder:
             definition = definition_of(kernel)
             if len(definition.args.args) != len(types):
                 raise NotExportableError(kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}")
+            # What is exported may be called as a module is, and its own functions are called by some words behind that.
+            module, own = kernel.__module__.rpartition(".")[2], ascii_name(kernel.__name__.lstrip("_"))
+            name = f"{'own' if module.startswith('bristle_user_') else module}_{own}{'_kernel' * (own in FACE)}"
+            name = free_name(name, self._names)
+            self._names.add(name)
             self._open.append(key)
             try:
-                self._built[key] = Translation(self, kernel, types).function(self._name_for(kernel))
+                self._built[key] = Translation(self, kernel, types).function(name)
             finally:
                 self._open.pop()
             self.unit.functions.append(self._built[key])
         return self._built[key]
-
-    def _name_for(self, kernel: Callable[..., Any]) -> str:
-        """Return a name that no other function has: the kernel's own behind that of its module.
-
-        What is exported may be called as a module is, and its own functions are called by these words behind that.
-        """
-        module = kernel.__module__.rpartition(".")[2]
-        module = "own" if module.startswith("bristle_user_") else module
-        own = ascii_name(kernel.__name__.lstrip("_"))
-        first = f"{module}_{own}_kernel" if own in FACE else f"{module}_{own}"
-        name, count = first, 1
-        while name in self._names:
-            count += 1
-            name = f"{first}_{count}"
-        self._names.add(name)
-        return name

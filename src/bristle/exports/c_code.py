@@ -9,7 +9,18 @@ from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
 from bristle.exports import tree
-from bristle.exports.printing import INDENT, PRIMARY, UNARY, ascii_name, described, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.exports.printing import (
+    INDENT,
+    PRIMARY,
+    UNARY,
+    ascii_name,
+    described,
+    free_name,
+    needs_wide_integers,
+    structures_of,
+    types_in,
+    wrapped,
+)
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 
 WORDS_OF_C = """
@@ -55,13 +66,8 @@ class Names:
                 module = kind.cls.__module__.rpartition(".")[2]
                 own = module.startswith("bristle_user_")
                 first = ("Own" if own else "".join(part.capitalize() for part in module.split("_"))) + first
-            first = ascii_name(first)
-            name, count = first, 1
-            while name in used:
-                count += 1
-                name = f"{first}_{count}"
-            used.add(name)
-            self.structures[kind] = name
+            self.structures[kind] = free_name(ascii_name(first), used)
+            used.add(self.structures[kind])
 
     def variable(self, name: str) -> str:
         """Return a name for a variable, an argument or a field: two names stay two, capitals are a difference."""
@@ -73,23 +79,8 @@ class Names:
 
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
 SELECT = 2
-BINDS = {
-    "*": 13,
-    "/": 13,
-    "+": 12,
-    "-": 12,
-    ">>": 11,
-    "<": 10,
-    "<=": 10,
-    ">": 10,
-    ">=": 10,
-    "==": 9,
-    "!=": 9,
-    "&": 8,
-    "^": 7,
-    "and": 4,
-    "or": 3,
-}
+BOUND = {13: "* /", 12: "+ -", 11: ">>", 10: "< <= > >=", 9: "== !=", 8: "&", 7: "^", 4: "and", 3: "or"}
+BINDS = {operator: binds for binds, operators in BOUND.items() for operator in operators.split()}
 ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but where code is to be small. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define ABSORBED static inline __attribute__((always_inline))

@@ -29,15 +29,22 @@ OF_WHOLES = {
     ast.BitXor: "^",
     ast.RShift: ">>",
 }
-COMPUTED: dict[str, Callable[[int, int], int]] = {
+COMPUTED: dict[str, Callable[[Any, Any], Any]] = {
     "+": operator.add,
     "-": operator.sub,
     "*": operator.mul,
+    "/": operator.truediv,
     "//": operator.floordiv,
     "%": operator.mod,
     "&": operator.and_,
     "^": operator.xor,
     ">>": operator.rshift,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
 }
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 # Those of the mathematics of Python that every target computes exactly, and what they give.

@@ -30,7 +30,6 @@ from bristle.exports.c_parts import array_text, assembled, constant_text, declar
 from bristle.exports.described import Source, hash_on_plant, licence_text, plain, rendered, version, with_rights
 from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Ports, Setting, content_of, content_of_law
 from bristle.exports.fmu_description import build_text, description_text, page_text
-from bristle.exports.fmu_exchange import Exchange
 from bristle.exports.law import Law
 from bristle.exports.proof import compiler
 from bristle.exports.subject import digest_of, subject_of
@@ -209,20 +208,16 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
         "shown": [(at, place) for place, at in enumerate(starts)],
         "stepping": _called(content.entry, ports, handed),
         "absent": _absent(setting.fmi, exchange is not None),
-        "exchange": None if exchange is None else _exchanged(exchange, ports, handed),
-    }
-
-
-def _exchanged(exchange: Exchange, ports: Ports, handed: Mapping[str, str]) -> dict[str, object]:
-    """Return what the source says of model exchange."""
-    return {
-        "states": ports.states,
-        "rates": ports.in_role(RATE),
-        "margins": ports.in_role(MARGIN),
-        "held": exchange.held,
-        "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
-        "most": [number(float(most)) for most in exchange.held or (0,)],
-        **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
+        "exchange": exchange
+        and {
+            "states": ports.states,
+            "rates": ports.in_role(RATE),
+            "margins": ports.in_role(MARGIN),
+            "held": exchange.held,
+            "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
+            "most": [number(float(most)) for most in exchange.held or (0,)],
+            **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
+        },
     }
 
 
@@ -230,7 +225,7 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     """Return the parameters in C, and how each argument for them is handed on."""
     texts, handed = [], {}
     exchange = content.exchange
-    entries = [content.entry, *(() if exchange is None else exchange.functions)]
+    entries = [content.entry, *(() if exchange is None else exchange[:3])]
     needed = {parameter.name for entry in entries for parameter in entry.parameters}
     for argument, (values, kind) in content.values.items():
         if argument not in needed:

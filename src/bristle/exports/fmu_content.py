@@ -190,7 +190,7 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     return Content(
         title,
         model.kind,
-        pruned(builder.unit, [core.entry, *(exchange.functions if exchange else ())]),
+        pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())]),
         core.entry,
         exchange,
         ports,

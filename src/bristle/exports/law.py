@@ -280,7 +280,14 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
     arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
     text = _text(arguments, variant, fed, carried)
-    state, memory = _compensator(variant)
+    # State and memory of the compensator before the first sample.
+    state, memory = NoCompensator(), np.zeros(0)
+    if friction is not None and feedforward.conditioning > 0.0:
+        from bristle.engine import conditioned
+
+        state, memory = conditioned(friction, feedforward.conditioning)
+    elif friction is not None:
+        state, memory = friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
     lasting = Lasting(
         component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
         NoCompensator() if friction is None else Fed(state, 0.0, 0.0),
@@ -322,18 +329,6 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         tunable,
         single,
     )
-
-
-def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
-    """Return state and memory of the compensator before the first sample."""
-    friction, amplitude = variant.feedforward.friction, variant.feedforward.conditioning
-    if friction is None:
-        return NoCompensator(), np.zeros(0)
-    if amplitude > 0.0:
-        from bristle.engine import conditioned
-
-        return conditioned(friction, amplitude)
-    return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
 
 
 def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:

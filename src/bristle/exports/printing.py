@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Container, Iterable
+from itertools import count
 
 from bristle.exports.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
 
@@ -62,21 +62,18 @@ def wrapped(line: str, indent: str) -> list[str]:
     return [*lines, line]
 
 
+def free_name(first: str, used: Container[str]) -> str:
+    """Return this name, or it with the first number from 2 on that is not used."""
+    return first if first not in used else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
+
+
 def ascii_name(name: str) -> str:
     """Return a name of Python in letters that every language takes: others by their number."""
     return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)
 
 
-class Loop(NamedTuple):
-    """A loop: the function that it stands in, what that is for, and its most rounds in words."""
-
-    function: str
-    description: str
-    most: str
-
-
-def loops_of(unit: Unit, memory_size: int) -> list[Loop]:
-    """Return the loops of the functions of a model, or of a law, with a memory of so many numbers."""
+def loops_of(unit: Unit, memory_size: int) -> list[dict[str, str]]:
+    """Return the loops of the functions of a model, or of a law: its function, what that is for, its most rounds in words."""
     loops = []
     for function in unit.functions:
         for loop in walk(function.body):
@@ -88,5 +85,5 @@ def loops_of(unit: Unit, memory_size: int) -> list[Loop]:
                 most = str(int(loop.stop.value) - int(loop.start.value))
             else:
                 most = "the number that it is handed"
-            loops.append(Loop(function.name, described(function.description), most))
+            loops.append({"function": function.name, "description": described(function.description), "most": most})
     return loops

@@ -8,7 +8,6 @@ what it is called with. Only whole numbers and truths are put in; numbers stay w
 from __future__ import annotations
 
 import math
-import operator
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,6 +17,7 @@ from typing import Any
 
 from bristle.exports import tree
 from bristle.exports.expressions import COMPUTED
+from bristle.exports.printing import free_name
 from bristle.exports.tree import (
     INTEGER,
     REAL,
@@ -40,15 +40,6 @@ from bristle.exports.tree import (
 
 Fact = Any
 """What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
-COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-}
-OF_REALS: dict[str, Callable[[float, float], float]] = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 EXACT: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "copysign": math.copysign,
@@ -96,12 +87,8 @@ def settled(
     names: set[str] = set()
     left = pruned(tree.Unit(settling.functions), written)
     for function in left.functions:
-        name, count = function.name, 1
-        while name in names:
-            count += 1
-            name = f"{function.name}_{count}"
-        function.name = name
-        names.add(name)
+        function.name = free_name(function.name, names)
+        names.add(function.name)
     return left, written
 
 
@@ -223,8 +210,7 @@ class _Body:
 
     def _binary(self, e: tree.Binary | tree.Compare) -> tuple[tree.Expression, Fact]:
         (left, known), (right, known_right) = self._of(e.left), self._of(e.right)
-        by = COMPARED if isinstance(e, tree.Compare) else OF_REALS if e.type == REAL else COMPUTED
-        fact = self._computed(e.type, by[e.operator], [e.left.type, e.right.type], [known, known_right])
+        fact = self._computed(e.type, COMPUTED[e.operator], [e.left.type, e.right.type], [known, known_right])
         return type(e)(e.type, e.operator, left, right), fact
 
     _compare = _binary

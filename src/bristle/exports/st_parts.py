@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.exports.printing import ascii_name
+from bristle.exports.printing import ascii_name, free_name
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
 # compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
@@ -77,12 +77,9 @@ class Names:
             first = f"part_{first}"
         if len(first) <= SHORT or first.lower() in RESERVED:
             first = f"v_{first}"
-        name, count = first, 1
-        while name.lower() in self._used:
-            count += 1
-            name = f"{first}_{count}"
-        self._used.add(name.lower())
-        return name
+        lowered = free_name(first.lower(), self._used)
+        self._used.add(lowered)
+        return first + lowered[len(first) :]
 
 
 def real_literal(value: float, scalar: str = LREAL) -> str:

@@ -37,6 +37,7 @@ class Code:
 
     def _emit(self, *parts: str | bytes) -> None:
         self.out += emitted(*parts)
+        self.depth += sum(part in ("block", "loop", "if") for part in parts) - parts.count("end")
 
     def _get(self, first: int, count: int = 1) -> None:
         for place in range(first, first + count):
@@ -71,23 +72,19 @@ class Code:
     def _do_if(self, s: tree.If) -> None:
         self._of(s.test)
         self._emit("if", "empty")
-        self.depth += 1
         self._block(s.body)
         if s.otherwise:
             self._emit("else")
             self._block(s.otherwise)
-        self.depth -= 1
         self._emit("end")
 
     def _do_while(self, s: tree.While) -> None:
         self._emit("block", "empty", "loop", "empty")
-        self.depth += 2
         self._of(s.test)
         self._emit("eqz", "br_if", leb(1))
         self.loops.append((self.depth - 1, self.depth))
         self._block(s.body)
         self.loops.pop()
-        self.depth -= 2
         self._emit("br", leb(0), "end", "end")
 
     def _do_for(self, s: tree.For) -> None:
@@ -95,11 +92,9 @@ class Code:
         self._of(s.start)
         self._set(place)
         self._emit("block", "empty", "loop", "empty")
-        self.depth += 2
         self._get(place)
         self._of(s.stop)
         self._emit(f"{self.integer}<", "eqz", "br_if", leb(1), "block", "empty")
-        self.depth += 1
         self.loops.append((self.depth - 2, self.depth))
         self._block(s.body)
         self.loops.pop()
@@ -107,7 +102,6 @@ class Code:
         self._get(place)
         self._emit(f"{self.integer}.const", signed_leb(1), f"{self.integer}+")
         self._set(place)
-        self.depth -= 3
         self._emit("br", leb(0), "end", "end")
 
     def _do_break(self, s: tree.Break) -> None:
@@ -189,24 +183,20 @@ class Code:
         self._of(e.parts[0])
         for part in e.parts[1:]:
             self._emit("if", "i32")
-            self.depth += 1
             if e.operator == "or":
                 self._emit("i32.const", signed_leb(1), "else")
                 self._of(part)
             else:
                 self._of(part)
                 self._emit("else", "i32.const", signed_leb(0))
-            self.depth -= 1
             self._emit("end")
 
     def _select(self, e: tree.Select) -> None:
         self._of(e.test)
         self._emit("if", self.types.block(flat(e.type, self.integer)))
-        self.depth += 1
         self._of(e.first)
         self._emit("else")
         self._of(e.second)
-        self.depth -= 1
         self._emit("end")
 
     def _convert(self, e: tree.Convert) -> None:
@@ -233,12 +223,10 @@ class Code:
             for place in reversed([n for parameter in function.parameters for n in self.locals.numbers(parameter)]):
                 self._set(place)
             self._emit("block", self.types.block(flat(function.result, self.integer)))
-            self.depth += 1
             self.end = self.depth
             self._block(function.body)
             if function.result != VOID:
                 self._emit("unreachable")
-            self.depth -= 1
             self._emit("end")
         self.end = outside
 
