@@ -8,6 +8,7 @@ what it is called with. Only whole numbers and truths are put in; numbers stay w
 from __future__ import annotations
 
 import math
+import operator
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -153,10 +154,6 @@ class _Body:
             if self._values[s.variable.name] == 1:
                 self._facts[s.variable.name] = fact
             return [tree.Assign(s.variable, value)]
-        if isinstance(s, tree.Store):
-            return [tree.Store(*(self._of(part)[0] for part in (s.array, s.at, s.value)))]
-        if isinstance(s, tree.Evaluate):
-            return [tree.Evaluate(self._of(s.call)[0])]
         if isinstance(s, tree.Return) and s.value is not None:
             value, fact = self._of(s.value)
             self._results.append(fact)
@@ -165,7 +162,8 @@ class _Body:
             return [tree.For(s.variable, self._of(s.start)[0], self._of(s.stop)[0], self._block(s.body))]
         if isinstance(s, (tree.If, tree.While)):
             return self._asking(s)
-        return [s]
+        parts = {name: self._of(part)[0] for name, part in vars(s).items() if isinstance(part, tree.Expression)}
+        return [replace(s, **parts) if parts else s]
 
     def _asking(self, s: tree.If | tree.While) -> list[tree.Statement]:
         test, fact = self._of(s.test)
@@ -179,10 +177,9 @@ class _Body:
 
     def _of(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return an expression that is left, and what is known of it."""
-        left, fact = getattr(self, f"_{type(e).__name__.lower()}")(e)
-        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, tree.Constant):
-            return left, fact
-        if _writes(left):
+        own = getattr(self, f"_{type(e).__name__.lower()}", None)
+        left, fact = own(e) if own else self._computed(e)
+        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, tree.Constant) or _writes(left):
             return left, fact
         return tree.Constant(e.type, bool(fact) if e.type == TRUTH else int(fact)), fact
 
@@ -191,29 +188,6 @@ class _Body:
 
     def _variable(self, e: tree.Variable) -> tuple[tree.Expression, Fact]:
         return e, self._facts.get(e.name)
-
-    def _field(self, e: tree.Field) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        assert isinstance(e.of.type, Struct)
-        return tree.Field(e.type, of, e.name), None if fact is None else fact[e.of.type.place(e.name)]
-
-    def _index(self, e: tree.Index) -> tuple[tree.Expression, Fact]:
-        return tree.Index(e.type, self._of(e.array)[0], self._of(e.at)[0]), None
-
-    def _negative(self, e: tree.Negative) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        return tree.Negative(e.type, of), self._computed(e.type, lambda value: -value, [e.of.type], [fact])
-
-    def _not(self, e: tree.Not) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        return tree.Not(e.type, of), None if fact is None else int(not fact)
-
-    def _binary(self, e: tree.Binary | tree.Compare) -> tuple[tree.Expression, Fact]:
-        (left, known), (right, known_right) = self._of(e.left), self._of(e.right)
-        fact = self._computed(e.type, COMPUTED[e.operator], [e.left.type, e.right.type], [known, known_right])
-        return type(e)(e.type, e.operator, left, right), fact
-
-    _compare = _binary
 
     def _logic(self, e: tree.Logic) -> tuple[tree.Expression, Fact]:
         ending = e.operator == "or"
@@ -236,11 +210,6 @@ class _Body:
         first, second = self._of(e.first), self._of(e.second)
         return tree.Select(e.type, test, first[0], second[0]), _common(first[1], second[1])
 
-    def _convert(self, e: tree.Convert) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        to = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
-        return tree.Convert(e.type, of), self._computed(e.type, to, [e.of.type], [fact])
-
     def _call(self, e: tree.Call) -> tuple[tree.Expression, Fact]:
         arguments = [self._of(argument) for argument in e.arguments]
         function, fact = self.settling.function(e.function, [argument[1] for argument in arguments])
@@ -249,32 +218,43 @@ class _Body:
                 return number, fact
         return tree.Call(e.type, function, [argument[0] for argument in arguments]), fact
 
-    def _intrinsic(self, e: tree.Intrinsic) -> tuple[tree.Expression, Fact]:
-        arguments = [self._of(argument) for argument in e.arguments]
-        fact = None
-        if e.name in EXACT:
-            kinds = [argument.type for argument in e.arguments]
-            fact = self._computed(e.type, EXACT[e.name], kinds, [argument[1] for argument in arguments])
-        return tree.Intrinsic(e.type, e.name, [argument[0] for argument in arguments]), fact
-
-    def _make(self, e: tree.Make) -> tuple[tree.Expression, Fact]:
-        parts = [self._of(part) for part in e.parts]
-        return tree.Make(e.type, [part[0] for part in parts]), _of_fields(part[1] for part in parts)
-
-    # --- numbers --------------------------------------------------------------------------------------------------
-
     def _written(self, kind: Type, value: Any) -> Fact:
         if kind != REAL:
             return int(value)
         return _narrowed(float(value).hex()) if self.settling.single else float(value).hex()
 
-    def _computed(self, kind: Type, by: Callable[..., Any], kinds: Sequence[Type], fact: Sequence[Fact]) -> Fact:
-        """Return what an operation gives that every target rounds alike; nothing where Python raises."""
-        if any(value is None for value in fact):
+    def _computed(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
+        """Return an expression of what is left of its parts, and what every target computes alike; nothing where Python raises."""
+        left: dict[str, Any] = {}
+        kinds, known = [], []
+        for name, part in vars(e).items():
+            if isinstance(part, (tree.Expression, list)):
+                parts = part if isinstance(part, list) else [part]
+                pairs = [self._of(each) for each in parts]
+                left[name] = [pair[0] for pair in pairs] if isinstance(part, list) else pairs[0][0]
+                kinds += [each.type for each in parts]
+                known += [pair[1] for pair in pairs]
+        return replace(e, **left), self._fact(e, kinds, known)
+
+    def _fact(self, e: tree.Expression, kinds: Sequence[Type], known: Sequence[Fact]) -> Fact:
+        if isinstance(e, tree.Make):
+            return _of_fields(known)
+        if isinstance(e, tree.Index) or any(fact is None for fact in known):
             return None
-        values = [float.fromhex(value) if of == REAL else value for of, value in zip(kinds, fact, strict=True)]
+        if isinstance(e, tree.Field):
+            assert isinstance(e.of.type, Struct)
+            return known[0][e.of.type.place(e.name)]
+        if isinstance(e, (tree.Binary, tree.Compare)):
+            by: Callable[..., Any] | None = COMPUTED[e.operator]
+        elif isinstance(e, tree.Intrinsic):
+            by = EXACT.get(e.name)
+        elif isinstance(e, tree.Convert):
+            by = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
+        else:
+            by = operator.neg if isinstance(e, tree.Negative) else operator.not_
+        values = [float.fromhex(value) if kind == REAL else value for kind, value in zip(kinds, known, strict=True)]
         try:
-            return self._written(kind, by(*values))
+            return by and self._written(e.type, by(*values))
         except (ArithmeticError, ValueError):
             return None
 
