@@ -17,7 +17,7 @@ import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -50,24 +50,15 @@ PLATFORMS = {
 }
 
 
-@dataclass(frozen=True)
-class Library:
-    """A library of an FMU: where it lies inside, and its bytes; or why there is none."""
-
-    place: str
-    content: bytes
-    problem: str = ""
-
-
 def zig() -> list[str]:
     """Return the command of the compiler for other platforms; empty where it is not installed."""
     return [sys.executable, "-m", "ziglang", "cc"] if importlib.util.find_spec("ziglang") else []
 
 
-def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
-    """Return the libraries that can be built here."""
+def libraries(name: str, sources: Mapping[str, str], fmi: int) -> dict[str, bytes | str]:
+    """Return the libraries that can be built here by their places inside an FMU; or why there is none, in words."""
     local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
-    built = []
+    built = {}
     for machine, (*folders, triple, suffix) in PLATFORMS.items():
         folder = folders[fmi - 2]
         if not folder or not (across or (machine == local and own)):
@@ -75,24 +66,23 @@ def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
         command = [*across, "-g0", "-target", triple, *([] if machine[0] == "win32" else ["-fPIC"])]
         if machine == local and own:
             command = [own, "-fPIC", "-fvisibility=hidden"]
-        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{suffix}"))
+        built[f"binaries/{folder}/{name}{suffix}"] = _library(command, name, sources, suffix)
     return built
 
 
-def _library(command: list[str], name: str, sources: Mapping[str, str], place: str) -> Library:
+def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: str) -> bytes | str:
     with tempfile.TemporaryDirectory(prefix="bristle-fmu-") as folder:
         for file, text in sources.items():
             (Path(folder) / file).write_text(text, encoding="utf-8")
-        output = Path(folder) / Path(place).name
-        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name]
-        line += [] if output.suffix == ".dll" else ["-lm"]
+        output = Path(folder) / f"{name}{suffix}"
+        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name, *([] if suffix == ".dll" else ["-lm"])]
         try:
             ran = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
-            return Library(place, b"", type(error).__name__)
+            return type(error).__name__
         if ran.returncode or not output.is_file():
-            return Library(place, b"", (ran.stderr.strip().splitlines() or ["no reason given"])[0])
-        return Library(place, output.read_bytes())
+            return (ran.stderr.strip().splitlines() or ["no reason given"])[0]
+        return output.read_bytes()
 
 
 def write(request: Request, *, fmi: int) -> Product:
@@ -142,10 +132,10 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         **{f"sources/{file}": text for file, text in sources.items()},
         "sources/LICENSE.txt": header_text("LICENSE.txt"),
         **({"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}),
-        **{library.place: library.content for library in built if not library.problem},
+        **{place: library for place, library in built.items() if isinstance(library, bytes)},
     }
-    platforms = [library.place.split("/")[1] for library in built if not library.problem]
-    lacking = [f"no library for {library.place.split('/')[1]}: {library.problem}" for library in built if library.problem]
+    platforms = [place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)]
+    lacking = [f"no library for {place.split('/')[1]}: {library}" for place, library in built.items() if isinstance(library, str)]
     none = f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -21,11 +21,10 @@ from bristle.exports.st_project import (
     Judged,
     Project,
     Tuned,
-    answers,
     body_lines,
     bounds,
     call_text,
-    requests,
+    interface,
     set_lines,
     walk_facts,
 )
@@ -147,8 +146,7 @@ class StFiles:
                 for key, name in signals.items()
             ),
             *(tuned.inputs(printer) if tuned else []),
-            *requests("a virgin contact, nothing came yet"),
-            *answers(OUT[operator], f"{said[1]} [{unit_out}]", self.units),
+            *interface("a virgin contact, nothing came yet", OUT[operator], f"{said[1]} [{unit_out}]", self.units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
             *([] if operator else [Variable("last_position", "LREAL")]),

@@ -18,11 +18,10 @@ from bristle.exports.st_project import (
     Judged,
     Project,
     Tuned,
-    answers,
     body_lines,
     bounds,
     call_text,
-    requests,
+    interface,
     set_lines,
     walk_facts,
 )
@@ -102,8 +101,7 @@ class StLawFiles:
                 for fed in facts["inputs"]
             ),
             *(tuned.inputs(printer) if tuned else []),
-            *requests("the law takes over the desired motion"),
-            *answers("effort", f"what the drive is to give [{facts['unit_force']}]", units),
+            *interface("the law takes over the desired motion", "effort", f"what the drive is to give [{facts['unit_force']}]", units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
             *([Variable("place", "DINT")] if memory or several else []),

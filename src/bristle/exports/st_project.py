@@ -134,18 +134,12 @@ class Project:
         return with_rights(files, source) | twincat_files([*parts, *of_test], source)
 
 
-def requests(anew: str) -> list[Variable]:
-    """Return what a block may be requests for besides."""
+def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
+    """Return what a block may be asked for besides, what it gives, in the units of a drive too, and whether that was held."""
+    command = "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
     return [
         Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
         Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
-    ]
-
-
-def answers(output: str, meaning: str, units: CommandUnits | None = None) -> list[Variable]:
-    """Return what a block gives, in the units of the drive too where they are known, and whether it was held."""
-    command = "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
-    return [
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
         *([Variable("command", "LREAL", command, "VAR_OUTPUT")] if command else []),
         Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
