@@ -17,7 +17,6 @@ from bristle.exports.tree import REAL, Array, Struct, Type
 from bristle.exports.tunable import Tunable, bounds_of
 
 LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
-# Of the format: bits of the fraction, what puts an integer into the last bits, masks.
 # Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.
 BITS: dict[str, dict[str, Any]] = {
     "double": {
@@ -161,25 +160,25 @@ def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tu
 def constant_text(name: str, p: Any, kind: Struct, printer: Printer, *path: str) -> str:
     """Return the constant that parameters become; arrays of it are constants of their own, called by a path."""
     arrays: list[str] = []
-    made = _made(p, kind, printer, arrays, None, path)
-    return "\n".join([*arrays, *wrapped(f"{printer.constant} {printer.named(kind, name)} = {made};", ""), ""])
+    structure = _structure(p, kind, printer, arrays, None, path)
+    return "\n".join([*arrays, *wrapped(f"{printer.constant} {printer.named(kind, name)} = {structure};", ""), ""])
 
 
 def assembled(p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:
     """Return the function that makes what kernels receive of the structure `given`."""
     arrays: list[str] = []
-    returned = f"    return {_made(p, kind, printer, arrays, tuned)};"
+    returned = f"    return {_structure(p, kind, printer, arrays, tuned)};"
     head = f"{printer.inline} {printer.named(kind, called)}(const {given} *given)"
     return "\n".join([*arrays, head, "{", *wrapped(returned, "    "), "}", ""])
 
 
-def _made(value: Any, kind: Struct, printer: Printer, arrays: list[str], tuned: Tunable | None, path: tuple[str, ...] = ()) -> str:
+def _structure(value: Any, kind: Struct, printer: Printer, arrays: list[str], tuned: Tunable | None, path: tuple[str, ...] = ()) -> str:
     """Return a structure, of what may be changed where `tuned` says so; arrays of it become constants of their own."""
     parts: list[str] = []
     for (name, part), field in zip(kind.fields, value, strict=True):
         inner = (*path, name)
         if isinstance(part, Struct):
-            parts.append(_made(field, part, printer, arrays, tuned, inner))
+            parts.append(_structure(field, part, printer, arrays, tuned, inner))
         elif tuned is not None and inner in tuned.places:
             parts.append(f"given->{printer.names.variable(tuned.places[inner])}")
         elif isinstance(part, Array):
@@ -239,11 +238,11 @@ def saved_facts(
         at, field = f"bytes + {memory_at}", f"axis->state.{name}"
         memory_at += 8
         if kind == REAL:
-            put, got, refused = f"put_real(at, {widened}{field})", f"{narrowed}got_real({at})", f"!is_finite(got_real({at}))"
+            save, load, refused = f"put_real(at, {widened}{field})", f"{narrowed}got_real({at})", f"!is_finite(got_real({at}))"
         else:
-            put, got = f"put(at, (uint64_t){field})", f"({printer.type_name(kind)})got({at})"
+            save, load = f"put(at, (uint64_t){field})", f"({printer.type_name(kind)})got({at})"
             refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
-        lines.append({"put": put, "got": f"{field} = {got}", "refused": refused})
+        lines.append({"put": save, "got": f"{field} = {load}", "refused": refused})
     return {
         "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)],
         "marks_at": 8 * (1 + len(heads)),

@@ -56,10 +56,10 @@ def parameter_table(model: Model, source: Source) -> str:
     rows = [("", "value", "unit", "allowed", "95 % interval", "")]
     for name, variable in model.component.variables.items():
         value, low, high, facts = model.values[name], variable.min, variable.max, source.uncertainty.get(name, {})
-        shown = f"{value:.9g}" if isinstance(value, float) else value if isinstance(value, str) else ""
+        cell = f"{value:.9g}" if isinstance(value, float) else value if isinstance(value, str) else ""
         if isinstance(value, np.ndarray):
             numbers = ", ".join(f"{number:.9g}" for number in value[:8])
-            shown = f"{numbers}, ... ({value.size} in all)" if value.size > 8 else numbers
+            cell = f"{numbers}, ... ({value.size} in all)" if value.size > 8 else numbers
         allowed = f"{low:g} to {high:g}"
         if variable.choices or math.isinf(low) or math.isinf(high):
             allowed = f">= {low:g}" if math.isfinite(low) else f"<= {high:g}" if math.isfinite(high) else ""
@@ -67,7 +67,7 @@ def parameter_table(model: Model, source: Source) -> str:
         unit, interval = variable.unit(model.kind), facts.get("interval")
         sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
         rows.append(
-            (ascii_name(name), shown or typed(value), "" if unit == "1" else unit, allowed, plain(sure), plain(variable.description))
+            (ascii_name(name), cell or typed(value), "" if unit == "1" else unit, allowed, plain(sure), plain(variable.description))
         )
     if not any(row[4] for row in rows[1:]):
         rows = [(*row[:4], *row[5:]) for row in rows]  # type: ignore[misc]

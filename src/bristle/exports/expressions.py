@@ -295,8 +295,8 @@ def unified(first: Type, second: Type) -> Type | None:
         return min(first, second, key=NUMBERS.index)  # type: ignore[arg-type]
     if isinstance(first, Struct) and isinstance(second, Struct) and first.is_plain and second.is_plain:
         parts = [unified(left[1], right[1]) for left, right in zip(first.fields, second.fields, strict=False)]
-        known = [part for part in parts if part is not None]
-        return tuple_of(known) if len(known) == len(first.fields) == len(second.fields) else None
+        common = [part for part in parts if part is not None]
+        return tuple_of(common) if len(common) == len(first.fields) == len(second.fields) else None
     return None
 
 

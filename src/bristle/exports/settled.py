@@ -226,24 +226,24 @@ class _Body:
     def _computed(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return an expression of what is left of its parts, and what every target computes alike; nothing where Python raises."""
         left: dict[str, Any] = {}
-        kinds, known = [], []
+        kinds, facts = [], []
         for name, part in vars(e).items():
             if isinstance(part, (tree.Expression, list)):
                 parts = part if isinstance(part, list) else [part]
-                pairs = [self._of(each) for each in parts]
+                pairs = [self._of(child) for child in parts]
                 left[name] = [pair[0] for pair in pairs] if isinstance(part, list) else pairs[0][0]
-                kinds += [each.type for each in parts]
-                known += [pair[1] for pair in pairs]
-        return replace(e, **left), self._fact(e, kinds, known)
+                kinds += [child.type for child in parts]
+                facts += [pair[1] for pair in pairs]
+        return replace(e, **left), self._fact(e, kinds, facts)
 
-    def _fact(self, e: tree.Expression, kinds: Sequence[Type], known: Sequence[Fact]) -> Fact:
+    def _fact(self, e: tree.Expression, kinds: Sequence[Type], facts: Sequence[Fact]) -> Fact:
         if isinstance(e, tree.Make):
-            return _of_fields(known)
-        if isinstance(e, tree.Index) or any(fact is None for fact in known):
+            return _of_fields(facts)
+        if isinstance(e, tree.Index) or any(fact is None for fact in facts):
             return None
         if isinstance(e, tree.Field):
             assert isinstance(e.of.type, Struct)
-            return known[0][e.of.type.place(e.name)]
+            return facts[0][e.of.type.place(e.name)]
         if isinstance(e, (tree.Binary, tree.Compare)):
             by: Callable[..., Any] | None = COMPUTED[e.operator]
         elif isinstance(e, tree.Intrinsic):
@@ -252,7 +252,7 @@ class _Body:
             by = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
         else:
             by = operator.neg if isinstance(e, tree.Negative) else operator.not_
-        values = [float.fromhex(value) if kind == REAL else value for kind, value in zip(kinds, known, strict=True)]
+        values = [float.fromhex(value) if kind == REAL else value for kind, value in zip(kinds, facts, strict=True)]
         try:
             return by and self._written(e.type, by(*values))
         except (ArithmeticError, ValueError):
@@ -339,8 +339,8 @@ def _without_arguments(functions: list[Function]) -> bool:
     """Leave out arguments that nobody looks at; return whether there were some."""
     used: dict[int, set[str]] = {id(function): set() for function in functions}
     parts = [list(walk(function.body)) for function in functions]
-    calls = [[part for part in each if isinstance(part, Call)] for each in parts]
-    read = [_read(each) for each in parts]
+    calls = [[part for part in body if isinstance(part, Call)] for body in parts]
+    read = [_read(body) for body in parts]
     news = True
     while news:  # arguments that are looked at, given those of the functions called that are
         news = False
@@ -355,7 +355,7 @@ def _without_arguments(functions: list[Function]) -> bool:
             fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
             used[id(function)] |= fresh
             news |= bool(fresh)
-    for call in (call for each in calls for call in each):
+    for call in (call for called in calls for call in called):
         pairs = zip(call.function.parameters, call.arguments, strict=True)
         call.arguments = [argument for parameter, argument in pairs if parameter.name in used[id(call.function)]]
     dropped = False

@@ -136,17 +136,17 @@ class StFiles:
         own = [*(pair for key, pair in held.items() if key in needed), ("tried", tried)]
         own += [("after", subject.state)] if subject.commits else []
         meanings, unit_in, unit_out = variables_of(subject.motion.cls), facts["unit_in"], facts["unit_out"]
-        said = ("where the axis is", "mean friction force of the last step")
-        said = ("what drives the operator", "its answer") if operator else said
+        meanings_of = ("where the axis is", "mean friction force of the last step")
+        meanings_of = ("what drives the operator", "its answer") if operator else meanings_of
         variables = [
-            Variable(IN[operator], "LREAL", f"{said[0]} [{unit_in}]", "VAR_INPUT"),
+            Variable(IN[operator], "LREAL", f"{meanings_of[0]} [{unit_in}]", "VAR_INPUT"),
             *([] if operator else [Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT")]),
             *(
                 Variable(name, "LREAL", meaning_of(meanings[key], subject.model.kind), "VAR_INPUT", real_literal(subject.usual[key]))
                 for key, name in signals.items()
             ),
             *(tuned.inputs(printer) if tuned else []),
-            *interface("a virgin contact, nothing came yet", OUT[operator], f"{said[1]} [{unit_out}]", self.units),
+            *interface("a virgin contact, nothing came yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", self.units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
             *([] if operator else [Variable("last_position", "LREAL")]),

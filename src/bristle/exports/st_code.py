@@ -267,8 +267,8 @@ class Body:
 
     def _convert(self, e: tree.Convert) -> tuple[str, int]:
         if e.of.type == TRUTH:
-            one, zero = (tree.Constant(e.type, float(value) if e.type == REAL else value) for value in (1, 0))
-            return self._held(tree.Select(e.type, e.of, one, zero)), PRIMARY
+            true, false = (tree.Constant(e.type, float(value) if e.type == REAL else value) for value in (1, 0))
+            return self._held(tree.Select(e.type, e.of, true, false)), PRIMARY
         if e.type == REAL:
             return f"{self.printer.integer}_TO_{self.printer.scalar}({self._of(e.of)})", PRIMARY
         return f"{self.printer.helper('truncated')}(number := {self._of(e.of)})", PRIMARY

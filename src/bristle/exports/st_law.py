@@ -63,9 +63,9 @@ class StLawFiles:
         now = law.entry.result
         assert isinstance(now, Struct)
         needed = [parameter.name for parameter in law.entry.parameters]
-        several = [fed["name"] for fed in facts["inputs"] if fed["several"]]
-        arrays = several if law.single else []
-        handed = {name: printer.narrowed(name) for name in law.inputs if name not in several}
+        ahead_names = [fed["name"] for fed in facts["inputs"] if fed["several"]]
+        arrays = ahead_names if law.single else []
+        handed = {name: printer.narrowed(name) for name in law.inputs if name not in ahead_names}
         handed |= {"dt": printer.real(law.dt), "p": "parameters"} | {name: f"narrowed_{name}" for name in arrays}
         tuned = (
             Tuned.of(tunable_law(law), Names([*OWN.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)])) if law.tunable else None
@@ -104,7 +104,7 @@ class StLawFiles:
             *interface("the law takes over the desired motion", "effort", f"what the drive is to give [{facts['unit_force']}]", units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
-            *([Variable("place", "DINT")] if memory or several else []),
+            *([Variable("place", "DINT")] if memory or ahead_names else []),
         ]
         return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body)
 

@@ -93,12 +93,12 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     target = target_named(to)
     is_operator = request.model.component.family == "hysteresis"
     _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
-    for wanted, ability, message, mend in (
+    for condition, ability, message, mend in (
         (request.rest, "rest", "evaluates no model along samples", "Leave rest out"),
         (request.log is not None, "compares", "is no table that could be compared on a log", "Leave the log out"),
         (request.draws > 0, "takes_draws", "holds one model, not draws of it", "Leave draws out"),
     ):
-        _refuse(target, bool(wanted), ability, message, mend)
+        _refuse(target, bool(condition), ability, message, mend)
     _refuse(target, is_operator, "operators", "holds no hysteresis operator", value=request.model.name)
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
@@ -175,9 +175,9 @@ def _refuse_arithmetic(target: Target, model: Model, *, tunable: bool, single: b
         refuse_beyond_single(model.values)
 
 
-def _refuse(target: Target, wanted: bool, ability: str, message: str, mend: str = "", value: str | None = None) -> None:
+def _refuse(target: Target, condition: bool, ability: str, message: str, mend: str = "", value: str | None = None) -> None:
     """Refuse what is wanted of a target that is not able to do it, and name those of bristle that are."""
-    if wanted and not getattr(target, ability):
+    if condition and not getattr(target, ability):
         allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
         raise InputError(message, path=target.name, value=value, allowed=allowed, mend=mend)
 
