@@ -50,8 +50,6 @@ class Translation(Expressions):
         description = (ast.get_docstring(definition) or "").split("\n", 1)[0]
         return tree.Function(name, self.kernel, parameters, result, body, description, writes)
 
-    # --- statements -----------------------------------------------------------------------------------------------
-
     def _block(self, statements: Iterable[ast.stmt]) -> list[tree.Statement]:
         lines: list[tree.Statement] = []
         for node in statements:

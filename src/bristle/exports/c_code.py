@@ -145,8 +145,6 @@ class Printer:
         """Return the expression that makes a structure of its parts."""
         return f"({self.type_name(kind)}){{{parts}}}"
 
-    # --- what is defined ------------------------------------------------------------------------------------------
-
     def _function(self, function: tree.Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
         inline = self.absorbed if is_absorbed(function.source) else self.inline
@@ -178,8 +176,6 @@ class Body:
             zero = self.printer.cleared if isinstance(variable.type, Struct) else zero
             top.append(f"{INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};")
         return top + self._block(self.function.body, INDENT)
-
-    # --- statements -----------------------------------------------------------------------------------------------
 
     def _block(self, block: list[tree.Statement], indent: str) -> list[str]:
         return [line for statement in block for line in self._statement(statement, indent)]
@@ -215,8 +211,6 @@ class Body:
         if isinstance(statement, tree.Return):
             return "return" if statement.value is None else f"return {self._of(statement.value)}"
         return "break" if isinstance(statement, tree.Break) else "continue"
-
-    # --- expressions ----------------------------------------------------------------------------------------------
 
     def _of(self, expression: tree.Expression, least: int = 0) -> str:
         text, binds = getattr(self, f"_{type(expression).__name__.lower()}")(expression)

@@ -203,9 +203,6 @@ def literal(value: Any, kind: Type, scalar: str) -> str:
     return number(float(value), scalar) if kind == REAL else str(int(value))
 
 
-# --- fields that may be changed ---------------------------------------------------------------------------------------
-
-
 def declared(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the fields of the structure of the parameters."""
     lines = []

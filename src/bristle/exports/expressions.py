@@ -90,8 +90,6 @@ class Expressions:
             return value
         raise self.refuse(node, f"is {_in_words(value.type)} where {_in_words(target)} is needed")
 
-    # --- names and places -----------------------------------------------------------------------------------------
-
     def _name(self, node: ast.Name) -> tree.Expression:
         if node.id in self.types:
             return tree.Variable(self.types[node.id], node.id)
@@ -141,8 +139,6 @@ class Expressions:
         if isinstance(at, tree.Constant) and at.value < 0:
             at = tree.Constant(INTEGER, of.type.size + at.value)
         return tree.Index(REAL, of, at)
-
-    # --- arithmetic -----------------------------------------------------------------------------------------------
 
     def _binop(self, node: ast.BinOp) -> tree.Expression:
         return self.combined(node.op, self.value(node.left), self.value(node.right), node)
@@ -216,8 +212,6 @@ class Expressions:
         if value.type not in NUMBERS:
             raise self.refuse(node, f"{_in_words(value.type)} is no truth")
         return tree.Compare(TRUTH, "!=", value, _converted(tree.Constant(INTEGER, 0), value.type))
-
-    # --- calls ----------------------------------------------------------------------------------------------------
 
     def _call(self, node: ast.Call) -> tree.Expression:
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):

@@ -138,8 +138,6 @@ class _Body:
             size = sum(1 for _ in walk(body))
         return body, reduce(_common, self._results) if self._results else None
 
-    # --- statements -----------------------------------------------------------------------------------------------
-
     def _block(self, block: list[tree.Statement]) -> list[tree.Statement]:
         left: list[tree.Statement] = []
         for statement in block:
@@ -172,8 +170,6 @@ class _Body:
         if fact is None:
             return [tree.If(test, self._block(s.body), self._block(s.otherwise))]
         return self._block(s.body if fact else s.otherwise)
-
-    # --- expressions ----------------------------------------------------------------------------------------------
 
     def _of(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return an expression that is left, and what is known of it."""

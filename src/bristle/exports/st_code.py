@@ -113,8 +113,6 @@ class Body:
         assigned = {part.variable.name for part in walk(function.body) if isinstance(part, (tree.Assign, tree.For))}
         self.arguments = [self._parameter(parameter, copied=parameter.name in assigned) for parameter in function.parameters]
 
-    # --- variables ------------------------------------------------------------------------------------------------
-
     def _parameter(self, parameter: tree.Variable, *, copied: bool) -> str:
         """Declare an argument, and return its name; one that is given another value inside is copied first."""
         section = "VAR_INPUT" if isinstance(parameter.type, Scalar) else "VAR_IN_OUT"
@@ -142,8 +140,6 @@ class Body:
         self._indent += INDENT
         yield
         self._indent = self._indent[: -len(INDENT)]
-
-    # --- a value into a variable ----------------------------------------------------------------------------------
 
     def _into(self, target: str, e: tree.Expression, root: str = "") -> None:
         """Put a value into a variable; `root` is the variable, which what is computed may look at."""
@@ -191,8 +187,6 @@ class Body:
         aside = self._aside(e.type)
         self._into(aside, e)
         return aside
-
-    # --- expressions ----------------------------------------------------------------------------------------------
 
     def _of(self, e: tree.Expression, least: int = 0) -> str:
         text, binds = getattr(self, f"_{type(e).__name__.lower()}")(e)
@@ -306,8 +300,6 @@ class Body:
             self.out.pop()
         returns = self.printer.type_name(function.result if isinstance(function.result, Scalar) else TRUTH)
         return Pou("FUNCTION", own, returns, tuple(self._declared.values()), tuple(self.out), described(function.description))
-
-    # --- statements -----------------------------------------------------------------------------------------------
 
     def _block(self, block: list[tree.Statement]) -> None:
         for s in block:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.exports.printing import ascii_name, free_name
+from bristle.exports.printing import INDENT, ascii_name, free_name
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
 # compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
@@ -116,7 +116,6 @@ def whole_literal(value: int) -> str:
     return str(value) if abs(value) < 2**31 else f"LINT#{value}"
 
 
-INDENT = "    "
 ENDS = {"FUNCTION": "END_FUNCTION", "FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "PROGRAM": "END_PROGRAM"}
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR")
 
