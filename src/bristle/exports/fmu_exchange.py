@@ -93,7 +93,7 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
             f"piece = Piece({loaded(piece, 0, 'held')})",
             f"force, rates, margin = friction_flow(contact, piece, Motion({v}, {around}), p)",
             f"forward = piece.side * {v}",
-            "if forward < 0.0:",
+            "if forward < 0.0:\n"
             f"    force_at_rest, rates_at_rest, margin = friction_flow(contact, piece, Motion(piece.side * 0.0, {around}), p)",
             f"slope[{len(varied)}] = margin + BEYOND",
             f"slope[{len(varied) + 1}] = forward + {FAST * distance!r} * max(0.0, 1.0 - {farthest})",
