@@ -101,8 +101,14 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         amplitude, cycles = float(A) * self._scale, CYCLES
         if not 0.0 < amplitude < np.inf:
             raise InputError("must be positive", path="A", value=A, allowed=f"> 0 {self.unit}")
+        # Phases of one cycle, used again for each: to the bit the same path every time.
+        phase = 2.0 * np.pi * np.arange(SAMPLES + 1) / SAMPLES
+        # Each force is the mean of a step: what it is multiplied with is integrated over that step.
+        weight = -np.diff(np.cos(phase)) + 1j * np.diff(np.sin(phase))
         while cycles <= MOST_CYCLES:
-            before, last = self._harmonics(amplitude, cycles)[-2:] * self._scale
+            path = amplitude * np.concatenate((np.tile(np.sin(phase[:-1]), cycles), [0.0]))
+            force = response(self.friction, path, self._dt)[1:].reshape(cycles, SAMPLES)
+            before, last = (force @ weight / (np.pi * amplitude))[-2:] * self._scale
             if abs(last - before) <= SETTLED * abs(last):
                 return complex(last)
             cycles *= 4
@@ -112,15 +118,6 @@ class DescribingFunction(DescribingFunctionNonlinearity):
             value=A,
             mend="Look at bristle.check(model): it may drift",
         )
-
-    def _harmonics(self, amplitude: float, cycles: int) -> np.ndarray:
-        """Return the harmonic of each cycle over the amplitude, the first one begun with a virgin contact."""
-        # Phases of one cycle, used again for each: to the bit the same path every time.
-        phase = 2.0 * np.pi * np.arange(SAMPLES + 1) / SAMPLES
-        path = amplitude * np.concatenate((np.tile(np.sin(phase[:-1]), cycles), [0.0]))
-        force = response(self.friction, path, self._dt)[1:].reshape(cycles, SAMPLES)
-        # Each force is the mean of a step: what it is multiplied with is integrated over that step.
-        return force @ (-np.diff(np.cos(phase)) + 1j * np.diff(np.sin(phase))) / (np.pi * amplitude)
 
     def __call__(self, A: float) -> float:
         """Return the mean force [N or N*m] while the contact moves on to a position in a sample of a cycle.

@@ -61,21 +61,17 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
     """Return ``rate(state, motion, p) -> (force, d_state)`` of a friction model; refuse one that has none."""
     if friction.component.rate is not None:
         return friction_rate
-    own_rate = f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`"
-    message, mend = "jumps at rest and holds with any force in between, so it is no differential equation", SAMPLED
+    message, mend = "has no `rate`, so it is no differential equation", SAMPLED
     if is_static(friction):
         forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
         if forward == backward:
-            return _static_rate
+            return lambda state, motion, p: (friction_trial(state, (), motion, 0.0, p)[0], state)
+        message = "jumps at rest and holds with any force in between, so it is no differential equation"
     elif friction.component.memory_size(friction.parameters):
         message = "remembers in jumps, where its motion turns or an element slips, so it is no differential equation"
     else:
-        message, mend = "has no `rate`, so it is no differential equation", own_rate
+        mend = f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`"
     raise InputError(message, path="friction", value=friction.name, mend=mend)
-
-
-def _static_rate(state: Any, motion: Motion, p: Any) -> tuple[float, Any]:
-    return friction_trial(state, (), motion, 0.0, p)[0], state
 
 
 def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:

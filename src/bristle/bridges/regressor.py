@@ -22,7 +22,6 @@ from bristle.workflow import identify
 
 if TYPE_CHECKING:
     from bristle.core.contracts import FrictionModel
-    from bristle.identification.dataset import Dataset
     from bristle.identification.settings import Settings
     from bristle.workflow import Identified
 
@@ -182,7 +181,20 @@ class FrictionRegressor:
         lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
         # Where a contact stood before a segment, no effort tells.
         efforts = dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
-        return _at_rows(columns["time"], dataset, efforts, lag)
+        time, around = columns["time"], 0.5 * dataset.sample_time
+        predicted = np.full(time.size, np.nan)
+        for segment, effort in zip(dataset.segments, efforts, strict=True):
+            inside = (time >= segment.time[0] - around) & (time <= segment.time[-1] + around)
+            predicted[inside] = np.interp(time[inside] - lag, segment.time, effort)
+        left_out = np.flatnonzero(np.isnan(predicted))
+        if left_out.size:
+            raise InputError(
+                f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still",
+                path="X",
+                value=f"row {left_out[0]}, {time[left_out[0]]:g} s",
+                mend="Leave those rows out, or give longer stretches",
+            )
+        return predicted
 
     def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
         """Return the coefficient of determination of the effort, as regressors of scikit-learn do.
@@ -232,27 +244,24 @@ def _signature() -> dict[str, inspect.Parameter]:
 
 
 def _columns_of(X: Any) -> dict[str, np.ndarray]:
-    """Return the columns of `X` by name."""
+    """Return the columns of `X` by name, whose rows must not run backward in time."""
     if is_table(X):
         names = [name for name in COLUMNS if name in list(X)]
         if names[:2] != list(COLUMNS[:2]):
             raise InputError(
                 "lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS), mend="Call its columns time and position, in SI"
             )
-        return _in_order({name: np.asarray(X[name], dtype=float) for name in names})
-    values = array(ndim=2, least=1)(X, "X", None)
-    if values.shape[1] not in (2, 3):
-        raise InputError(
-            "must have the columns time and position, and velocity where there is one",
-            path="X",
-            value=values.shape,
-            allowed="shape (sample, 2) or (sample, 3)",
-        )
-    return _in_order(dict(zip(COLUMNS, np.ascontiguousarray(values.T), strict=False)))
-
-
-def _in_order(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the columns, whose rows must not run backward in time."""
+        columns = {name: np.asarray(X[name], dtype=float) for name in names}
+    else:
+        values = array(ndim=2, least=1)(X, "X", None)
+        if values.shape[1] not in (2, 3):
+            raise InputError(
+                "must have the columns time and position, and velocity where there is one",
+                path="X",
+                value=values.shape,
+                allowed="shape (sample, 2) or (sample, 3)",
+            )
+        columns = dict(zip(COLUMNS, np.ascontiguousarray(values.T), strict=False))
     backward = np.flatnonzero(np.diff(columns["time"]) < 0.0)
     if backward.size:
         raise InputError(
@@ -263,21 +272,3 @@ def _in_order(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             mend="Sort X and y by the time; leave shuffle=False in splits",
         )
     return columns
-
-
-def _at_rows(time: np.ndarray, dataset: Dataset, efforts: Sequence[np.ndarray], lag: float) -> np.ndarray:
-    """Return efforts along segments at the times of rows, each as late as the effort of the log lags its position."""
-    predicted = np.full(time.size, np.nan)
-    around = 0.5 * dataset.sample_time
-    for segment, effort in zip(dataset.segments, efforts, strict=True):
-        inside = (time >= segment.time[0] - around) & (time <= segment.time[-1] + around)
-        predicted[inside] = np.interp(time[inside] - lag, segment.time, effort)
-    left_out = np.flatnonzero(np.isnan(predicted))
-    if left_out.size:
-        raise InputError(
-            f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still",
-            path="X",
-            value=f"row {left_out[0]}, {time[left_out[0]]:g} s",
-            mend="Leave those rows out, or give longer stretches",
-        )
-    return predicted

@@ -104,7 +104,12 @@ def to_control(
     >>> axis.state_labels, axis.units["velocity"]
     (['position', 'velocity', 'z'], 'm/s')
     """
-    _refuse_misfits(friction, plant, dt, steps)
+    if plant is not None:
+        refuse_screw(plant, "to_control")
+        if plant.kind != friction.kind:
+            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
+    if steps != 1 and (dt is None or plant is None):
+        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
     states = _states_of(friction, plant, is_sampled=dt is not None)
     if plant is None:
         advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
@@ -112,7 +117,11 @@ def to_control(
     else:
         advance = axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
         inputs, outputs = ["effort"], ["position", "velocity", "friction"]
-    virgin = _virgin_state(friction, len(plant.component.State._fields) if plant else 1, len(states))
+    # An axis at rest whose contact is virgin; that comes behind the plant.
+    before, p = len(plant.component.State._fields) if plant else 1, friction.parameters
+    contact = np.concatenate((pack(friction.component.initial_state(p)), friction.component.new_memory(p)))
+    virgin = np.zeros(len(states))
+    virgin[before : before + contact.size] = contact[: virgin.size - before]
     following, output = _functions_of(advance, virgin, len(outputs) - 1, is_sampled=dt is not None)
     called = friction.name.replace("+", "_") if name is None else name
     system = FrictionSystem(following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0)
@@ -120,15 +129,6 @@ def to_control(
     signals = {signal: unit_of(QUANTITIES[signal], friction.kind) for signal in (*inputs, *outputs)}
     system.units = states | signals
     return system
-
-
-def _refuse_misfits(friction: Model, plant: Model | None, dt: float | None, steps: int) -> None:
-    if plant is not None:
-        refuse_screw(plant, "to_control")
-        if plant.kind != friction.kind:
-            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
-    if steps != 1 and (dt is None or plant is None):
-        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
 
 
 def _functions_of(
@@ -153,15 +153,6 @@ def _functions_of(
         return np.array((*x[:motion], advanced(x, u)[0]))
 
     return following, output
-
-
-def _virgin_state(friction: Model, before: int, size: int) -> np.ndarray:
-    """Return the state of an axis at rest whose contact is virgin; that of the contact comes after `before` numbers."""
-    component, p = friction.component, friction.parameters
-    contact = np.concatenate((pack(component.initial_state(p)), component.new_memory(p)))
-    virgin = np.zeros(size)
-    virgin[before : before + contact.size] = contact[: size - before]
-    return virgin
 
 
 def _states_of(friction: Model, plant: Model | None, *, is_sampled: bool) -> dict[str, str]:

@@ -16,85 +16,58 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
 from bristle.core.variable import Kind, unit_of
 from bristle.exports.described import plain
 from bristle.exports.drive import behind_comments, last_direction, level_losses, levels_and_curves, rows_of
 from bristle.exports.effect import Drive
 from bristle.exports.targets import Product, Request
-from bristle.prediction.drive_table import SETTLED_SHARE, LevelValues, reversal_distance
+from bristle.prediction.drive_table import SETTLED_SHARE, reversal_distance
 from bristle.prediction.drive_units import table_units
 
 STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
+QUANTITIES = {STATIC: "force", DYNAMIC: "force*time/length", SPRING: "force/length"}
 TITLES = {STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate"}
 
 
-class Friction(NamedTuple):
-    """What the objects hold, in SI of the axis: static friction, dynamic factor, spring rate (0 where not known)."""
-
-    static: float
-    dynamic: float
-    spring: float
-
-
 def write(request: Request) -> Product:
-    """Return the objects with their values."""
+    """Return the objects with their values: means of both directions, static friction, dynamic factor, spring rate."""
     curves, levels = levels_and_curves(request)
-    effort = table_units(request.axis, request.model.kind).efforts[0]
-    friction = _friction_of(request.model, levels, request.speed)
-    spring = (
-        "0x3144:01 turns 95 % of the friction over the distance of the model; that it does is not documented"
-        if friction.spring
-        else "0x3144:01 is not written: the model turns at once, and what the drive does with 0 is not documented"
-    )
-    notes = (
-        *level_losses(request.model, curves, levels, effort, turns=friction.spring > 0.0),
-        *_sides_lost(levels, effort.name, effort.si),
-        spring,
-    )
-    text = _text(friction, request.axis, request.model.kind, (*request.source.lines, *notes))
-    return Product({f"{request.name}.csv": text}, notes)
-
-
-def _friction_of(model: Model, levels: LevelValues, fastest: float) -> Friction:
-    """Return the values of the objects: means of both directions; the spring turns 95 % over the distance of the model."""
+    axis, kind, effort = request.axis, request.model.kind, table_units(request.axis, request.model.kind).efforts[0]
     level, slope = (
         float(np.mean([value for value in pair if value is not None]))
         for pair in ((levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward))
     )
-    static, distance = max(level, 0.0), reversal_distance(model, fastest)
-    return Friction(static, max(slope, 0.0), 2.0 * SETTLED_SHARE * static / distance if distance else 0.0)
-
-
-def _sides_lost(levels: LevelValues, effort: str, si: float) -> tuple[str, ...]:
-    """Return what objects without a direction and without a constant lose, a sentence each."""
-    notes = []
+    static, distance = max(level, 0.0), reversal_distance(request.model, request.speed)
+    # The spring turns 95 % over the distance of the model.
+    values = {STATIC: static, DYNAMIC: max(slope, 0.0), SPRING: 2.0 * SETTLED_SHARE * static / distance if distance else 0.0}
+    notes = [*level_losses(request.model, curves, levels, effort, turns=values[SPRING] > 0.0)]
     if levels.forward is not None and levels.backward is not None and levels.forward != levels.backward:
-        apart = 0.5 * abs(levels.forward - levels.backward) / si
-        notes.append(f"the objects are the same for both directions: each is off by {apart:.3g} {effort}")
+        apart = effort.of(0.5 * abs(levels.forward - levels.backward))
+        notes.append(f"the objects are the same for both directions: each is off by {apart:.3g} {effort.name}")
     if levels.constant:
-        notes.append(f"the constant force, {levels.constant / si:.3g} {effort}, is not in it: set it apart")
-    return tuple(notes)
-
-
-def _text(friction: Friction, axis: Axis | None, kind: Kind, comments: tuple[str, ...]) -> str:
-    """Return the objects as CSV, in the units of the motor, behind comments."""
+        notes.append(f"the constant force, {effort.of(levels.constant):.3g} {effort.name}, is not in it: set it apart")
+    notes.append(
+        "0x3144:01 turns 95 % of the friction over the distance of the model; that it does is not documented"
+        if values[SPRING]
+        else "0x3144:01 is not written: the model turns at once, and what the drive does with 0 is not documented"
+    )
+    rotates: Kind = "translational" if kind == "translational" and (axis is None or axis.arm is None) else "rotational"
     rows = [
-        f"{index},{_of_motor(value, index, axis):.9g},{_unit(index, axis, kind)},{TITLES[index]}"
-        for index, value in ((STATIC, friction.static), (DYNAMIC, friction.dynamic), (SPRING, friction.spring))
+        f"{index},{_of_motor(value, index, axis):.9g},{plain(unit_of(QUANTITIES[index], rotates))},{TITLES[index]}"
+        for index, value in values.items()
         if index != SPRING or value
     ]
     head = [
         "Friction compensation of a Beckhoff AX8000 or AMP8000: object 0x3144 (channel B: 0x3544), REAL32.",
         "Units: those of object 0x3005:09 at its default. The compensation follows the feedforward velocity.",
-        *comments,
+        *request.source.lines,
+        *notes,
     ]
-    return behind_comments(head, "object,value,unit,name", *rows)
+    return Product({f"{request.name}.csv": behind_comments(head, "object,value,unit,name", *rows)}, tuple(notes))
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
@@ -119,9 +92,3 @@ def _of_motor(value: float, index: str, axis: Axis | None) -> float:
     """Return a value in SI of the axis at the motor: a torque, or one over its angle or angular velocity."""
     arm = 1.0 if axis is None or axis.arm is None else axis.arm
     return value * arm if index == STATIC else value * arm**2
-
-
-def _unit(index: str, axis: Axis | None, kind: Kind) -> str:
-    rotates: Kind = "translational" if kind == "translational" and (axis is None or axis.arm is None) else "rotational"
-    quantity = {STATIC: "force", DYNAMIC: "force*time/length", SPRING: "force/length"}[index]
-    return plain(unit_of(quantity, rotates))

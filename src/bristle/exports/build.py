@@ -9,8 +9,8 @@ from typing import Any
 
 from bristle.core.dispatch import implementation_of, is_dispatch
 from bristle.exports import tree
-from bristle.exports.expressions import Expressions, names_in
-from bristle.exports.printing import ascii_name
+from bristle.exports.expressions import Expressions
+from bristle.exports.printing import ascii_name, free_name
 from bristle.exports.scope import NotExportableError, definition_of
 from bristle.exports.tree import INTEGER, REAL, VOID, Array, Struct, Type, walk
 
@@ -29,7 +29,13 @@ class Translation(Expressions):
         definition = definition_of(self.kernel)
         names = [argument.arg for argument in definition.args.args]
         self.types = dict(zip(names, self._argument_types, strict=True))
-        self._refuse_loops_left(definition)
+        # The name of a loop is not looked at after the loop: targets count one farther, or less far.
+        loops = [node for node in ast.walk(definition) if isinstance(node, ast.For)]
+        inside = {id(node) for loop in loops for node in ast.walk(loop)}
+        counted = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
+        for node in ast.walk(definition):
+            if isinstance(node, ast.Name) and node.id in counted and id(node) not in inside:
+                raise self.refuse(node, f"{node.id} counts a loop and is looked at outside of it")
         body: list[tree.Statement] = []
         for _ in range(PASSES):
             self._changed, self._count = False, 0
@@ -41,20 +47,19 @@ class Translation(Expressions):
             raise self.refuse(definition.body[-1], "does not return a value on every way through it")
         parameters = [tree.Variable(self.types[name], name) for name in names]
         writes = any(isinstance(part, tree.Store) or (isinstance(part, tree.Call) and part.function.writes) for part in walk(body))
-        return tree.Function(name, self.kernel, parameters, result, body, _described(definition), writes)
-
-    # --- statements -----------------------------------------------------------------------------------------------
+        description = (ast.get_docstring(definition) or "").split("\n", 1)[0]
+        return tree.Function(name, self.kernel, parameters, result, body, description, writes)
 
     def _block(self, statements: Iterable[ast.stmt]) -> list[tree.Statement]:
-        return [line for statement in statements for line in self._statement(statement)]
-
-    def _statement(self, node: ast.stmt) -> list[tree.Statement]:
-        if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
-            return []
-        translate = getattr(self, f"_do_{type(node).__name__.lower()}", None)
-        if translate is None:
-            raise self.refuse(node, f"{type(node).__name__} is outside the subset of Python that can be exported")
-        return translate(node)
+        lines: list[tree.Statement] = []
+        for node in statements:
+            if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+                continue
+            translate = getattr(self, f"_do_{type(node).__name__.lower()}", None)
+            if translate is None:
+                raise self.refuse(node, f"{type(node).__name__} is outside the subset of Python that can be exported")
+            lines += translate(node)
+        return lines
 
     def _do_expr(self, node: ast.Expr) -> list[tree.Statement]:
         call = self.value(node.value)
@@ -133,21 +138,19 @@ class Translation(Expressions):
 
     def _one_by_one(self, targets: list[ast.expr], values: list[ast.expr], node: ast.stmt) -> list[tree.Statement]:
         """Return several names with their values at once: through other names where a value looks at one before it."""
-        later = [names_in(values[place + 1 :]) for place in range(len(values))]
-        written = [target.id if isinstance(target, ast.Name) else None for target in targets]
-        translated = [self.value(value) for value in values]
         into_arrays = any(not isinstance(target, ast.Name) for target in targets)
-        reads = any(isinstance(part, tree.Index) for part in walk(*translated))
-        if not (into_arrays and reads) and not any(name in after for name, after in zip(written, later, strict=True)):
-            pairs = zip(targets, translated, strict=True)
-            return [step for target, value in pairs for step in self._stored(target, value, node)]
+        later = [
+            {part.id for value in values[k:] for part in ast.walk(value) if isinstance(part, ast.Name)} for k in range(1, len(values) + 1)
+        ]
+        looked_at = any(isinstance(target, ast.Name) and target.id in after for target, after in zip(targets, later, strict=True))
+        translated = [self.value(value) for value in values]
         statements: list[tree.Statement] = []
-        held: list[tree.Variable] = []
-        for value in translated:
-            through = self._held(value.type, node)
-            statements.append(tree.Assign(through, value))
-            held.append(tree.Variable(through.type, through.name))
-        return statements + [step for target, value in zip(targets, held, strict=True) for step in self._stored(target, value, node)]
+        if looked_at or (into_arrays and any(isinstance(part, tree.Index) for part in walk(*translated))):
+            for place, value in enumerate(translated):
+                through = self._held(value.type, node)
+                statements.append(tree.Assign(through, value))
+                translated[place] = tree.Variable(through.type, through.name)
+        return statements + [step for target, value in zip(targets, translated, strict=True) for step in self._stored(target, value, node)]
 
     def _stored(self, target: ast.expr, value: tree.Expression, node: ast.stmt) -> list[tree.Statement]:
         if isinstance(target, ast.Name):
@@ -176,15 +179,6 @@ class Translation(Expressions):
         self._count += 1
         return self._variable(f"held_{self._count}", kind, node)
 
-    def _refuse_loops_left(self, definition: ast.FunctionDef) -> None:
-        """Refuse to look at the name of a loop after the loop: targets count one farther, or less far."""
-        loops = [node for node in ast.walk(definition) if isinstance(node, ast.For) and isinstance(node.target, ast.Name)]
-        inside = {id(node) for loop in loops for node in ast.walk(loop) if isinstance(node, ast.Name)}
-        counted: set[str] = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
-        for node in ast.walk(definition):
-            if isinstance(node, ast.Name) and node.id in counted and id(node) not in inside:
-                raise self.refuse(node, f"{node.id} counts a loop and is looked at outside of it")
-
 
 def _ends(body: list[ast.stmt]) -> bool:
     last = body[-1]
@@ -192,10 +186,6 @@ def _ends(body: list[ast.stmt]) -> bool:
         return bool(last.orelse) and _ends(last.body) and _ends(last.orelse)
     endless = isinstance(last, ast.While) and isinstance(last.test, ast.Constant) and bool(last.test.value)
     return isinstance(last, ast.Return) or (endless and not any(isinstance(node, ast.Break) for node in ast.walk(last)))
-
-
-def _described(definition: ast.FunctionDef) -> str:
-    return (ast.get_docstring(definition) or "").split("\n", 1)[0]
 
 
 FACE = frozenset(("effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"))
@@ -217,49 +207,30 @@ class Builder:
 
     def function(self, called: Callable[..., Any], types: Sequence[Type]) -> tree.Function:
         """Return a kernel, or what the dispatch chooses, for arguments of these types."""
-        kernel = self._chosen(called, types)
+        kernel = called
+        if is_dispatch(called):
+            last = types[-1]
+            kernel = implementation_of(called, last.cls) if isinstance(last, Struct) else None
+            if kernel is None:
+                name = last.cls.__qualname__ if isinstance(last, Struct) else "what it is given"
+                raise NotExportableError(called, None, f"there is none for {name}")
         key = (kernel, *types)
         if key not in self._built:
-            self._built[key] = self._build(kernel, types)
+            # A model around a model around a model has one kernel for all of them, each time of other types.
+            if key in self._open or len(self._open) > DEEPEST:
+                raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
+            definition = definition_of(kernel)
+            if len(definition.args.args) != len(types):
+                raise NotExportableError(kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}")
+            # What is exported may be called as a module is, and its own functions are called by some words behind that.
+            module, own = kernel.__module__.rpartition(".")[2], ascii_name(kernel.__name__.lstrip("_"))
+            name = f"{'own' if module.startswith('bristle_user_') else module}_{own}{'_kernel' * (own in FACE)}"
+            name = free_name(name, self._names)
+            self._names.add(name)
+            self._open.append(key)
+            try:
+                self._built[key] = Translation(self, kernel, types).function(name)
+            finally:
+                self._open.pop()
+            self.unit.functions.append(self._built[key])
         return self._built[key]
-
-    def _chosen(self, called: Callable[..., Any], types: Sequence[Type]) -> Callable[..., Any]:
-        if not is_dispatch(called):
-            return called
-        last = types[-1]
-        kernel = implementation_of(called, last.cls) if isinstance(last, Struct) else None
-        if kernel is None:
-            name = last.cls.__qualname__ if isinstance(last, Struct) else "what it is given"
-            raise NotExportableError(called, None, f"there is none for {name}")
-        return kernel
-
-    def _build(self, kernel: Callable[..., Any], types: Sequence[Type]) -> tree.Function:
-        # A model around a model around a model has one kernel for all of them, each time of other types.
-        if (kernel, *types) in self._open or len(self._open) > DEEPEST:
-            raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
-        definition = definition_of(kernel)
-        if len(definition.args.args) != len(types):
-            raise NotExportableError(kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}")
-        self._open.append((kernel, *types))
-        try:
-            translated = Translation(self, kernel, types).function(self._name_for(kernel))
-        finally:
-            self._open.pop()
-        self.unit.functions.append(translated)
-        return translated
-
-    def _name_for(self, kernel: Callable[..., Any]) -> str:
-        """Return a name that no other function has: the kernel's own behind that of its module.
-
-        What is exported may be called as a module is, and its own functions are called by these words behind that.
-        """
-        module = kernel.__module__.rpartition(".")[2]
-        module = "own" if module.startswith("bristle_user_") else module
-        own = ascii_name(kernel.__name__.lstrip("_"))
-        first = f"{module}_{own}_kernel" if own in FACE else f"{module}_{own}"
-        name, count = first, 1
-        while name in self._names:
-            count += 1
-            name = f"{first}_{count}"
-        self._names.add(name)
-        return name

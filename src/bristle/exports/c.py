@@ -36,8 +36,8 @@ from bristle.exports.subject import (
     walk_of,
 )
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import Function, Struct
-from bristle.exports.tunable import CONSTANTS, TOLERANCE, Tunable, checkpoints, single_note, tunable_of
+from bristle.exports.tree import Struct
+from bristle.exports.tunable import CONSTANTS, TOLERANCE, checkpoints, single_note, tunable_of
 from bristle.friction.resting import rest_rule
 from bristle.prediction.drive_units import CommandUnits, command_units
 
@@ -52,7 +52,7 @@ FILES = {
     "example_main.c": "c/example_main.c",
     "README.md": "c/README.md",
 }
-EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
+EXAMPLE_PERIOD, EXAMPLE_LINES = 1.0, 20
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,18 @@ class CFiles:
 
     def _facts(self) -> dict[str, Any]:
         subject, model, component = self.subject, self.subject.model, self.subject.model.component
-        meanings = variables_of(subject.motion.cls)
+        meanings, kind = variables_of(subject.motion.cls), model.kind
         cycles = max(2, round(EXAMPLE_PERIOD / self.dt))
+        tuned = tunable_of(model, self.fixed) if self.tunable else None
+        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
+        printer = self.printer(subject.unit, self.scalar, around)
+        definitions, fields = printer.definitions(), [(printer.names.variable(name), part) for name, part in subject.state.fields]
+        of_state = variables_of(subject.state.cls).values()
+        start = [
+            f"axis->state.{name} = {literal(value, part, self.scalar)};" for (name, part), value in zip(fields, subject.virgin, strict=True)
+        ]
+        used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
+        data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, self.name, tuned)
         return {
             "name": self.name,
             "guard": self.name.upper(),
@@ -91,18 +101,18 @@ class CFiles:
             "title": plain(f"{TITLES[subject.is_operator]}: {model.name}"),
             "operator": subject.is_operator,
             "rest": rest_rule(model),
-            "drive": command_facts(self.units, model.kind),
+            "drive": command_facts(self.units, kind),
             "description": plain(component.description) + ".",
             "facts": self.source.lines,
             "table": parameter_table(model, self.source).rstrip(),
-            "unit_x": unit_of(component.input if subject.is_operator else "length", model.kind),
-            "unit_force": unit_of(component.output if subject.is_operator else "force", model.kind),
+            "unit_x": unit_of(component.input if subject.is_operator else "length", kind),
+            "unit_force": unit_of(component.output if subject.is_operator else "force", kind),
             "memory": subject.memory_size,
             "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
-            "told_signals": [meaning_of(meanings[name], model.kind) for name in subject.signals],
+            "told_signals": [meaning_of(meanings[name], kind) for name in subject.signals],
             "dt": repr(self.dt),
             "rate": f"{1.0 / self.dt:g}",
-            "amplitude": repr(EXAMPLE_STROKE),
+            "amplitude": "0.001",
             "cycles": cycles,
             "period": f"{cycles * self.dt:g}",
             "every": max(1, 2 * cycles // EXAMPLE_LINES),
@@ -117,63 +127,50 @@ class CFiles:
             "steps": self.steps,
             "model": model.name,
             "device": "",
-            **self._code(),
-        }
-
-    def _code(self) -> dict[str, Any]:
-        """Return what is of the language: functions, data, and what the structure of the axis holds."""
-        subject, model = self.subject, self.subject.model
-        tuned = tunable_of(model, self.fixed) if self.tunable else None
-        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
-        printer = self.printer(subject.unit, self.scalar, around)
-        definitions, fields = printer.definitions(), [(printer.names.variable(name), part) for name, part in subject.state.fields]
-        meanings = variables_of(subject.state.cls).values()
-        start = [
-            f"axis->state.{name} = {literal(value, part, self.scalar)};" for (name, part), value in zip(fields, subject.virgin, strict=True)
-        ]
-        used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
-        data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, self.name, tuned)
-        return {
             "scalar": self.scalar,
             "state": [
-                f"{printer.named(part, name)}; /* {meaning_of(variable, model.kind)} */"
-                for (name, part), variable in zip(fields, meanings, strict=True)
+                f"{printer.named(part, name)}; /* {meaning_of(variable, kind)} */"
+                for (name, part), variable in zip(fields, of_state, strict=True)
             ],
             "signals": [printer.names.variable(name) for name in subject.signals],
             "parameters": declared(tuned, printer) if tuned else [],
             "definitions": definitions,
             "helpers": helpers_text(printer.helpers, self.scalar, printer.integer, printer.inline),
             "data": data,
-            "step": self._step(printer, tuned),
+            "step": self._step(printer),
             "start": start + (started(tuned, printer) if tuned else []),
             "zero": number(0.0, self.scalar),
             "inline": printer.inline,
             **saved_facts(printer, ("position", "force"), fields, subject.memory_size, layout_of(subject, self.scalar)),
         }
 
-    def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
+    def _step(self, printer: Printer) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
         usual = subject.usual.items()
         around = [printer.names.variable(name) if name in subject.signals else repr(value) for name, value in usual]
         values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
         motion = "" if subject.is_operator else f"const {printer.named(subject.motion, 'motion')} = {values};"
-        state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"
+        names = [printer.names.variable(name) for name, _ in subject.state.fields]
+        state = ", ".join(f"axis->state.{name}" for name in names) or "0"
+        assembling = f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
         handed = {
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
             "motion": ("motion", motion),
-            "p": ("p", f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);") if tuned else (CONSTANT, ""),
+            "p": ("p", assembling) if self.tunable else (CONSTANT, ""),
             "memory": ("axis->memory", ""),
             "input": (f"{cast}x", ""),
             "dt": (f"{cast}dt", ""),
             "move": ("step.part_1", ""),
         }
-        trial, arguments = _call(subject.trial, TRIAL[subject.is_operator], handed)
-        commit, also = _call(subject.commit, COMMIT, handed)
-        needed = {*arguments, *also} if subject.commits else set(arguments)
-        structures = [line for name, (_, line) in handed.items() if line and name in needed]
+        of_trial, of_commit = arguments_left(subject.trial, TRIAL[subject.is_operator]), arguments_left(subject.commit, COMMIT)
+        trial, commit = (
+            f"{function.name}({', '.join(handed[name][0] for name in left)})"
+            for function, left in ((subject.trial, of_trial), (subject.commit, of_commit))
+        )
+        needed = {*of_trial, *(of_commit if subject.commits else ())}
         assert isinstance(subject.trial.result, Struct)
         lines = [
-            *structures,
+            *(line for name, (_, line) in handed.items() if line and name in needed),
             f"const {printer.named(subject.trial.result, 'step')} = {trial};",
             "if (!is_finite(step.part_0)) {",
             f"    axis->flags |= {self.name.upper()}_OVERFLOW;",
@@ -181,10 +178,9 @@ class CFiles:
             "}",
             "axis->force = step.part_0;",
         ]
-        if not subject.state.fields:
+        if not names:
             return [*lines, f"(void){commit};"] if subject.commit.writes else lines
         lines.append(f"const {printer.named(subject.state, 'after')} = {commit};")
-        names = [printer.names.variable(name) for name, _ in subject.state.fields]
         return lines + [f"axis->state.{name} = after.{name};" for name in names]
 
 
@@ -220,9 +216,3 @@ def write(request: Request) -> Product:
     left, scalar = settled_subject(subject, places, single=request.single), "float" if request.single else "double"
     files = CFiles(left, request.name, request.source, request.dt, request.tunable, scalar, units=units).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())
-
-
-def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:
-    """Return a call with the arguments that the function still takes, and which ones these are."""
-    needed = arguments_left(function, names)
-    return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed

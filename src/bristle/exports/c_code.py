@@ -9,7 +9,18 @@ from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
 from bristle.exports import tree
-from bristle.exports.printing import INDENT, PRIMARY, UNARY, ascii_name, described, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.exports.printing import (
+    INDENT,
+    PRIMARY,
+    UNARY,
+    ascii_name,
+    described,
+    free_name,
+    needs_wide_integers,
+    structures_of,
+    types_in,
+    wrapped,
+)
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 
 WORDS_OF_C = """
@@ -52,14 +63,11 @@ class Names:
         for kind in structures:
             first = "Several" if kind.is_plain else kind.cls.__name__
             if counted[first] > 1 and not kind.is_plain:
-                first = _camel(kind.cls.__module__.rpartition(".")[2]) + first
-            first = ascii_name(first)
-            name, count = first, 1
-            while name in used:
-                count += 1
-                name = f"{first}_{count}"
-            used.add(name)
-            self.structures[kind] = name
+                module = kind.cls.__module__.rpartition(".")[2]
+                own = module.startswith("bristle_user_")
+                first = ("Own" if own else "".join(part.capitalize() for part in module.split("_"))) + first
+            self.structures[kind] = free_name(ascii_name(first), used)
+            used.add(self.structures[kind])
 
     def variable(self, name: str) -> str:
         """Return a name for a variable, an argument or a field: two names stay two, capitals are a difference."""
@@ -69,29 +77,10 @@ class Names:
         return f"part{name}" if name.startswith("_") else ascii_name(name)
 
 
-def _camel(module: str) -> str:
-    return "Own" if module.startswith("bristle_user_") else "".join(part.capitalize() for part in module.split("_"))
-
-
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
 SELECT = 2
-BINDS = {
-    "*": 13,
-    "/": 13,
-    "+": 12,
-    "-": 12,
-    ">>": 11,
-    "<": 10,
-    "<=": 10,
-    ">": 10,
-    ">=": 10,
-    "==": 9,
-    "!=": 9,
-    "&": 8,
-    "^": 7,
-    "and": 4,
-    "or": 3,
-}
+BOUND = {13: "* /", 12: "+ -", 11: ">>", 10: "< <= > >=", 9: "== !=", 8: "&", 7: "^", 4: "and", 3: "or"}
+BINDS = {operator: binds for binds, operators in BOUND.items() for operator in operators.split()}
 ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but where code is to be small. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define ABSORBED static inline __attribute__((always_inline))
@@ -133,8 +122,11 @@ class Printer:
     def definitions(self) -> str:
         """Return structures and functions; `helpers` then holds what they call beside each other."""
         functions = [self._function(function) for function in self.unit.functions]
-        structures = [self._structure(kind) for kind in self.structures]
-        return "\n".join([*([ABSORBED] if self.absorbed == "ABSORBED" else []), *structures, *functions])
+        texts = [ABSORBED] if self.absorbed == "ABSORBED" else []
+        for kind in self.structures:
+            fields = [f"{INDENT}{self.named(part, self.names.variable(name))};" for name, part in kind.fields]
+            texts.append("\n".join(["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""]))
+        return "\n".join([*texts, *functions])
 
     def named(self, kind: Type, name: str) -> str:
         """Return the declaration of a name of this type."""
@@ -153,12 +145,6 @@ class Printer:
         """Return the expression that makes a structure of its parts."""
         return f"({self.type_name(kind)}){{{parts}}}"
 
-    # --- what is defined ------------------------------------------------------------------------------------------
-
-    def _structure(self, kind: Struct) -> str:
-        fields = [f"{INDENT}{self.named(part, self.names.variable(name))};" for name, part in kind.fields]
-        return "\n".join(["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""])
-
     def _function(self, function: tree.Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
         inline = self.absorbed if is_absorbed(function.source) else self.inline
@@ -173,80 +159,58 @@ class Body:
 
     def __init__(self, printer: Printer, function: tree.Function) -> None:
         self.printer, self.function, self.helpers = printer, function, printer.helpers
-        self._declared = {parameter.name for parameter in function.parameters}
-        self._at: dict[int, str] = {}
-        self._first: list[tree.Variable] = []
+        self._arguments = {parameter.name for parameter in function.parameters}
+        self._first: set[int] = set()  # assignments that declare their variables
         self._rounds = 0
 
     def lines(self) -> list[str]:
-        """Return the lines of the body."""
-        self._place_declarations()
-        first = [f"{INDENT}{self.printer.named(v.type, self._name(v.name))} = {self._zero(v.type)};" for v in self._first]
-        return first + self._block(self.function.body, INDENT)
-
-    # --- where variables are declared -----------------------------------------------------------------------------
-
-    def _place_declarations(self) -> None:
-        """Declare each variable with its first value where that comes before every look at it, else at the top."""
-        arguments = {parameter.name for parameter in self.function.parameters}
+        """Return the lines of the body; each variable is declared with its first value where that comes before every look at it."""
+        top: list[str] = []
         assigned = [part.variable for part in walk(self.function.body) if isinstance(part, tree.Assign)]
-        for variable in {part.name: part for part in assigned if part.name not in arguments}.values():
+        for variable in {part.name: part for part in assigned if part.name not in self._arguments}.values():
             at = _first_value(self.function.body, variable.name)
-            if at is None:
-                self._first.append(variable)
-            else:
-                self._at[id(at)] = variable.name
-
-    def _zero(self, kind: Type) -> str:
-        if isinstance(kind, Struct):
-            return self.printer.cleared
-        return {REAL: number(0.0, self.printer.scalar), INTEGER: "0", TRUTH: "false"}.get(kind, "0")  # type: ignore[call-overload]
-
-    # --- statements -----------------------------------------------------------------------------------------------
+            if at is not None:
+                self._first.add(id(at))
+                continue
+            zero = {REAL: number(0.0, self.printer.scalar), TRUTH: "false"}.get(variable.type, "0")  # type: ignore[call-overload]
+            zero = self.printer.cleared if isinstance(variable.type, Struct) else zero
+            top.append(f"{INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};")
+        return top + self._block(self.function.body, INDENT)
 
     def _block(self, block: list[tree.Statement], indent: str) -> list[str]:
         return [line for statement in block for line in self._statement(statement, indent)]
 
     def _statement(self, statement: tree.Statement, indent: str) -> list[str]:
-        inner = indent + INDENT
+        inner, after = indent + INDENT, f"{indent}}}"
+        if isinstance(statement, tree.If):
+            test, first, second = statement.test, statement.body, statement.otherwise
+            if not first:
+                test, first, second = tree.Not(TRUTH, test), second, []
+            lines = [*wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
+            return [*lines, *([f"{indent}}} else {{", *self._block(second, inner)] if second else []), after]
+        if isinstance(statement, tree.For):
+            self._rounds += 1
+            name = f"round_{self._rounds}" if statement.variable.name == "_" else self._name(statement.variable.name)
+            start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
+            head = f"for ({self.printer.integer} {name} = {start}; {name} < {stop}; ++{name}) {{"
+            return [*wrapped(indent + head, indent), *self._block(statement.body, inner), after]
+        if isinstance(statement, tree.While):
+            return [*wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent), *self._block(statement.body, inner), after]
+        return wrapped(f"{indent}{self._simple(statement)};", indent)
+
+    def _simple(self, statement: tree.Statement) -> str:
+        """Return a statement that holds no other."""
         if isinstance(statement, tree.Assign):
             name = self._name(statement.variable.name)
-            target = self.printer.named(statement.variable.type, name) if id(statement) in self._at else name
-            return wrapped(f"{indent}{target} = {self._of(statement.value)};", indent)
+            target = self.printer.named(statement.variable.type, name) if id(statement) in self._first else name
+            return f"{target} = {self._of(statement.value)}"
         if isinstance(statement, tree.Store):
-            place = f"{self._of(statement.array, PRIMARY)}[{self._of(statement.at)}]"
-            return wrapped(f"{indent}{place} = {self._of(statement.value)};", indent)
+            return f"{self._of(statement.array, PRIMARY)}[{self._of(statement.at)}] = {self._of(statement.value)}"
         if isinstance(statement, tree.Evaluate):
-            return wrapped(f"{indent}(void){self._of(statement.call)};", indent)
+            return f"(void){self._of(statement.call)}"
         if isinstance(statement, tree.Return):
-            value = "" if statement.value is None else f" {self._of(statement.value)}"
-            return wrapped(f"{indent}return{value};", indent)
-        if isinstance(statement, tree.If):
-            return self._if(statement, indent)
-        if isinstance(statement, tree.For):
-            return self._for(statement, indent)
-        if isinstance(statement, tree.While):
-            head = wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent)
-            return [*head, *self._block(statement.body, inner), f"{indent}}}"]
-        return [f"{indent}{'break' if isinstance(statement, tree.Break) else 'continue'};"]
-
-    def _if(self, statement: tree.If, indent: str) -> list[str]:
-        inner, test, first, second = indent + INDENT, statement.test, statement.body, statement.otherwise
-        if not first:
-            test, first, second = tree.Not(TRUTH, test), second, []
-        lines = [*wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
-        if second:
-            lines += [f"{indent}}} else {{", *self._block(second, inner)]
-        return [*lines, f"{indent}}}"]
-
-    def _for(self, statement: tree.For, indent: str) -> list[str]:
-        self._rounds += 1
-        name = f"round_{self._rounds}" if statement.variable.name == "_" else self._name(statement.variable.name)
-        start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
-        head = f"{indent}for ({self.printer.integer} {name} = {start}; {name} < {stop}; ++{name}) {{"
-        return [*wrapped(head, indent), *self._block(statement.body, indent + INDENT), f"{indent}}}"]
-
-    # --- expressions ----------------------------------------------------------------------------------------------
+            return "return" if statement.value is None else f"return {self._of(statement.value)}"
+        return "break" if isinstance(statement, tree.Break) else "continue"
 
     def _of(self, expression: tree.Expression, least: int = 0) -> str:
         text, binds = getattr(self, f"_{type(expression).__name__.lower()}")(expression)
@@ -338,21 +302,13 @@ def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:
     using = [statement for statement in block if _uses(statement, name)]
     first = using[0]
     if isinstance(first, tree.Assign):
-        return first if not any(isinstance(p, tree.Variable) and p.name == name for p in walk(first.value)) else None
+        return None if _uses(first.value, name) else first
     inside = [part for part in blocks_of(first) if any(_uses(statement, name) for statement in part)]
-    if len(using) > 1 or len(inside) != 1 or _in_head(first, name):
+    heads = [first.start, first.stop, first.variable] if isinstance(first, tree.For) else [getattr(first, "test", first)]
+    if len(using) > 1 or len(inside) != 1 or any(_uses(head, name) for head in heads):
         return None
     return _first_value(inside[0], name)
 
 
 def _uses(node: tree.Statement | tree.Expression, name: str) -> bool:
     return any(isinstance(part, tree.Variable) and part.name == name for part in walk(node))
-
-
-def _in_head(statement: tree.Statement, name: str) -> bool:
-    heads: list[tree.Expression] = []
-    if isinstance(statement, (tree.If, tree.While)):
-        heads = [statement.test]
-    elif isinstance(statement, tree.For):
-        heads = [statement.start, statement.stop, statement.variable]
-    return any(_uses(head, name) for head in heads) or not blocks_of(statement)

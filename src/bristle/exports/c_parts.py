@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,21 +16,32 @@ from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tree import REAL, Array, Struct, Type
 from bristle.exports.tunable import Tunable, bounds_of
 
-WIDTH = {"double": 64, "float": 32}
 LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
-# Of the format: bits of the fraction, what puts an integer into the last bits, masks.
-BITS = {
+# Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.
+BITS: dict[str, dict[str, Any]] = {
     "double": {
+        "width": 64,
         "fraction": 52,
         "place": repr(INTEGER_IN_LAST_BITS),
         "of_mantissa": f"0x{OF_MANTISSA:X}",
         "of_one": f"0x{BITS_OF_ONE:X}",
         "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+        "top": "0x8000000000000000",
+        "root": "sqrt",
+        "size": "__builtin_fabs",  # one instruction, and no call, where it is known
     },
-    "float": {"fraction": 23, "place": "12583039.0f", "of_mantissa": "0x7FFFFF", "of_one": "0x3F800000", "of_rounder": "0x4B400000"},
+    "float": {
+        "width": 32,
+        "fraction": 23,
+        "place": "12583039.0f",
+        "of_mantissa": "0x7FFFFF",
+        "of_one": "0x3F800000",
+        "of_rounder": "0x4B400000",
+        "top": "0x80000000",
+        "root": "sqrtf",
+        "size": "__builtin_fabsf",
+    },
 }
-ROOT = {"double": "sqrt", "float": "sqrtf"}
-SIZE = {"double": "__builtin_fabs", "float": "__builtin_fabsf"}  # one instruction, and no call, where it is known
 
 TEXTS = {
     "bits": "typedef union {{\n    {scalar} number;\n    uint{width}_t bits;\n}} Bits;\n",
@@ -107,25 +118,20 @@ TEXTS = {
 }}
 """,
 }
-IN_BITS = ("copysign", "abs", "power_of_two", "mantissa", "exponent")
 
 
 def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str = "static inline") -> str:
     """Return the helpers that are names for."""
-    width = WIDTH[scalar]
+    bits = BITS[scalar]
     facts = {
         "inline": inline,
         "scalar": scalar,
         "integer": integer,
-        "width": width,
         "largest": LARGEST[scalar],
-        "root": ROOT[scalar],
-        "size": SIZE[scalar],
-        "unsigned": f"UINT{width}_C",
-        "top": f"0x{1 << (width - 1):X}",
-        **BITS[scalar],
-    }
-    chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)
+        "unsigned": f"UINT{bits['width']}_C",
+    } | bits
+    in_bits = {"copysign", "abs", "power_of_two", "mantissa", "exponent"}
+    chosen = {"bits", *names} if in_bits.intersection(names) else set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
 
 
@@ -134,31 +140,54 @@ CONSTANT = "parameters"
 
 
 def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:
-    """Return what kernels receive: a constant; or, where parameters may be changed, the function that makes it."""
-    if tuned is not None:
-        structure = f"{name}_parameters"
-        return f"{assembled(tuned, printer, kind, structure)}\n{within_ranges(tuned, printer, structure)}"
+    """Return what kernels receive: a constant; or, where parameters may be changed, the function that makes it.
+
+    Behind that is the function that tells whether each parameter is in its range.
+    """
+    if tuned is None:
+        return constant_text(CONSTANT, p, kind, printer)
+    tests = []
+    for parameter, place, compared in bounds_of(tuned):
+        field = f"given->{_at(parameter, place, printer)}"
+        for operator, bound in compared:
+            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{LARGEST[printer.scalar]}"
+            tests.append(f"{field} {operator} {text}")
+    head = f"{printer.inline} bool within_ranges(const {name}_parameters *given)"
+    within = "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
+    return f"{assembled(p, tuned, printer, kind, f'{name}_parameters')}\n{within}"
+
+
+def constant_text(name: str, p: Any, kind: Struct, printer: Printer, *path: str) -> str:
+    """Return the constant that parameters become; arrays of it are constants of their own, called by a path."""
     arrays: list[str] = []
-    text = initial_value(p, kind, printer, arrays)
-    declared_text = f"{printer.constant} {printer.named(kind, CONSTANT)} = {text};"
-    return "\n".join([*arrays, *wrapped(declared_text, ""), ""])
+    structure = _structure(p, kind, printer, arrays, None, path)
+    return "\n".join([*arrays, *wrapped(f"{printer.constant} {printer.named(kind, name)} = {structure};", ""), ""])
 
 
-# --- constants --------------------------------------------------------------------------------------------------------
+def assembled(p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:
+    """Return the function that makes what kernels receive of the structure `given`."""
+    arrays: list[str] = []
+    returned = f"    return {_structure(p, kind, printer, arrays, tuned)};"
+    head = f"{printer.inline} {printer.named(kind, called)}(const {given} *given)"
+    return "\n".join([*arrays, head, "{", *wrapped(returned, "    "), "}", ""])
 
 
-def initial_value(value: Any, kind: Struct, printer: Printer, arrays: list[str], path: str = "") -> str:
-    """Return the initial value of a structure; arrays of it become constants of their own."""
+def _structure(value: Any, kind: Struct, printer: Printer, arrays: list[str], tuned: Tunable | None, path: tuple[str, ...] = ()) -> str:
+    """Return a structure, of what may be changed where `tuned` says so; arrays of it become constants of their own."""
     parts: list[str] = []
     for (name, part), field in zip(kind.fields, value, strict=True):
+        inner = (*path, name)
         if isinstance(part, Struct):
-            parts.append(initial_value(field, part, printer, arrays, f"{path}{name}_"))
+            parts.append(_structure(field, part, printer, arrays, tuned, inner))
+        elif tuned is not None and inner in tuned.places:
+            parts.append(f"given->{printer.names.variable(tuned.places[inner])}")
         elif isinstance(part, Array):
-            parts.append(f"fixed_{path}{name}")
+            parts.append(f"fixed_{'_'.join(inner)}")
             arrays.append(array_text(parts[-1], field, printer))
         else:
             parts.append(literal(field, part, printer.scalar))
-    return "{" + (", ".join(parts) or "0") + "}"
+    text = ", ".join(parts) or "0"
+    return f"{{{text}}}" if tuned is None else printer.structure_text(kind, text)
 
 
 def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
@@ -172,9 +201,6 @@ def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
 def literal(value: Any, kind: Type, scalar: str) -> str:
     """Return a number of this type as C reads it."""
     return number(float(value), scalar) if kind == REAL else str(int(value))
-
-
-# --- fields that may be changed ---------------------------------------------------------------------------------------
 
 
 def declared(tuned: Tunable, printer: Printer) -> list[str]:
@@ -198,78 +224,29 @@ def _at(name: str, place: int | None, printer: Printer) -> str:
     return printer.names.variable(name) + ("" if place is None else f"[{place}]")
 
 
-class _Assembly(NamedTuple):
-    tuned: Tunable
-    printer: Printer
-    arrays: list[str]
-
-    def structure(self, kind: Struct, path: tuple[str, ...]) -> str:
-        parts = []
-        for name, part in kind.fields:
-            inner = (*path, name)
-            if isinstance(part, Struct):
-                parts.append(self.structure(part, inner))
-            elif inner in self.tuned.places:
-                parts.append(f"given->{self.printer.names.variable(self.tuned.places[inner])}")
-            elif isinstance(part, Array):
-                constant = f"fixed_{'_'.join(inner)}"
-                self.arrays.append(array_text(constant, self.tuned.fixed[inner], self.printer))
-                parts.append(constant)
-            else:
-                parts.append(literal(self.tuned.fixed[inner], part, self.printer.scalar))
-        return self.printer.structure_text(kind, ", ".join(parts) or "0")
-
-
-def within_ranges(tuned: Tunable, printer: Printer, structure: str) -> str:
-    """Return the function that tells whether each parameter of a structure is in its range."""
-    largest = {"double": "DBL_MAX", "float": "FLT_MAX"}[printer.scalar]
-    tests = []
-    for name, place, compared in bounds_of(tuned):
-        field = f"given->{_at(name, place, printer)}"
-        for operator, bound in compared:
-            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{largest}"
-            tests.append(f"{field} {operator} {text}")
-    head = f"{printer.inline} bool within_ranges(const {structure} *given)"
-    return "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
-
-
-def assembled(tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:
-    """Return the function that makes what kernels receive of the structure `given`."""
-    arrays: list[str] = []
-    returned = f"    return {_Assembly(tuned, printer, arrays).structure(kind, ())};"
-    head = f"{printer.inline} {printer.named(kind, called)}(const {given} *given)"
-    return "\n".join([*arrays, head, "{", *wrapped(returned, "    "), "}", ""])
-
-
-MARKS = 8  # bytes of `begun` and `flags`
-
-
 def saved_facts(
     printer: Printer, heads: Sequence[str], fields: Iterable[tuple[str, Type]], memory_size: int, layout: str
 ) -> dict[str, Any]:
     """Return what the template of ``save`` and ``load`` is told."""
-    wide = printer.scalar == "double"
-    marks_at = 8 * (1 + len(heads))
-    first = marks_at + MARKS
+    widened, narrowed = ("", "") if printer.scalar == "double" else ("(double)", "(float)")
+    memory_at = 8 * (2 + len(heads))  # behind the layout, the heads, and 8 bytes of `begun` and `flags`
     lines = []
-    for place, (name, kind) in enumerate(fields):
-        at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"
+    for name, kind in fields:
+        at, field = f"bytes + {memory_at}", f"axis->state.{name}"
+        memory_at += 8
         if kind == REAL:
-            save, restore = f"put_real(at, {'' if wide else '(double)'}{field})", f"got_real({at})"
-            refused, restore = f"!is_finite(got_real({at}))", restore if wide else f"(float){restore}"
+            save, load, refused = f"put_real(at, {widened}{field})", f"{narrowed}got_real({at})", f"!is_finite(got_real({at}))"
         else:
-            save = f"put(at, (uint64_t){field})"
-            restore = f"({printer.type_name(kind)})got({at})"
+            save, load = f"put(at, (uint64_t){field})", f"({printer.type_name(kind)})got({at})"
             refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
-        lines.append({"put": save, "got": f"{field} = {restore}", "refused": refused})
-    memory_at = first + 8 * len(lines)
+        lines.append({"put": save, "got": f"{field} = {load}", "refused": refused})
     return {
         "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)],
-        "marks_at": marks_at,
+        "marks_at": 8 * (1 + len(heads)),
         "saved": memory_at + 8 * memory_size + 8,
         "saved_state": lines,
         "memory_at": memory_at,
         "layout": f"0x{digest_of(layout.encode()):016X}",
-        "widened": "" if wide else "(double)",
-        "narrowed": "" if wide else "(float)",
+        "widened": widened,
+        "narrowed": narrowed,
     }

@@ -18,7 +18,7 @@ from bristle.exports.drive import rows_of, said_of_units
 from bristle.exports.effect import Drive
 from bristle.exports.targets import Product, Request
 from bristle.plants.terms import TermedPlant, terms_of
-from bristle.prediction.drive_units import DriveUnit, table_units
+from bristle.prediction.drive_units import table_units
 
 MOST = 9
 
@@ -36,8 +36,24 @@ def write(request: Request) -> Product:
     """Return the harmonics."""
     waves = _waves_of(request.plant)
     efforts = table_units(request.axis, request.model.kind).efforts
-    notes = (*_left_out(waves, efforts[0]), *said_of_units(request.axis, efforts[0]))
-    return Product({f"{request.name}.csv": _text(waves, efforts, notes, request.source.lines)}, notes)
+    notes = said_of_units(request.axis, efforts[0])
+    if left := waves[MOST:]:
+        amplitude = efforts[0].of(sum(wave.amplitude for wave in left))
+        orders = ", ".join(str(wave.order) for wave in left)
+        notes = (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {efforts[0].name} in all", *notes)
+    head = [
+        "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",
+        "angle: of the turn, 0 where the position of the log is 0, growing with it. A drive counts from its own zero "
+        "and may write the phase otherwise: try the sign with a part of the amplitude.",
+        *request.source.lines,
+        *notes,
+    ]
+    columns = ["order", *(f"amplitude [{unit.name}]" for unit in efforts), "phase [deg]", "turn of"]
+    rows = [
+        ",".join([str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner])
+        for wave in waves[:MOST]
+    ]
+    return Product({f"{request.name}.csv": "\n".join([*(f"# {line}" for line in head), ",".join(columns), *rows, ""])}, notes)
 
 
 def _waves_of(plant: Model | None) -> list[Wave]:
@@ -59,16 +75,6 @@ def _waves_of(plant: Model | None) -> list[Wave]:
     return sorted(waves, key=lambda wave: -wave.amplitude)
 
 
-def _left_out(waves: list[Wave], effort: DriveUnit) -> tuple[str, ...]:
-    """Return what of the cogging has no place in the file, in a sentence."""
-    left = waves[MOST:]
-    if not left:
-        return ()
-    amplitude = effort.of(sum(wave.amplitude for wave in left))
-    orders = ", ".join(str(wave.order) for wave in left)
-    return (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {effort.name} in all",)
-
-
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
     """Return what a drive computes from the harmonics at each position."""
     plant = request.plant
@@ -86,20 +92,3 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
         return force
 
     return drive
-
-
-def _text(waves: list[Wave], efforts: tuple[DriveUnit, ...], notes: tuple[str, ...], facts: list[str]) -> str:
-    """Return the harmonics as CSV behind comments that say what phase and amplitude mean."""
-    head = [
-        "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",
-        "angle: of the turn, 0 where the position of the log is 0, growing with it. A drive counts from its own zero "
-        "and may write the phase otherwise: try the sign with a part of the amplitude.",
-        *facts,
-        *notes,
-    ]
-    columns = ["order", *(f"amplitude [{unit.name}]" for unit in efforts), "phase [deg]", "turn of"]
-    rows = [
-        ",".join([str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner])
-        for wave in waves[:MOST]
-    ]
-    return "\n".join([*(f"# {line}" for line in head), ",".join(columns), *rows, ""])

@@ -7,7 +7,6 @@ which the caller owns. NVRTC compiles the file without a header of its own.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable
 from typing import Any
 
 from bristle.core.errors import InputError
@@ -17,11 +16,10 @@ from bristle.exports.described import rendered, with_rights
 from bristle.exports.subject import settled_subject, subject_of
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import INTEGER, REAL, TRUTH, Struct, Type
-from bristle.exports.tunable import Tunable, tunable_of
+from bristle.exports.tunable import tunable_of
 from bristle.friction.resting import HELD
 
 HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctypes.c_double), ("flags", ctypes.c_int32)]
-INTEGERS = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}
 
 
 class CudaPrinter(Printer):
@@ -44,43 +42,39 @@ class CudaFiles(CFiles):
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        facts = self._facts() | self._lane() | {"device": "__device__ ", "inline": CudaPrinter.inline}
-        files = {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
-        return with_rights(files, self.source)
-
-    def _lane(self) -> dict[str, Any]:
-        columns = list(_columns(tunable_of(self.subject.model, self.fixed))) if self.tunable else []
-        return {
-            "output": "output" if self.subject.is_operator else "force",
+        subject, columns = self.subject, []
+        if self.tunable:
+            numbers = tunable_of(subject.model, self.fixed).numbers()
+            columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
+        # A lane as C lays it out.
+        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[CudaPrinter(subject.unit, self.scalar).integer]
+        lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
+        for name, count in (("memory", subject.memory_size), ("parameters", len(columns))):
+            lane += [(name, ctypes.c_double * count)] if count else []
+        facts = self._facts() | {
+            "device": "__device__ ",
+            "inline": CudaPrinter.inline,
+            "output": "output" if subject.is_operator else "force",
             "columns": len(columns),
             "columns_named": [f"`{name}`" for name in columns],
-            "bytes": self._bytes(len(columns)),
+            "bytes": ctypes.sizeof(_structure(lane)),
         }
-
-    def _bytes(self, columns: int) -> int:
-        """Return the size of the structure of a lane, laid out as C lays it out."""
-        integer = INTEGERS[CudaPrinter(self.subject.unit, self.scalar).integer]
-        state = [("state", _layout(self.subject.state, integer))] if self.subject.state.fields else []
-        numbers = [
-            (name, ctypes.c_double * count) for name, count in (("memory", self.subject.memory_size), ("parameters", columns)) if count
-        ]
-        return ctypes.sizeof(_structure([*HEAD, *state, *numbers]))
+        files = {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
+        return with_rights(files, self.source)
 
 
 def write(request: Request) -> Product:
     """Return the source, and what of it is not that of C."""
     subject, written = subject_of(request.sampled), (request.name, request.source, request.dt)
-    notes = ("compile with --fmad=false: contracted products and sums give other bits",)
+    notes = ["compile with --fmad=false: contracted products and sums give other bits"]
     try:
         places = tunable_of(subject.model, CudaFiles.fixed).places
     except InputError:
-        files = CudaFiles(settled_subject(subject), *written).files()
-        return Product(dict(files), (*notes, "every lane has the parameters of the model"))
-    return Product(dict(CudaFiles(settled_subject(subject, places), *written, tunable=True).files()), notes)
-
-
-def _columns(tuned: Tunable) -> Iterable[str]:
-    return (name if place is None else f"{name}[{place}]" for name, place, _ in tuned.numbers())
+        files = CudaFiles(settled_subject(subject), *written)
+        notes.append("every lane has the parameters of the model")
+    else:
+        files = CudaFiles(settled_subject(subject, places), *written, tunable=True)
+    return Product(dict(files.files()), tuple(notes))
 
 
 def _layout(kind: Type, integer: type) -> Any:

@@ -51,21 +51,24 @@ def meaning_of(variable: Variable, kind: Kind) -> str:
     return plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
 
 
-def parameter_rows(model: Model, source: Source) -> Iterator[tuple[str, str, str, str, str, str]]:
-    """Give name, value, unit, allowed range, 95 % interval and meaning of each parameter."""
-    component = model.component
-    for name, variable in component.variables.items():
-        value = model.values[name]
-        unit = variable.unit(model.kind)
-        facts = source.uncertainty.get(name, {})
-        interval = facts.get("interval")
-        sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
-        yield (ascii_name(name), _value(value), "" if unit == "1" else unit, _range(variable), plain(sure), plain(variable.description))
-
-
 def parameter_table(model: Model, source: Source) -> str:
-    """Return the parameters as a table of plain text, for a comment."""
-    rows = [("", "value", "unit", "allowed", "95 % interval", ""), *parameter_rows(model, source)]
+    """Return value, unit, allowed range, 95 % interval and meaning of each parameter as a table of plain text."""
+    rows = [("", "value", "unit", "allowed", "95 % interval", "")]
+    for name, variable in model.component.variables.items():
+        value, low, high, facts = model.values[name], variable.min, variable.max, source.uncertainty.get(name, {})
+        cell = f"{value:.9g}" if isinstance(value, float) else value if isinstance(value, str) else ""
+        if isinstance(value, np.ndarray):
+            numbers = ", ".join(f"{number:.9g}" for number in value[:8])
+            cell = f"{numbers}, ... ({value.size} in all)" if value.size > 8 else numbers
+        allowed = f"{low:g} to {high:g}"
+        if variable.choices or math.isinf(low) or math.isinf(high):
+            allowed = f">= {low:g}" if math.isfinite(low) else f"<= {high:g}" if math.isfinite(high) else ""
+            allowed = "fixed" if variable.choices else allowed
+        unit, interval = variable.unit(model.kind), facts.get("interval")
+        sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
+        rows.append(
+            (ascii_name(name), cell or typed(value), "" if unit == "1" else unit, allowed, plain(sure), plain(variable.description))
+        )
     if not any(row[4] for row in rows[1:]):
         rows = [(*row[:4], *row[5:]) for row in rows]  # type: ignore[misc]
     widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]) - 1)]
@@ -77,19 +80,17 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
     """Return what is said of the units of a drive; None where nothing is known of them."""
     if units is None:
         return None
-    efforts = [units.effort, *units.others]
+    efforts = []
+    for unit in (units.effort, *units.others):
+        # The unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``.
+        words = re.findall(r"[A-Za-z0-9]+", plain(unit.name.replace("%", "percent").replace("*", "").replace("/", " per ")))
+        efforts.append({"unit": plain(unit.name), "si": repr(unit.si), "macro": "_".join(words).upper()})
     return {
         "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
-        "efforts": [{"unit": plain(unit.name), "si": repr(unit.si), "macro": macro_of(unit.name)} for unit in efforts],
+        "efforts": efforts,
         "unit_force": plain(unit_of("force", kind)),
         "unit_x": plain(unit_of("length", kind)),
     }
-
-
-def macro_of(unit: str) -> str:
-    """Return a unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``."""
-    words = unit.replace("%", "percent").replace("*", "").replace("/", " per ")
-    return "_".join(re.findall(r"[A-Za-z0-9]+", plain(words))).upper()
 
 
 def plain(text: str) -> str:
@@ -97,24 +98,6 @@ def plain(text: str) -> str:
     for mark, instead in (("µ", "u"), ("·", "*"), ("–", "-"), ("−", "-"), ("²", "^2"), ("*/", "* /"), ("/*", "/ *")):
         text = text.replace(mark, instead)
     return " ".join(text.encode("ascii", "replace").decode().split())
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, np.ndarray):
-        numbers = ", ".join(f"{number:.9g}" for number in value[:8])
-        return f"{numbers}, ... ({value.size} in all)" if value.size > 8 else numbers
-    return value if isinstance(value, str) else typed(value) if not isinstance(value, float) else f"{value:.9g}"
-
-
-def _range(variable: Any) -> str:
-    low, high = variable.min, variable.max
-    if variable.choices:
-        return "fixed"
-    if math.isinf(low) and math.isinf(high):
-        return ""
-    if math.isinf(high):
-        return f">= {low:g}"
-    return f"<= {high:g}" if math.isinf(low) else f"{low:g} to {high:g}"
 
 
 def rendered(template: str, facts: dict[str, Any]) -> str:
@@ -204,12 +187,11 @@ def rights_lines(source: Source, ending: str) -> list[str]:
 
 def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
     """Return texts, by the names of their files, that begin with their licence and the hash of their model."""
-    return {name: _headed(text, rights_lines(source, PurePosixPath(name).suffix)) for name, text in files.items()}
-
-
-def _headed(text: str, lines: list[str]) -> str:
-    first, _, rest = text.partition("\n")
-    return "\n".join([first, *lines, rest] if first.startswith("<?xml") else [*lines, text])
+    headed = {}
+    for name, text in files.items():
+        lines, (first, _, rest) = rights_lines(source, PurePosixPath(name).suffix), text.partition("\n")
+        headed[name] = "\n".join([first, *lines, rest] if first.startswith("<?xml") else [*lines, text])
+    return headed
 
 
 def _digest(*parts: Any) -> str:
@@ -230,11 +212,11 @@ def _words(part: Any) -> Iterator[str]:
             yield from _words(value.name if isinstance(value, Function) else value)
     elif isinstance(part, Struct):
         yield from _words([part.cls.__name__, part.fields])
-    elif isinstance(part, (Array, Scalar)):
+    elif isinstance(part, (Array, Scalar, str)):
         yield repr(part)
     elif isinstance(part, np.ndarray):
         yield from _words(part.tolist())
-    elif isinstance(part, Iterable) and not isinstance(part, str):
+    elif isinstance(part, Iterable):
         yield "("
         for inner in part:
             yield from _words(inner)

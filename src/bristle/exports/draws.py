@@ -45,42 +45,40 @@ def draws_files(
             mend="Draw rows of the file again, as often as the simulator needs them",
         )
     stored = min(len(values) for values in drawn.values())
-    notes = (
-        [f"{count} of the {stored} draws of the fit"]
-        if count <= stored
-        else [f"{count} draws, with replacement, of the {stored} of the fit: identify with --draws {count} for as many others"]
-    )
-    rows = np.arange(count) if count <= stored else np.random.default_rng(SEED).integers(stored, size=count)
+    notes = [f"{count} of the {stored} draws of the fit"]
+    rows = np.arange(count)
+    if count > stored:
+        notes = [f"{count} draws, with replacement, of the {stored} of the fit: identify with --draws {count} for as many others"]
+        rows = np.random.default_rng(SEED).integers(stored, size=count)
     of_fit = {key: np.asarray(values, dtype=float)[:stored] for key, values in drawn.items()}
-    columns = {column: values for key, array in of_fit.items() for column, values in _columns(key, array).items()}
-    units = {column: _unit(column.partition("[")[0], model, plant) for column in columns}
-    titles = [f"{name} [{units[name]}]" if units.get(name, "1") not in ("", "1") else name for name in columns]
+    columns: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    for key, values in of_fit.items():
+        of_key = {key: values} if values.ndim == 1 else {f"{key}[{k}]": column for k, column in enumerate(values.T)}
+        owner = next((owner for owner in (model, plant) if owner is not None and key in owner.component.variables), None)
+        columns |= of_key
+        units |= dict.fromkeys(of_key, "" if owner is None else owner.component.variables[key].unit(owner.kind))
+    titles = [f"{name} [{unit}]" if unit not in ("", "1") else name for name, unit in units.items()]
     lines = _lines(zip(*(values.tolist() for values in columns.values()), strict=True))
-    files: dict[str, str | bytes] = {f"{name}_draws.csv": _text(titles, (lines[row] for row in rows))}
+    files: dict[str, str | bytes] = {f"{name}_draws.csv": "".join([*_lines([titles]), *(lines[row] for row in rows)])}
     try:
-        files[f"{name}_draws.parquet"] = _parquet({key: values[rows] for key, values in columns.items()}, units)
+        pyarrow, parquet = (library(module, "draws as Parquet") for module in ("pyarrow", "pyarrow.parquet"))
+        fields = [pyarrow.field(name, pyarrow.float64(), metadata={"unit": unit}) for name, unit in units.items()]
+        arrays = [pyarrow.array(values[rows], pyarrow.float64()) for values in columns.values()]
+        sink = pyarrow.BufferOutputStream()
+        parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), sink)
+        files[f"{name}_draws.parquet"] = sink.getvalue().to_pybytes()
     except MissingExtraError:
         notes.append('Parquet needs pyarrow: pip install "bristle[io]"')
     scenes = _scenes(model, plant, of_fit, np.unique(rows))
     if scenes is not None:
         titles = ["draw", *next(iter(scenes.values()), {})]
         lines = dict(zip(scenes, _lines(scene.values() for scene in scenes.values()), strict=True))
-        held = ((place, lines[row]) for place, row in enumerate(rows.tolist()) if row in lines)
-        files[f"{name}_mjcf.csv"] = _text(titles, (f"{place},{line}" for place, line in held))
-    refused = 0 if scenes is None else int(np.sum(~np.isin(rows, list(scenes))))
-    if refused:
-        notes.append(f"{refused} of them break a condition of the model and are left out of {name}_mjcf.csv")
+        held = (f"{place},{lines[row]}" for place, row in enumerate(rows.tolist()) if row in lines)
+        files[f"{name}_mjcf.csv"] = "".join([*_lines([titles]), *held])
+        if refused := int(np.sum(~np.isin(rows, list(scenes)))):
+            notes.append(f"{refused} of them break a condition of the model and are left out of {name}_mjcf.csv")
     return files, tuple(notes)
-
-
-def _columns(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
-    return {name: values} if values.ndim == 1 else {f"{name}[{k}]": column for k, column in enumerate(values.T)}
-
-
-def _unit(name: str, model: Model, plant: Model | None) -> str:
-    owners = (owner for owner in (model, plant) if owner is not None and name in owner.component.variables)
-    owner = next(owners, None)
-    return "" if owner is None else owner.component.variables[name].unit(owner.kind)
 
 
 def _lines(rows: Iterable[Iterable[Any]]) -> list[str]:
@@ -88,20 +86,6 @@ def _lines(rows: Iterable[Iterable[Any]]) -> list[str]:
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue().splitlines(keepends=True)
-
-
-def _text(titles: Iterable[str], lines: Iterable[str]) -> str:
-    return "".join(_lines([titles])) + "".join(lines)
-
-
-def _parquet(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> bytes:
-    wanted_by = "draws as Parquet"
-    pyarrow, parquet = library("pyarrow", wanted_by), library("pyarrow.parquet", wanted_by)
-    fields = [pyarrow.field(name, pyarrow.float64(), metadata={"unit": units[name]}) for name in columns]
-    arrays = [pyarrow.array(values, pyarrow.float64()) for values in columns.values()]
-    sink = pyarrow.BufferOutputStream()
-    parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), sink)
-    return sink.getvalue().to_pybytes()
 
 
 def _scenes(model: Model, plant: Model | None, of_fit: Mapping[str, np.ndarray], rows: np.ndarray) -> dict[int, dict[str, str]] | None:

@@ -51,26 +51,39 @@ AT_REST = {
 
 def write(request: Request) -> Product:
     """Return a curve, or gravity, level and viscous friction for each direction, and the inertia."""
+    model, units, signs = request.model, table_units(request.axis, request.model.kind), column_signs(request.axis)
+    effort = units.efforts[0]
     if request.points == VALUES:
-        return _values(request)
+        curves, levels = levels_and_curves(request)
+        ends = np.array([0.0, request.speed])
+        sides = {
+            1.0: (levels.forward or 0.0) + levels.constant + (levels.viscous_forward or 0.0) * ends,
+            -1.0: (levels.backward or 0.0) - levels.constant + (levels.viscous_backward or 0.0) * ends,
+        }
+        notes = (
+            AT_REST["levels", request.rest],
+            *level_losses(model, curves, levels, effort),
+            *error_on_log(request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()}),
+            *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
+            *said_of_units(request.axis, effort),
+        )
+        return Product({f"{request.name}.csv": _values_text(levels, request, units, (*request.source.lines, *notes))}, notes)
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
-    forward, backward = sides = [side_of(request.model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
-    units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
-    effort = units.efforts[0]
+    forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
     against = "the effort column of the log runs against its position column, and so does the table in its units"
     notes = (
         AT_REST["table", request.rest],
         *(() if signs[0] * signs[1] > 0.0 else (against,)),
-        *losses(request.model, forward, backward, effort, symmetric=False),
+        *losses(model, forward, backward, effort, symmetric=False),
         *error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}),
         *said_of_units(request.axis, effort),
     )
     head = (*request.source.lines, *notes)
-    files: dict[str, str | bytes] = {f"{request.name}.csv": _curve_text(sides, units.log, signs, head)}
+    files: dict[str, str | bytes] = {f"{request.name}.csv": _curve_text(directions, units.log, signs, head)}
     if units.drive is not None:
         # A drive counts effort as it counts positions; a column of the log may run against both.
-        files[f"{request.name}_drive.csv"] = _curve_text(sides, units.drive, (signs[0], signs[0]), head)
+        files[f"{request.name}_drive.csv"] = _curve_text(directions, units.drive, (signs[0], signs[0]), head)
         notes = (*notes, f"{request.name}_drive.csv: {units.drive.effort.name} over {units.drive.velocity.name}")
     return Product(files, notes)
 
@@ -81,24 +94,25 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     if request.points == VALUES:
         return _drive_of_values(str(files[f"{request.name}.csv"]), request, units)
     if units.drive is not None:
-        return _drive_of_curve(str(files[f"{request.name}_drive.csv"]), units.drive, (signs[0], signs[0]), request.rest)
-    return _drive_of_curve(str(files[f"{request.name}.csv"]), units.log, signs, request.rest)
+        units_of_file, signs, ending = units.drive, (signs[0], signs[0]), "_drive"
+    else:
+        units_of_file, ending = units.log, ""
+    # Straight lines between entries, at rest by the rule of the file.
+    velocity, effort = np.array(rows_of(str(files[f"{request.name}{ending}.csv"])), dtype=float).T
+    velocity, effort = signs[0] * units_of_file.velocity.si * velocity, signs[1] * units_of_file.effort.si * effort
+    sides = {}
+    for way in (1.0, -1.0):
+        own = np.signbit(velocity) == (way < 0.0)
+        order = np.argsort(np.abs(velocity[own]))
+        sides[way] = np.column_stack([np.abs(velocity[own]), way * effort[own]])[order]
 
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        velocity = np.diff(x, prepend=x[:1]) / dt
+        way, speed = direction_by(request.rest, velocity), np.abs(velocity)
+        forward, backward = (np.interp(speed, sides[side][:, 0], sides[side][:, 1]) for side in (1.0, -1.0))
+        return np.where(way == 0.0, 0.5 * (forward - backward), np.where(way > 0.0, forward, -backward))
 
-def _values(request: Request) -> Product:
-    """Return gravity, level and viscous friction for each direction, and the inertia."""
-    curves, levels = levels_and_curves(request)
-    units, fastest = table_units(request.axis, request.model.kind), request.speed
-    slopes = {1.0: levels.viscous_forward or 0.0, -1.0: levels.viscous_backward or 0.0}
-    forces = {1.0: (levels.forward or 0.0) + levels.constant, -1.0: (levels.backward or 0.0) - levels.constant}
-    notes = (
-        AT_REST["levels", request.rest],
-        *level_losses(request.model, curves, levels, units.efforts[0]),
-        *error_on_log(request, {way: np.array([[0.0, force], [fastest, force + slopes[way] * fastest]]) for way, force in forces.items()}),
-        *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
-        *said_of_units(request.axis, units.efforts[0]),
-    )
-    return Product({f"{request.name}.csv": _values_text(levels, request, units, (*request.source.lines, *notes))}, notes)
+    return drive
 
 
 @dataclass(frozen=True)
@@ -148,7 +162,13 @@ def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, sy
     notes = [f"straight lines between the entries are off the steady friction by {deviation:.2g} {effort.name} at most"]
     notes += memory_lost(model, forward.curve, backward.curve, effort)
     if symmetric:
-        notes += _directions_lost(model, forward.curve, backward.curve, effort)
+        constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve
+        apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
+        wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
+        if wrong > ROUNDING * effort.of(float(np.max(np.abs(ahead[:, 1])))):
+            notes.append(f"the table is the same for both directions: each is off by up to {wrong:.3g} {effort.name}")
+        if constant:
+            notes.append(f"the constant force, {effort.of(constant):.3g} {effort.name}, is not in it: set it apart")
     return (*notes, *_variation_lost(model))
 
 
@@ -175,18 +195,6 @@ def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort:
         f"memory is lost: at a reversal the table jumps by {jump:.3g} {effort.name} at once, and the model changes by "
         f"95 % of it over {distance:.2g} {x}"
     ]
-
-
-def _directions_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort: DriveUnit) -> list[str]:
-    constant = offset_of(model.component.variables, model.values)
-    apart = np.interp(forward[:, 0], backward[:, 0], backward[:, 1]) - forward[:, 1] + 2.0 * constant
-    wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
-    notes = []
-    if wrong > ROUNDING * effort.of(float(np.max(np.abs(forward[:, 1])))):
-        notes.append(f"the table is the same for both directions: each is off by up to {wrong:.3g} {effort.name}")
-    if constant:
-        notes.append(f"the constant force, {effort.of(constant):.3g} {effort.name}, is not in it: set it apart")
-    return notes
 
 
 def _variation_lost(model: Model) -> list[str]:
@@ -242,38 +250,15 @@ def _curve_text(sides: Sequence[Side], units: LogUnits, signs: tuple[float, floa
     return behind_comments(remarks, f"velocity [{units.velocity.name}],effort [{units.effort.name}]", *lines)
 
 
-def _drive_of_curve(text: str, units: LogUnits, signs: tuple[float, float], rest: str) -> Drive:
-    """Return what a drive computes from a table: straight lines between entries, at rest by the rule of the file."""
-    velocity, effort = np.array(rows_of(text), dtype=float).T
-    velocity, effort = signs[0] * units.velocity.si * velocity, signs[1] * units.effort.si * effort
-    sides = {}
-    for way in (1.0, -1.0):
-        own = np.signbit(velocity) == (way < 0.0)
-        order = np.argsort(np.abs(velocity[own]))
-        sides[way] = np.column_stack([np.abs(velocity[own]), way * effort[own]])[order]
-
-    def drive(x: np.ndarray, dt: float) -> np.ndarray:
-        velocity = np.diff(x, prepend=x[:1]) / dt
-        way, speed = direction_by(rest, velocity), np.abs(velocity)
-        forward, backward = (np.interp(speed, sides[side][:, 0], sides[side][:, 1]) for side in (1.0, -1.0))
-        return np.where(way == 0.0, 0.5 * (forward - backward), np.where(way > 0.0, forward, -backward))
-
-    return drive
-
-
 def last_direction(velocity: np.ndarray) -> np.ndarray:
     """Return the direction of motion at each sample, through rests that of the last motion; 0 before any."""
-    direction = _direction(velocity)
+    direction = direction_by("middle", velocity)
     return direction[np.maximum.accumulate(np.where(direction != 0.0, np.arange(velocity.size), 0))]
 
 
 def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
     """Return the direction whose force a drive outputs at each sample: 0, the mean of both, at rest in the middle."""
-    return last_direction(velocity) if rest == "held" else _direction(velocity)
-
-
-def _direction(velocity: np.ndarray) -> np.ndarray:
-    return np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
+    return last_direction(velocity) if rest == "held" else np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
 
 
 def _values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str]) -> str:

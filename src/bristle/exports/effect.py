@@ -17,8 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.experiment import Feedforward, Run, Start, Variant
+from bristle.core.experiment import Feedforward, Start, Variant
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
@@ -91,6 +92,11 @@ class Along(NamedTuple):
         gone = self.too_much > clearly and self.with_it > 0.5 * self.without
         return gone or not self.with_it <= clearly
 
+    @property
+    def ratio(self) -> float:
+        """The error with the export over that without."""
+        return self.with_it / max(self.without, TINY)
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -120,35 +126,32 @@ class Effect:
     ahead: int
 
     @property
-    def worse(self) -> tuple[Along, ...]:
-        """The motions whose error the export makes larger."""
-        return tuple(path for path in self.along if path.is_worse)
+    def moves(self) -> list[Along]:
+        """The moves, the shortest first."""
+        return [path for path in self.along if path.motion == MOVES]
 
     @property
     def is_harmful(self) -> bool:
         """Whether it makes moves worse that are far longer than the contact deflects, or the motion of the log."""
         far = SERIOUS * (1.0 - 1e-9) * self.distance
-        return self.in_loop and any(path.motion != MOVES or path.distance >= far for path in self.worse)
+        return self.in_loop and any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
 
     @property
     def ratio(self) -> float:
         """The error with the export over that without, the geometric mean over all motions; inf where one diverges."""
-        ratios = [_ratio(path) for path in self.along]
+        ratios = [path.ratio for path in self.along]
         return float(np.exp(np.mean(np.log(np.maximum(ratios, TINY))))) if np.all(np.isfinite(ratios)) else math.inf
 
     @property
     def least_distance(self) -> float:
         """The shortest of these moves from which on all are better [m or rad]; 0 where all are, inf where none is."""
-        moves = [path for path in self.along if path.motion == MOVES]
-        below = [path.distance for path in moves if path.is_no_better]
-        above = [path.distance for path in moves if not below or path.distance > max(below)]
-        return 0.0 if not below else min(above, default=math.inf)
+        below = max((path.distance for path in self.moves if path.is_no_better), default=0.0)
+        return min((path.distance for path in self.moves if path.distance > below), default=math.inf) if below else 0.0
 
     def lines(self) -> tuple[str, ...]:
         """Return the effect in sentences, the most important first."""
-        moves = [path for path in self.along if path.motion == MOVES]
-        better, worse = ([path for path in moves if path.is_no_better == no_better] for no_better in (False, True))
-        worst = max(worse, key=_ratio, default=None)
+        better, worse = ([path for path in self.moves if path.is_no_better == no_better] for no_better in (False, True))
+        worst = max(worse, key=lambda path: path.ratio, default=None)
         chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
         sizes = "; ".join(f"{self._change(path)} at {self._length(path.distance)}" for path in chosen if path)
         head = "following error, peak to peak, simulated" if self.in_loop else "residual friction force, simulated"
@@ -156,7 +159,12 @@ class Effect:
         for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} where it is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
-        lines += self._too_much(moves)
+        # What a tenth more friction than acts does to that move which suffers most and else does not.
+        worst = max(self.moves, key=lambda path: -1.0 if path.is_worse else path.too_much / max(path.without, TINY))
+        if not (worst.is_worse or math.isnan(worst.too_much)):
+            change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} at {self._length(worst.distance)}"
+            harm = "" if worst.too_much <= WORSE * worst.without else ": worse than no compensation, so feed 90 % of it"
+            lines.append(f"where friction is a tenth less than what is fed: {change}{harm}")
         if self.assumed:
             lines.append(
                 f"the pre-sliding distance is not known: {self._length(self.distance)} assumed ([plant] presliding in the axis file)"
@@ -169,7 +177,11 @@ class Effect:
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
-        """Return it as it stands in JSON, in SI of the axis or in %."""
+        """Return it as it stands in JSON, in SI of the axis or in %; null for what is infinite or was not simulated."""
+
+        def finite(value: float) -> float | None:
+            return value if math.isfinite(value) else None
+
         return {
             "quantity": "following_error" if self.in_loop else "residual_force",
             "unit": unit_of("length", self.kind) if self.in_loop else "%",
@@ -177,16 +189,16 @@ class Effect:
             "assumed_distance": self.assumed,
             "samples_ahead": self.ahead,
             "harmful": self.is_harmful,
-            "least_distance": self.least_distance if math.isfinite(self.least_distance) else None,
+            "least_distance": finite(self.least_distance),
             "along": [
                 {
                     "motion": path.motion,
                     "distance": path.distance or None,
                     "without": path.without,
-                    "with": _finite(path.with_it),
+                    "with": finite(path.with_it),
                     "worse": path.is_worse,
-                    "not_fed_ahead": _finite(path.not_ahead),
-                    "with_a_tenth_more": _finite(path.too_much),
+                    "not_fed_ahead": finite(path.not_ahead),
+                    "with_a_tenth_more": finite(path.too_much),
                 }
                 for path in self.along
             ],
@@ -202,15 +214,6 @@ class Effect:
             return limit
         times = number(self.least_distance / self.distance, digits=2)
         return f"{limit}, or {times} times the pre-sliding distance where that exceeds {self._length(self.distance)}"
-
-    def _too_much(self, moves: list[Along]) -> list[str]:
-        """Return what a tenth more friction than acts does to that move which suffers most and else does not."""
-        worst = max((path for path in moves if not path.is_worse), key=lambda path: path.too_much / max(path.without, TINY), default=None)
-        if worst is None or math.isnan(worst.too_much):
-            return []
-        change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} at {self._length(worst.distance)}"
-        harm = "" if worst.too_much <= WORSE * worst.without else ": worse than no compensation, so feed 90 % of it"
-        return [f"where friction is a tenth less than what is fed: {change}{harm}"]
 
     def _change(self, path: Along) -> str:
         return f"{self._size(path.without)} -> {self._size(path.with_it)}"
@@ -255,35 +258,28 @@ def _held(loop: Variant) -> float:
     return offset_of(loop.friction.component.variables, loop.friction.values)
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _ratio(path: Along) -> float:
-    return path.with_it / max(path.without, TINY)
-
-
-def turning_distance(model: Model, presliding: float | None, fastest: float) -> tuple[float, bool]:
+def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, bool]:
     """Return over which distance friction turns after a reversal [m or rad], and whether that is an assumption."""
-    own = reversal_distance(model, fastest)
-    distance = own or presliding or 0.0
+    distance = reversal_distance(model, fastest) or (axis and axis.presliding) or 0.0
     return (distance, False) if distance else (ASSUMED[model.kind], True)
 
 
 def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int) -> Effect:
-    """Return the effect of an export on a loop."""
-    moved = _at_rest(loop)
-    along = []
+    """Return the effect of an export on a loop, whose friction turns over the distance where its model turns at once."""
+    loop = replace(loop, friction=with_presliding(loop.friction, distance[0]))
+    dt = loop.run.sample_time
+    begun, along = _at_rest(loop), []
+    assert begun.start is not None
     for times in TIMES:
-        x = _moves(times * distance[0], limits, loop.run.sample_time)
-        variant = _following(moved, _origin(loop) + x)
+        x = begun.start.position + _moves(times * distance[0], limits, dt)
+        run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
+        variant = replace(begun, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
         results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, TOO_MUCH)
         without, with_it, too_much = map(_error, results)
         along.append(Along(MOVES, times * distance[0], without, with_it, too_much=too_much))
-    count = min(round(loop.run.duration / loop.run.sample_time), MOST_SAMPLES)
+    count = min(round(loop.run.duration / dt), MOST_SAMPLES)
     own = loop.first(count)
-    t = own.run.sample_time * np.arange(count)
-    if np.ptp(own.reference.component.sample(t, own.reference.parameters)[0]) > 0.0:
+    if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
         results = [simulate_with(own, None), compensated(own, ahead, 1.0)]
         results += [compensated(own, 0, 1.0)] if ahead else []
         motion = LOG if own.reference.component is recorded else EXPERIMENT
@@ -326,21 +322,10 @@ def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
     return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
 
 
-def _origin(loop: Variant) -> float:
-    """Return the position at which a loop begins [m or rad]."""
-    return float(loop.reference.component.sample(np.zeros(1), loop.reference.parameters)[0][0])
-
-
 def _at_rest(loop: Variant) -> Variant:
     """Return a loop that begins at rest, holding the constant force, and that nothing unexplained pushes."""
-    return replace(loop, disturbance=None, injected=None, learning=None, start=Start(_origin(loop), effort=_held(loop)))
-
-
-def _following(loop: Variant, x: np.ndarray) -> Variant:
-    """Return a loop along other positions."""
-    dt = loop.run.sample_time
-    run: Run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
-    return replace(loop, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
+    origin = float(loop.reference.component.sample(np.zeros(1), loop.reference.parameters)[0][0])
+    return replace(loop, disturbance=None, injected=None, learning=None, start=Start(origin, effort=_held(loop)))
 
 
 def _error(outcome: VariantResult) -> float:

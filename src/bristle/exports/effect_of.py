@@ -23,7 +23,6 @@ from bristle.exports.effect import (
     turning_distance,
 )
 from bristle.exports.targets import Request
-from bristle.friction import with_presliding
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment
 
 FASTEST = 0.1  # [m/s or rad/s] of an axis of which no speed is known
@@ -38,17 +37,22 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
     without cogging fed forward.
     """
     friction, loop, axis = request.model, loop_for(request), request.axis
-    if of_cogging and loop is None:
+    if friction.component.family != "friction" or (loop is None and (drive is None or of_cogging)):
         return None
-    if of_cogging and loop is not None:
-        loop = replace(loop, feedforward=replace(loop.feedforward, plant=None))
-    if friction.component.family != "friction" or (drive is None and loop is None):
-        return None
-    drive, limits = drive or partial(response, friction, rest=request.rest), _limits(request)
-    distance = turning_distance(friction, None if axis is None else axis.presliding, limits.velocity)
+    fastest = request.speed or (axis and axis.velocity_limit) or FASTEST
+    limits = _limits_of(friction, request.plant, fastest)
+    if axis is not None:
+        limits = Limits(
+            min(limits.velocity, axis.velocity_limit or math.inf),
+            min(limits.acceleration, axis.acceleration_limit or math.inf),
+            axis.jerk_limit or math.inf,
+        )
+    drive = drive or partial(response, friction, rest=request.rest)
+    distance = turning_distance(friction, axis, limits.velocity)
     if loop is None:
         return effect_in_force(friction, drive, limits, distance, request.dt, samples_ahead(None))
-    return effect_in_loop(_contacting(loop, distance[0]), driven_by(drive), limits, distance, samples_ahead(loop))
+    loop = replace(loop, feedforward=replace(loop.feedforward, plant=None)) if of_cogging else loop
+    return effect_in_loop(loop, driven_by(drive), limits, distance, samples_ahead(loop))
 
 
 def effect_of_law(variant: Variant) -> Effect | None:
@@ -60,9 +64,8 @@ def effect_of_law(variant: Variant) -> Effect | None:
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
     limits = _limits_of(friction, variant.plant, fastest or FASTEST)
-    distance = turning_distance(friction, None if variant.axis is None else variant.axis.presliding, limits.velocity)
-    effect = effect_in_loop(_contacting(loop, distance[0]), fed_by(variant.feedforward), limits, distance, 0)
-    return replace(effect, ahead=variant.run.delay + 1)
+    distance = turning_distance(friction, variant.axis, limits.velocity)
+    return replace(effect_in_loop(loop, fed_by(variant.feedforward), limits, distance, 0), ahead=variant.run.delay + 1)
 
 
 def samples_ahead(loop: Variant | None) -> int:
@@ -91,48 +94,24 @@ def ahead_text(loop: Variant | None) -> str:
 
 def loop_for(request: Request) -> Variant | None:
     """Return the loop of the axis without friction fed forward; None where the axis file has no controller."""
-    if request.loop is not None:
-        return _without_friction(request.loop)
-    axis, plant = request.axis, request.plant
-    if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
-        return None
-    dt = axis.sample_time or (request.dt if request.log is None else request.log.sample_time)
-    experiment = compensation_experiment(
-        plant,
-        request.model,
-        request.model,
-        axis.controller,
-        np.zeros(SHORT_RECORD),
-        dt,
-        resolution=axis.resolution or 0.0,
-        effort_limit=axis.effort_limit or math.inf,
-        lag=axis.lag,
-        name=axis.name,
-    )
-    return _without_friction(next(variant for variant in experiment.variants if variant.name == COMPENSATED))
-
-
-def _without_friction(variant: Variant) -> Variant:
+    variant, axis, plant = request.loop, request.axis, request.plant
+    if variant is None:
+        if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
+            return None
+        experiment = compensation_experiment(
+            plant,
+            request.model,
+            request.model,
+            axis.controller,
+            np.zeros(SHORT_RECORD),
+            axis.sample_time or (request.dt if request.log is None else request.log.sample_time),
+            resolution=axis.resolution or 0.0,
+            effort_limit=axis.effort_limit or math.inf,
+            lag=axis.lag,
+            name=axis.name,
+        )
+        variant = next(variant for variant in experiment.variants if variant.name == COMPENSATED)
     return replace(variant, feedforward=replace(variant.feedforward, friction=None))
-
-
-def _contacting(loop: Variant, distance: float) -> Variant:
-    """Return a loop whose friction turns over a distance where its model turns at once."""
-    return replace(loop, friction=with_presliding(loop.friction, distance))
-
-
-def _limits(request: Request) -> Limits:
-    """Return what moves keep to: the limits of the axis file, at most; the speed of the log that was fitted."""
-    axis = request.axis
-    fastest = request.speed or (axis.velocity_limit if axis is not None and axis.velocity_limit else FASTEST)
-    limits = _limits_of(request.model, request.plant, fastest)
-    if axis is None:
-        return limits
-    return Limits(
-        min(limits.velocity, axis.velocity_limit or math.inf),
-        min(limits.acceleration, axis.acceleration_limit or math.inf),
-        axis.jerk_limit or math.inf,
-    )
 
 
 def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.dispatch import is_dispatch
@@ -29,15 +29,22 @@ OF_WHOLES = {
     ast.BitXor: "^",
     ast.RShift: ">>",
 }
-COMPUTED: dict[str, Callable[[int, int], int]] = {
+COMPUTED: dict[str, Callable[[Any, Any], Any]] = {
     "+": operator.add,
     "-": operator.sub,
     "*": operator.mul,
+    "/": operator.truediv,
     "//": operator.floordiv,
     "%": operator.mod,
     "&": operator.and_,
     "^": operator.xor,
     ">>": operator.rshift,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
 }
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 # Those of the mathematics of Python that every target computes exactly, and what they give.
@@ -83,8 +90,6 @@ class Expressions:
             return value
         raise self.refuse(node, f"is {_in_words(value.type)} where {_in_words(target)} is needed")
 
-    # --- names and places -----------------------------------------------------------------------------------------
-
     def _name(self, node: ast.Name) -> tree.Expression:
         if node.id in self.types:
             return tree.Variable(self.types[node.id], node.id)
@@ -97,15 +102,12 @@ class Expressions:
         return self._constant_of(node.value, node, repr(node.value))
 
     def _constant_of(self, value: Any, node: ast.expr, name: str) -> tree.Expression:
-        if isinstance(value, bool):
-            return tree.Constant(TRUTH, value)
-        if isinstance(value, int):
-            return tree.Constant(INTEGER, value)
-        if isinstance(value, float):
-            return tree.Constant(REAL, value)
-        if isinstance(value, (list, dict, set, bytearray)):
-            raise self.refuse(node, f"{name} is a global that can change")
-        raise self.refuse(node, f"{name} is neither a number, an argument, nor a variable that has a value here")
+        for cls, kind in ((bool, TRUTH), (int, INTEGER), (float, REAL)):
+            if isinstance(value, cls):
+                return tree.Constant(kind, value)
+        changes = isinstance(value, (list, dict, set, bytearray))
+        reason = "a global that can change" if changes else "neither a number, an argument, nor a variable that has a value here"
+        raise self.refuse(node, f"{name} is {reason}")
 
     def _attribute(self, node: ast.Attribute) -> tree.Expression:
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
@@ -137,8 +139,6 @@ class Expressions:
         if isinstance(at, tree.Constant) and at.value < 0:
             at = tree.Constant(INTEGER, of.type.size + at.value)
         return tree.Index(REAL, of, at)
-
-    # --- arithmetic -----------------------------------------------------------------------------------------------
 
     def _binop(self, node: ast.BinOp) -> tree.Expression:
         return self.combined(node.op, self.value(node.left), self.value(node.right), node)
@@ -213,8 +213,6 @@ class Expressions:
             raise self.refuse(node, f"{_in_words(value.type)} is no truth")
         return tree.Compare(TRUTH, "!=", value, _converted(tree.Constant(INTEGER, 0), value.type))
 
-    # --- calls ----------------------------------------------------------------------------------------------------
-
     def _call(self, node: ast.Call) -> tree.Expression:
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.refuse(node, "arguments are passed by position, one by one")
@@ -287,13 +285,12 @@ def unified(first: Type, second: Type) -> Type | None:
     """Return the type that holds values of both types; None where there is none."""
     if first == second:
         return first
-    if isinstance(first, Scalar) and isinstance(second, Scalar) and {first, second} <= set(NUMBERS):
-        return NUMBERS[min(NUMBERS.index(first), NUMBERS.index(second))]
-    if isinstance(first, Struct) and isinstance(second, Struct) and first.cls is second.cls is tuple:
-        pairs = zip(first.fields, second.fields, strict=False)
-        parts = [unified(left[1], right[1]) for left, right in pairs]
-        parts_unified = [part for part in parts if part is not None]
-        return tuple_of(parts_unified) if len(parts_unified) == len(first.fields) == len(second.fields) else None
+    if first in NUMBERS and second in NUMBERS:
+        return min(first, second, key=NUMBERS.index)  # type: ignore[arg-type]
+    if isinstance(first, Struct) and isinstance(second, Struct) and first.is_plain and second.is_plain:
+        parts = [unified(left[1], right[1]) for left, right in zip(first.fields, second.fields, strict=False)]
+        common = [part for part in parts if part is not None]
+        return tuple_of(common) if len(common) == len(first.fields) == len(second.fields) else None
     return None
 
 
@@ -317,8 +314,3 @@ def _in_words(kind: Type) -> str:
     if isinstance(kind, Struct):
         return f"a tuple of {len(kind.fields)}" if kind.is_plain else f"a {kind.cls.__name__}"
     return {"real": "a number", "whole": "a whole number", "truth": "a truth", "nothing": "nothing"}[kind.name]
-
-
-def names_in(parts: Sequence[ast.expr]) -> set[str]:
-    """Return the names that some expressions look at."""
-    return {node.id for part in parts for node in ast.walk(part) if isinstance(node, ast.Name)}

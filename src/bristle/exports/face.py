@@ -15,12 +15,12 @@ from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
-from bristle.exports.targets import Product, Request, Target
+from bristle.exports.targets import Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for
 from bristle.logs.log import Log
 
 if TYPE_CHECKING:
-    from bristle.files.results import Results
+    pass
 
 __all__ = ["NAME", "STEP", "Exported", "export"]
 
@@ -28,11 +28,8 @@ NAME, STEP, POINTS = "axis_x", 5e-4, 20
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
 
 
-MODEL = model("friction", "hysteresis")
-
-
 def _model_or_variant(value: Any, path: str, kind: Kind | None) -> Model | Variant:
-    return value if isinstance(value, Variant) else MODEL(value, path, kind)
+    return value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind)
 
 
 @dataclass(frozen=True)
@@ -153,9 +150,14 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
+    from bristle.files.arguments import log_and_axis
     from bristle.files.results import results_folder
 
-    label, origin, target = name_for(name), source or Source(), _target_of(to)
+    label, origin = name_for(name), source or Source()
+    if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
+        target: str | Target = load_target_file(to)
+    else:
+        target = to if isinstance(to, Target) else TEXT(to, "to", None)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
             law = {"tunable": tunable, "single": float32, "accept_harm": accept_harm}
@@ -173,30 +175,11 @@ def export(
                 points,
                 float(mass),
                 plant,
-                _log_of(log, axis),
+                None if log is None else log_and_axis(log, axis)[0],
                 info or {},
                 rest=rest or "",
             )
             product = files_for(target, request, accept_harm=accept_harm)
-        return _written(product, folder, Path(out))
-
-
-def _written(product: Product, folder: Results, out: Path) -> Exported:
-    for file, content in product.files.items():
-        folder.write(file, content)
-    return Exported(out, tuple(product.files), product.notes, product.effect)
-
-
-def _target_of(to: str | os.PathLike[str] | Target) -> str | Target:
-    """Return a target, the one that a file of Python defines, or the name of one."""
-    if isinstance(to, Target):
-        return to
-    if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
-        return load_target_file(to)
-    return TEXT(to, "to", None)
-
-
-def _log_of(log: Any, axis: Axis | None) -> Log | None:
-    from bristle.files.arguments import log_and_axis
-
-    return None if log is None else log_and_axis(log, axis)[0]
+        for file, content in product.files.items():
+            folder.write(file, content)
+    return Exported(Path(out), tuple(product.files), product.notes, product.effect)

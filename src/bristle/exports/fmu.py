@@ -6,59 +6,48 @@ platform.
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import io
 import platform
+import re
 import subprocess
 import sys
 import tempfile
+import uuid
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from importlib import resources
 from pathlib import Path
+
+import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.exports.c import FLAGS
-from bristle.exports.described import Source, hash_on_plant, licence_text
-from bristle.exports.fmu_content import Content, Setting, content_of
+from bristle.exports.c_code import Printer, number
+from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
+from bristle.exports.described import Source, hash_on_plant, licence_text, plain, rendered, version, with_rights
+from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Ports, Setting, content_of, content_of_law
 from bristle.exports.fmu_description import build_text, description_text, page_text
-from bristle.exports.fmu_law import content_of_law
-from bristle.exports.fmu_source import HEADERS, header_text, source_text
 from bristle.exports.law import Law
 from bristle.exports.proof import compiler
-from bristle.exports.subject import subject_of
+from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.targets import Product, Request
+from bristle.exports.tree import Array, Function
 from bristle.friction.resting import rest_rule
 
 PATIENCE = 600.0  # [s]; zig builds the library of a platform once
 
 
-@dataclass(frozen=True)
-class Platform:
-    """A platform: its folder in FMI 2.0, empty where that has none, and in 3.0; its name for zig; its library."""
-
-    fmi_2: str
-    fmi_3: str
-    triple: str
-    suffix: str
-
-
+# By system and machine: its folder in FMI 2.0, empty where that has none, and in 3.0; its name for zig; its library.
 PLATFORMS = {
-    ("linux", "x86_64"): Platform("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
-    ("linux", "aarch64"): Platform("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
-    ("win32", "amd64"): Platform("win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
-    ("darwin", "x86_64"): Platform("darwin64", "x86_64-darwin", "x86_64-macos", ".dylib"),
-    ("darwin", "arm64"): Platform("", "aarch64-darwin", "aarch64-macos", ".dylib"),
+    ("linux", "x86_64"): ("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
+    ("linux", "aarch64"): ("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+    ("win32", "amd64"): ("win64", "x86_64-windows", "x86_64-windows-gnu", ".dll"),
+    ("darwin", "x86_64"): ("darwin64", "x86_64-darwin", "x86_64-macos", ".dylib"),
+    ("darwin", "arm64"): ("", "aarch64-darwin", "aarch64-macos", ".dylib"),
 }
-
-
-@dataclass(frozen=True)
-class Library:
-    """A library of an FMU: where it lies inside, and its bytes; or why there is none."""
-
-    place: str
-    content: bytes
-    problem: str = ""
 
 
 def zig() -> list[str]:
@@ -66,69 +55,59 @@ def zig() -> list[str]:
     return [sys.executable, "-m", "ziglang", "cc"] if importlib.util.find_spec("ziglang") else []
 
 
-def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
-    """Return the libraries that can be built here."""
+def libraries(name: str, sources: Mapping[str, str], fmi: int) -> dict[str, bytes | str]:
+    """Return the libraries that can be built here by their places inside an FMU; or why there is none, in words."""
     local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
-    built = []
-    for machine, target in PLATFORMS.items():
-        folder = target.fmi_2 if fmi == 2 else target.fmi_3
-        if not folder:
+    built = {}
+    for machine, (*folders, triple, suffix) in PLATFORMS.items():
+        folder = folders[fmi - 2]
+        if not folder or not (across or (machine == local and own)):
             continue
+        command = [*across, "-g0", "-target", triple, *([] if machine[0] == "win32" else ["-fPIC"])]
         if machine == local and own:
             command = [own, "-fPIC", "-fvisibility=hidden"]
-        elif across:
-            command = [*across, "-g0", "-target", target.triple, *([] if machine[0] == "win32" else ["-fPIC"])]
-        else:
-            continue
-        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{target.suffix}"))
+        built[f"binaries/{folder}/{name}{suffix}"] = _library(command, name, sources, suffix)
     return built
 
 
-def _library(command: list[str], name: str, sources: Mapping[str, str], place: str) -> Library:
+def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: str) -> bytes | str:
     with tempfile.TemporaryDirectory(prefix="bristle-fmu-") as folder:
         for file, text in sources.items():
             (Path(folder) / file).write_text(text, encoding="utf-8")
-        output = Path(folder) / Path(place).name
-        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name]
-        line += [] if output.suffix == ".dll" else ["-lm"]
+        output = Path(folder) / f"{name}{suffix}"
+        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name, *([] if suffix == ".dll" else ["-lm"])]
         try:
             ran = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
-            return Library(place, b"", type(error).__name__)
+            return type(error).__name__
         if ran.returncode or not output.is_file():
-            return Library(place, b"", (ran.stderr.strip().splitlines() or ["no reason given"])[0])
-        return Library(place, output.read_bytes())
-
-
-LICENCE = "LICENSE.txt"
-WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same files give the same archive
+            return (ran.stderr.strip().splitlines() or ["no reason given"])[0]
+        return output.read_bytes()
 
 
 def write(request: Request, *, fmi: int) -> Product:
     """Return one FMU of the friction, and another one of friction and plant."""
-    friction, alone, plant = request.model, request.sampled, request.plant
-    setting = Setting(request.name, request.source, request.dt, fmi)
-
-    written: dict[str, str | bytes] = {}
-    notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
-    if rest_rule(alone):
+    name, plant, source = request.name, request.plant, request.source
+    notes = [f"the internal step is {request.dt:g} s: the bits are those of bristle at this step"]
+    if rest_rule(request.sampled):
         notes.append(
-            f"a mass outside {setting.name}.fmu creeps at rest: a model without memory cannot hold it there. "
-            f"Use {setting.name}_mass.fmu, or a model with memory"
+            f"a mass outside {name}.fmu creeps at rest: a model without memory cannot hold it there. "
+            f"Use {name}_mass.fmu, or a model with memory"
         )
-    bodies: list[tuple[str, Model | None]] = [(setting.name, None)]
+    bodies: list[tuple[str, Model, Model | None]] = [(name, request.sampled, None)]
     if plant is None:
         notes.append("no mass is known: there is no FMU with a mass")
     elif plant.component.screw is not None:
         notes.append(f"{plant.name} has a screw: there is no FMU with a mass")
     else:
-        bodies.append((f"{setting.name}_mass", plant))
-    for name, body in bodies:
-        content = content_of(subject_of(alone if body is None else friction), body, setting.source)
-        model_hash = setting.source.model_hash
+        bodies.append((f"{name}_mass", request.model, plant))
+    written: dict[str, str | bytes] = {}
+    for file, friction, body in bodies:
+        content = content_of(subject_of(friction), body, source)
+        model_hash = source.model_hash
         model_hash = hash_on_plant(model_hash, body, content.unit) if model_hash and body is not None else model_hash
-        source = replace(setting.source, model_hash=model_hash)
-        written[f"{name}.fmu"], remarks = _archive(content, replace(setting, name=name, source=source))
+        setting = Setting(file, replace(source, model_hash=model_hash), request.dt, fmi)
+        written[f"{file}.fmu"], remarks = _archive(content, setting)
         notes += [text for text in remarks if text not in notes]
     return Product(written, tuple(notes))
 
@@ -151,22 +130,152 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         "documentation/index.html": page_text(content, setting),
         "documentation/licenses/license.txt": licence_text(),
         **{f"sources/{file}": text for file, text in sources.items()},
-        f"sources/{LICENCE}": header_text(LICENCE),
+        "sources/LICENSE.txt": header_text("LICENSE.txt"),
         **({"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}),
-        **{library.place: library.content for library in built if not library.problem},
+        **{place: library for place, library in built.items() if isinstance(library, bytes)},
     }
-    platforms = [library.place.split("/")[1] for library in built if not library.problem]
-    lacking = [f"no library for {library.place.split('/')[1]}: {library.problem}" for library in built if library.problem]
+    platforms = [place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)]
+    lacking = [f"no library for {place.split('/')[1]}: {library}" for place, library in built.items() if isinstance(library, str)]
     none = f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"
-    return _zipped(inside), (*content.notes, *lacking, f"libraries for {', '.join(platforms)}" if platforms else none)
-
-
-def _zipped(inside: Mapping[str, str | bytes]) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for place, content in inside.items():
-            entry = zipfile.ZipInfo(place, WRITTEN)
+        for place, part in inside.items():
+            entry = zipfile.ZipInfo(place)  # of 1980: the same files give the same archive
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if place.startswith("binaries/") else 0o644) << 16
-            archive.writestr(entry, content)
-    return stream.getvalue()
+            archive.writestr(entry, part)
+    return stream.getvalue(), (*content.notes, *lacking, f"libraries for {', '.join(platforms)}" if platforms else none)
+
+
+HEADERS = {
+    2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
+
+
+def source_text(content: Content, setting: Setting) -> tuple[str, str]:
+    """Return the source, and the token that tells it from every other one."""
+    facts = _facts(content, setting)
+    token = str(uuid.UUID(hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]))
+    token, file = f"{{{token}}}", f"{setting.name}.c"
+    return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[file], token
+
+
+def _facts(content: Content, setting: Setting) -> dict[str, object]:
+    exchange, ports = content.exchange, content.ports
+    printer = Printer(content.unit, "double", [kind for _, kind in content.values.values()])
+    definitions = printer.definitions()
+    data, handed = _data(content, printer)
+    listed, size = ports.listed, content.memory.size
+    layout = f"{setting.name} {content.layout} {[port.name for port in listed]}"
+    starts = [i for i, port in enumerate(listed) if port.role == START]
+    meanings = [plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed]
+    return {
+        "title": plain(content.title),
+        "version": version(),
+        "facts": [*setting.source.lines, *content.tables],
+        "flags": FLAGS,
+        "fmi": setting.fmi,
+        "helpers": helpers_text(printer.helpers, "double", printer.integer),
+        "definitions": definitions,
+        "data": data,
+        "step": number(setting.step),
+        "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
+        "roles": [port.role for port in listed],
+        "lowest": [number(port.range[0]) for port in listed],
+        "highest": [number(port.range[1]) for port in listed],
+        "memory": size,
+        "begin": [number(value) for value in content.begin] or ["0.0"],
+        "remembered": "remembered[i]" if np.any(content.memory) else "0.0",
+        "most": [number(float(most)) for most in content.most] or ["0.0"],
+        "layout": f"0x{digest_of(layout.encode()):016X}",
+        "plant": content.failures_at >= 0,
+        "failures_at": content.failures_at,
+        "first_start": starts[0] if starts else 0,
+        "output": content.output,
+        "output_at": ports.place(content.output),
+        "shown": [(at, place) for place, at in enumerate(starts)],
+        "stepping": _called(content.entry, ports, handed),
+        "absent": _absent(setting.fmi, exchange is not None),
+        "exchange": exchange
+        and {
+            "states": ports.states,
+            "rates": ports.in_role(RATE),
+            "margins": ports.in_role(MARGIN),
+            "held": exchange.held,
+            "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
+            "most": [number(float(most)) for most in exchange.held or (0,)],
+            **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
+        },
+    }
+
+
+def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
+    """Return the parameters in C, and how each argument for them is handed on."""
+    texts, handed = [], {}
+    exchange = content.exchange
+    entries = [content.entry, *(() if exchange is None else exchange[:3])]
+    needed = {parameter.name for entry in entries for parameter in entry.parameters}
+    for argument, (values, kind) in content.values.items():
+        if argument not in needed:
+            continue
+        if argument in content.ports.tuned:
+            tuned, _ = content.ports.tuned[argument]
+            fields = [f"    {line}" for line in declared(tuned, printer)]
+            texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
+            texts.append(assembled(values, tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
+            handed[argument] = f"made_{argument}(&given_{argument})"
+        else:
+            handed[argument] = f"constant_{argument}"
+            texts.append(constant_text(handed[argument], values, kind, printer, argument))
+    if content.failures_at >= 0:
+        texts.append("static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n")
+    if np.any(content.memory):
+        texts.append(array_text("remembered", content.memory, printer) + "\n")
+    return "\n".join(texts), handed
+
+
+def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:
+    """Return the lines that call a kernel; the last one is the call."""
+    lines, arguments = [], []
+    for argument, (_, first) in ports.tuned.items():
+        if argument in [parameter.name for parameter in entry.parameters]:
+            lines.append(f"{argument}_parameters given_{argument};")
+            lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
+    for parameter in entry.parameters:
+        name = parameter.name
+        if name in ("lasting", "memory", "varying", "held"):
+            arguments.append(f"now->{name}")
+        elif name in ("slope", "dt"):
+            arguments.append("STEP" if name == "dt" else name)
+        elif name in handed:
+            arguments.append(handed[name])
+        elif isinstance(parameter.type, Array):  # where the first variable of several is
+            arguments.append(f"now->values + {ports.place(f'{name}[1]')}")
+        else:
+            arguments.append(f"now->values[{ports.place(name)}]")
+    return [*lines, f"{entry.name}({', '.join(arguments)});"]
+
+
+def _absent(fmi: int, exchange: bool) -> str:
+    """Return the functions of the standard that the templates have not, each with an error for an answer."""
+    template = _text(f"fmi{fmi}.c") + (_text(f"exchange{fmi}.c") if exchange else "")
+    texts = []
+    for kind, name, arguments in DECLARED.findall(header_text(f"fmi{fmi}FunctionTypes.h")):
+        if re.search(rf"\b{name}\(", template):
+            continue
+        words = [re.sub(r"\[.*?\]", "", argument).split()[-1].lstrip("*") for argument in arguments.split(",")]
+        unused = "".join(f"    (void){word};\n" for word in words)
+        result = f"fmi{fmi}Error" if kind.endswith("Status") else "NULL"
+        texts.append(f"{kind} {name}({' '.join(arguments.split())})\n{{\n{unused}    return {result};\n}}\n")
+    return "\n".join(texts)
+
+
+def header_text(name: str) -> str:
+    """Return a header of the standard, or the licence of them."""
+    return _text(f"headers/{name}")
+
+
+def _text(name: str) -> str:
+    return (resources.files("bristle.exports") / "templates" / "fmu" / name).read_text(encoding="utf-8")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -13,14 +15,17 @@ from bristle.core.contracts import Model
 from bristle.core.dimensions import Kind
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable, unit_of, variables_of
+from bristle.exports import tree
 from bristle.exports.build import Builder
 from bristle.exports.cycle import LARGEST, Core, core_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.fmu_exchange import Exchange, exchange_of, why_not
-from bristle.exports.prune import pruned
-from bristle.exports.subject import Subject
-from bristle.exports.tree import Function, Struct, Unit
-from bristle.exports.tunable import Tunable, tunable_of
+from bristle.exports.law import Law, law_of
+from bristle.exports.law_described import INPUTS, law_facts
+from bristle.exports.settled import pruned
+from bristle.exports.subject import Subject, capacity_of
+from bristle.exports.tree import INTEGER, REAL, TRUTH, Array, Function, Struct, Type, Unit
+from bristle.exports.tunable import Tunable, settled_law, tunable_law, tunable_of
 
 TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
 
@@ -60,18 +65,12 @@ class Ports:
 
     listed: tuple[Port, ...]
     tuned: dict[str, tuple[Tunable, int]]
-    fixed: tuple[str, ...]
+    fixed: tuple[str, ...] = ()
     states: tuple[int, ...] = ()
 
-    @property
-    def rates(self) -> tuple[int, ...]:
-        """The places of the rates of the states, in their order."""
-        return tuple(i for i, port in enumerate(self.listed) if port.role == RATE)
-
-    @property
-    def margins(self) -> tuple[int, ...]:
-        """The places of what falls below zero at an event, where there are events."""
-        return tuple(i for i, port in enumerate(self.listed) if port.role == MARGIN)
+    def in_role(self, *roles: int) -> tuple[int, ...]:
+        """Return the places of the variables in these roles, in their order."""
+        return tuple(i for i, port in enumerate(self.listed) if port.role in roles)
 
     def place(self, name: str) -> int:
         """Return the value reference of a variable."""
@@ -96,38 +95,33 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
             replace(port, name=f"{model.name}_{port.name}") if port.name in names else port
             for port in parameter_ports(model.component.variables, values, role, source)
         ]
-    if exchange is None:
-        return Ports(tuple(listed), tuned, tuple(fixed))
-    varying, places = _varying(exchange, listed, core.subject.model.name)
-    return Ports((*listed, *varying), tuned, tuple(fixed), places)
+    places = () if exchange is None else _add_varying(exchange, listed, core.subject.model.name)
+    return Ports(tuple(listed), tuned, tuple(fixed), places)
 
 
-def _varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[list[Port], tuple[int, ...]]:
-    """Return the variables that an importer integrates and that are not yet there, and the places of the states.
+def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[int, ...]:
+    """Add the variables that an importer integrates and that are not yet there, and return the places of the states.
 
     Position and velocity of a plant are outputs, which get the size that matters to the contact.
     """
     taken = {port.name: i for i, port in enumerate(listed)}
-    ports: list[Port] = []
     places: list[int] = []
-    names: list[str] = []
     for state, variable in exchange.varying.items():
         at = taken.get(state)
         if at is not None and listed[at].role == START:
             listed[at] = replace(listed[at], variable=replace(listed[at].variable, nominal=variable.nominal))
+            places.append(at)
         else:
-            at = len(listed) + len(ports)
-            ports.append(Port(state if state not in taken else f"{model}_{state}", STATE, variable, 0.0))
-        places.append(at)
-        names.append((listed + ports)[at].name)
-    for name, variable in zip(names, exchange.varying.values(), strict=True):
-        rate = Variable(f"{variable.quantity}/time", f"rate of {name}")
-        ports.append(Port(f"der({name})", RATE, rate, 0.0))
+            places.append(len(listed))
+            listed.append(Port(state if at is None else f"{model}_{state}", STATE, variable, 0.0))
+    for at, variable in zip(places, exchange.varying.values(), strict=True):
+        name = listed[at].name
+        listed.append(Port(f"der({name})", RATE, Variable(f"{variable.quantity}/time", f"rate of {name}"), 0.0))
     if exchange.held:
         margin = Variable("1", "what is left to the next event of the contact, where it falls below zero")
         reversal = Variable("length/time", "what is left to a reversal, where it falls below zero")
-        ports += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
-    return ports, tuple(places)
+        listed += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
+    return tuple(places)
 
 
 def _signals(core: Core) -> list[Port]:
@@ -155,13 +149,6 @@ def parameter_ports(variables: Mapping[str, Variable], values: Mapping[str, Any]
         elif not math.isnan(float(value)):
             ports.append(Port(name, role, variable, float(value), sure))
     return ports
-
-
-ALONE = (
-    "Friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
-    "loop may be unstable. Prefer the FMU with its mass, where there is one."
-)
-DRIVEN = "Set x and v before the start, and give the effort: gravity and cogging of the plant are inside."
 
 
 @dataclass(frozen=True)
@@ -192,14 +179,18 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     core = core_of(subject, plant, builder)
     exchange = None if reason else exchange_of(core, builder)
     ports, force = ports_of(core, source, exchange), unit_of("force", model.kind)
-    along, driven = (
-        f"Friction {model.name}: force [{force}] of a velocity and a position",
-        f"{plant and plant.name} with friction {model.name}: motion under an effort [{force}]",
+    title = f"Friction {model.name}: force [{force}] of a velocity and a position"
+    guidance = (
+        "Friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
+        "loop may be unstable. Prefer the FMU with its mass, where there is one."
     )
+    if plant is not None:
+        title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
+        guidance = "Set x and v before the start, and give the effort: gravity and cogging of the plant are inside."
     return Content(
-        along if plant is None else driven,
-        "rotational" if model.kind == "rotational" else "translational",
-        pruned(builder.unit, [core.entry, *(exchange.functions if exchange else ())]),
+        title,
+        model.kind,
+        pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())]),
         core.entry,
         exchange,
         ports,
@@ -210,7 +201,107 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
         core.most,
         f"{subject.state.fields} {subject.memory_size}",
         parameter_table(model, source).splitlines(),
-        (ALONE if plant is None else DRIVEN,),
+        (guidance,),
         (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed),
         -1 if plant is None else core.begin.size - 1,
     )
+
+
+BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
+ORDER = (
+    "Step the law before the plant, and give its effort to the plant for the same step: so a simulated loop of bristle "
+    "does. An importer that steps both at once gives the plant each effort a sample late: add one to the delay of the "
+    "experiment then, and export again."
+)
+FIRST = "The first step takes over the desired motion with an empty integral, at the position that is measured."
+PAST = "what the compensator was brought through before it begins is that of the exported parameters"
+
+
+def content_of_law(law: Law, name: str, source: Source) -> Content:
+    """Return what an FMU of a control law is made of; its parameters may be changed where that is possible."""
+    constant_note = ""
+    law = law if law.tunable else law_of(law.variant, tunable=True)
+    try:
+        tunable_law(law)
+    except InputError as error:
+        law, constant_note = law_of(law.variant), f"the parameters of the law are constant: {error}"
+    law = settled_law(law)
+    begin = np.array([0.0, *(float(reduce(getattr, path, law.lasting)) for path, _ in law.leaves)])
+    entry = _stepped(law)
+    facts = law_facts(law, name, source)
+    ahead = [f"{name}[1..{law.samples_ahead}]" for name in law.inputs if name.endswith("_ahead")]
+    feeding = f"{' and '.join(ahead)}: the desired motion of the samples that follow, [1] of the next one, as many as there are elements."
+    changed = np.any(law.memory) and law.tunable
+    return Content(
+        f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]",
+        law.controller.kind,
+        pruned(tree.Unit([*law.unit.functions, entry]), [entry]),
+        entry,
+        None,
+        _ports(law, source),
+        "effort",
+        {"p": (law.p, law.types[1])},
+        begin,
+        law.memory,
+        # How many values each whole number that lasts can take, 0 for a real one.
+        [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)],
+        f"{law.types[0].fields} {law.memory_size} {law.dt!r}",
+        [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()],
+        (ORDER, FIRST, *([feeding] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}."),
+        (*([constant_note] if constant_note else []), *([PAST] if changed else [])),
+    )
+
+
+def _stepped(law: Law) -> tree.Function:
+    """Return the step of an FMU around that of a law."""
+    lasting, now = Array(1 + len(law.leaves), writable=True), law.entry.result
+    places = count(1)
+    inside = {"lasting": lambda: _loaded(law.types[0], lasting, places), "begun": lambda: _loaded(TRUTH, lasting, iter([BEGUN]))}
+    arguments = [inside[p.name]() if p.name in inside else tree.Variable(p.type, p.name) for p in law.entry.parameters]
+    body: list[tree.Statement] = [
+        tree.Assign(tree.Variable(now, "now"), tree.Call(now, law.entry, arguments)),
+        tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, BEGUN), tree.Constant(REAL, 1.0)),
+    ]
+    for place, (path, kind) in enumerate(law.leaves, 1):
+        field = _part(now, ("_1", *path))
+        number = field if kind == REAL else tree.Convert(REAL, field)
+        body.append(tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, place), number))
+    body.append(tree.Return(_part(now, ("_0",))))
+    handed = [tree.Variable(p.type, p.name) for p in law.entry.parameters if p.name not in inside]
+    return tree.Function("law_stepped", _stepped, [tree.Variable(lasting, "lasting"), *handed], REAL, body, writes=True)
+
+
+def _part(now: Type, path: tuple[str, ...]) -> tree.Expression:
+    """Return a part of what the law gave; no node of a tree stands in two places."""
+    if not path:
+        return tree.Variable(now, "now")
+    outer = _part(now, path[:-1])
+    inside = outer.type
+    assert isinstance(inside, Struct)
+    return tree.Field(inside.fields[inside.place(path[-1])][1], outer, path[-1])
+
+
+def _loaded(kind: Type, lasting: Array, places: Iterator[int]) -> tree.Expression:
+    """Return a value of this type of the numbers at the next places."""
+    if isinstance(kind, Struct):
+        return tree.Make(kind, [_loaded(part, lasting, places) for _, part in kind.fields])
+    number = tree.Index(REAL, tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, next(places)))
+    if kind == TRUTH:
+        return tree.Compare(TRUTH, "!=", number, tree.Constant(REAL, 0.0))
+    return number if kind == REAL else tree.Convert(kind, number)
+
+
+def _ports(law: Law, source: Source) -> Ports:
+    """Return the variables: inputs as those of the law in other targets, the effort, and its parameters."""
+    listed = [Port("time", TIME, Variable("time", "time"), 0.0)]
+    for name in law.inputs:
+        meaning, quantity = INPUTS[name]
+        variable = Variable(quantity, f"{meaning}, held over a step of co-simulation")
+        names = [f"{name}[{place + 1}]" for place in range(law.samples_ahead)] if name.endswith("_ahead") else [name]
+        listed += [Port(input_name, INPUT, variable, 0.0) for input_name in names]
+    listed.append(Port("effort", OUTPUT, Variable("force", "what the drive is to give, from the last sample on"), 0.0))
+    if not law.tunable:
+        return Ports(tuple(listed), {})
+    tuned = tunable_law(law)
+    places = {"p": (tuned, len(listed))}
+    return Ports((*listed, *parameter_ports(tuned.variables, tuned.values, PARAMETER, source)), places)

@@ -59,7 +59,7 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
         "generationTool": f"bristle {version()}",
         "variableNamingConvention": "structured",
     }
-    facts |= {"numberOfEventIndicators": str(len(ports.margins))} if fmi == 2 and ports.states else {}
+    facts |= {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))} if fmi == 2 and ports.states else {}
     root = Element("fmiModelDescription", facts)
     if ports.states:
         without = {"completedIntegratorStepNotNeeded": "true"} if fmi == 2 else {"needsCompletedIntegratorStep": "false"}
@@ -67,7 +67,13 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     element = _kind(root, "CoSimulation", setting, {"canHandleVariableCommunicationStepSize": "true"})
     if fmi == 3:
         element.set("fixedInternalStepSize", repr(setting.step))
-    _units(root, content)
+    quantities = {port.variable.unit(content.kind): port.variable.quantity for port in ports.listed}
+    units = SubElement(root, "UnitDefinitions")
+    for unit, quantity in quantities.items():
+        if unit != "1":
+            element, base = SubElement(units, "Unit", name=unit), _base(quantity, content.kind)
+            if base:
+                SubElement(element, "BaseUnit", {symbol: str(power) for symbol, power in base.items()})
     log = SubElement(root, "LogCategories")
     SubElement(log, "Category", name="logStatusError", description="why something was refused")
     tolerance = {"tolerance": "1e-06"} if ports.states else {}
@@ -101,20 +107,10 @@ def _kind(root: Element, tag: str, setting: Setting, first: dict[str, str]) -> E
     return element
 
 
-def _units(root: Element, content: Content) -> None:
-    quantities = {port.variable.unit(content.kind): port.variable.quantity for port in content.ports.listed}
-    units = SubElement(root, "UnitDefinitions")
-    for unit, quantity in quantities.items():
-        if unit != "1":
-            element, base = SubElement(units, "Unit", name=unit), _base(quantity, content.kind)
-            if base:
-                SubElement(element, "BaseUnit", {symbol: str(power) for symbol, power in base.items()})
-
-
 def _variable(variables: Element, reference: int, port: Port, content: Content, fmi: int) -> None:
     """Tell a variable; of what an importer integrates, the size of a state, and whose rate one is."""
     role, unit = ROLES[port.role], port.variable.unit(content.kind)
-    states, rates = content.ports.states, content.ports.rates
+    states, rates = content.ports.states, content.ports.in_role(RATE)
     head = {"name": port.name, "valueReference": str(reference)}
     head["description"] = port.variable.description + (f" ({port.sure})" if port.sure else "")
     head |= {"causality": role.causality, "variability": role.variability}
@@ -136,35 +132,28 @@ def _variable(variables: Element, reference: int, port: Port, content: Content, 
 
 def _structure(root: Element, content: Content, fmi: int) -> None:
     ports, structure = content.ports, SubElement(root, "ModelStructure")
-
-    def in_role(*roles: int) -> tuple[int, ...]:
-        return tuple(i for i, port in enumerate(ports.listed) if port.role in roles)
-
-    known = (*in_role(INPUT), *ports.states) if ports.states else ()
+    rates = ports.in_role(RATE)
+    known = (*ports.in_role(INPUT), *ports.states) if ports.states else ()
     # Force and rates follow from what varies; a mass stands between an effort and the force.
-    on_force = ports.states if ports.states and in_role(START) else known
-    outputs = {i: (i,) if i in ports.states else on_force for i in in_role(START, OUTPUT)}
-    of_rates = dict.fromkeys(ports.rates, known)
-    first = dict.fromkeys((*in_role(OUTPUT, STATE), *ports.rates), None if ports.states else ())
-    if fmi == 2:
-        _list(SubElement(structure, "Outputs"), "Unknown", outputs, "index", 1)
-        if ports.states:
-            _list(SubElement(structure, "Derivatives"), "Unknown", of_rates, "index", 1)
-        _list(SubElement(structure, "InitialUnknowns"), "Unknown", first, "index", 1)
-        return
-    _list(structure, "Output", outputs)
-    _list(structure, "ContinuousStateDerivative", of_rates)
-    _list(structure, "InitialUnknown", first)
-    _list(structure, "EventIndicator", dict.fromkeys(ports.margins, known))
-
-
-def _list(
-    parent: Element, name: str, unknowns: Mapping[int, tuple[int, ...] | None], by: str = "valueReference", counted_from: int = 0
-) -> None:
-    """List unknowns with what they depend on; in FMI 2.0 places count from 1, and are no value references."""
-    for unknown, depends in sorted(unknowns.items()):
-        on = {} if depends is None else {"dependencies": " ".join(str(place + counted_from) for place in sorted(depends))}
-        SubElement(parent, name, {by: str(unknown + counted_from)} | on)
+    on_force = ports.states if ports.states and ports.in_role(START) else known
+    outputs = {i: (i,) if i in ports.states else on_force for i in ports.in_role(START, OUTPUT)}
+    first = dict.fromkeys((*ports.in_role(OUTPUT, STATE), *rates), None if ports.states else ())
+    lists: dict[str, Mapping[int, tuple[int, ...] | None]] = {
+        "Output": outputs,
+        "ContinuousStateDerivative": dict.fromkeys(rates, known),
+        "InitialUnknown": first,
+        "EventIndicator": dict.fromkeys(ports.in_role(MARGIN), known),
+    }
+    # In FMI 2.0 places count from 1, and are no value references.
+    by, counted_from = ("index", 1) if fmi == 2 else ("valueReference", 0)
+    heads = {"Output": "Outputs", "ContinuousStateDerivative": "Derivatives", "InitialUnknown": "InitialUnknowns"}
+    for name, unknowns in lists.items():
+        if fmi == 2 and (name not in heads or (name == "ContinuousStateDerivative" and not ports.states)):
+            continue
+        parent = SubElement(structure, heads[name]) if fmi == 2 else structure
+        for unknown, depends in sorted(unknowns.items()):
+            on = {} if depends is None else {"dependencies": " ".join(str(place + counted_from) for place in sorted(depends))}
+            SubElement(parent, "Unknown" if fmi == 2 else name, {by: str(unknown + counted_from)} | on)
 
 
 def build_text(name: str) -> str:
@@ -188,8 +177,22 @@ def _base(quantity: str, kind: Kind) -> dict[str, int]:
 
 def page_text(content: Content, setting: Setting) -> str:
     """Return the page on its use as HTML: what it is, its variables with units and ranges, how it is stepped."""
-    source, rows = setting.source, [_row(port, content) for port in content.ports.listed if port.role != TIME]
-    of_model = [row for row in rows if row["role"] in (ROLES[PARAMETER].words, ROLES[CONSTANT].words)]
+    source = setting.source
+    signals: list[dict[str, str]] = []
+    parameters: list[dict[str, str]] = []
+    for port in content.ports.listed[1:]:  # behind the time
+        variable, unit = port.variable, port.variable.unit(content.kind)
+        bounded = math.isfinite(variable.min) or math.isfinite(variable.max)
+        row = {
+            "name": port.name,
+            "role": ROLES[port.role].words,
+            "unit": "" if unit == "1" else unit,
+            "start": f"{port.value:.9g}",
+            "allowed": variable.allowed(content.kind) if bounded else "",
+            "sure": port.sure,
+            "description": variable.description,
+        }
+        (parameters if port.role in (PARAMETER, CONSTANT) else signals).append(row)
     return rendered(
         "fmu/index.html",
         {
@@ -202,8 +205,8 @@ def page_text(content: Content, setting: Setting) -> str:
             "copyright": copyright_line(),
             "remarks": source.remarks,
             "provenance": source.provenance,
-            "signals": [row for row in rows if row not in of_model],
-            "parameters": of_model,
+            "signals": signals,
+            "parameters": parameters,
             "guidance": content.guidance,
             "notes": content.notes,
             "step": f"{setting.step:g}",
@@ -213,17 +216,3 @@ def page_text(content: Content, setting: Setting) -> str:
             "tuned": bool(content.ports.tuned),
         },
     )
-
-
-def _row(port: Port, content: Content) -> dict[str, str]:
-    variable, unit = port.variable, port.variable.unit(content.kind)
-    bounded = math.isfinite(variable.min) or math.isfinite(variable.max)
-    return {
-        "name": port.name,
-        "role": ROLES[port.role].words,
-        "unit": "" if unit == "1" else unit,
-        "start": f"{port.value:.9g}",
-        "allowed": variable.allowed(content.kind) if bounded else "",
-        "sure": port.sure,
-        "description": variable.description,
-    }

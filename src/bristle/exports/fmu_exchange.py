@@ -8,8 +8,9 @@ is found where their margin falls below zero; there the memory is committed, onc
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any
+import textwrap
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from bristle.exports.build import Builder
 from bristle.exports.cycle import Core, loaded, stored
 from bristle.exports.scope import defined
 from bristle.exports.subject import Subject, capacity_of, piece_of
-from bristle.exports.tree import INTEGER, REAL, Array, Function, Struct, type_of
+from bristle.exports.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 
 # An importer finds an event where an indicator changes its sign, on either side of it as rounding has it: this much
 # beyond, the next piece is another one for certain.
@@ -30,43 +31,13 @@ BEYOND = 1e-9
 # of the pre-sliding distance from the last event, but for motions so fast [pre-sliding distances a second].
 WINDOW, FAST = 1e-6, 1e3
 
-FLOWING = """
-def flowing({arguments}):
-{body}    contact = Contact({contact})
-    {flow}
-{store}
-    return force
-"""
-FLOW = """piece = Piece({piece})
-    force, rates, margin = friction_flow(contact, piece, {motion}, p)
-    forward = piece.side * {v}
-    if forward < 0.0:
-        force_at_rest, rates_at_rest, margin = friction_flow(contact, piece, {at_rest}, p)
-    slope[{last}] = margin + BEYOND
-    slope[{last} + 1] = forward + {fast!r} * max(0.0, 1.0 - {moved})"""
-RATE = "force, rates = friction_rate(contact, {motion}, p)"
-BODY = "    body = PlantState({load})\n"
-BODY_RATES = "    body_rates = plant_rate(body, effort, force, q)\n"
-BEGUN = """
-def begun({arguments}):
-{body}    state = State({state})
-{begin}
-{store}
-"""
-BEGIN = "    contact, piece = friction_piece(state, memory, {motion}, p)"
-ARRIVED = """
-def arrived({arguments}):
-    contact = Contact({contact})
-{arrive}
-{store}
-"""
-ARRIVE = """    state = State({state})
-    after = friction_commit(state, memory, friction_arrival(state, memory, contact, p), p)"""
 
+class Exchange(NamedTuple):
+    """A model in continuous time as functions of the tree: rates between events, what begins a piece, what commits.
 
-@dataclass(frozen=True)
-class Exchange:
-    """A model in continuous time as functions of the tree."""
+    `varying` is what an importer integrates; `held` tells of each number that holds from event to event how many values
+    it can take where it is whole, 0 where it is real.
+    """
 
     flowing: Function
     begun: Function
@@ -74,160 +45,90 @@ class Exchange:
     varying: dict[str, Variable]
     held: tuple[int, ...]
 
-    @property
-    def functions(self) -> tuple[Function, ...]:
-        """Rates between events, what begins a piece, and what commits."""
-        return self.flowing, self.begun, self.arrived
-
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
     """Return why a model, on a plant or alone, is for co-simulation alone; nothing where it is not."""
-    for model, rate in (
-        (friction, friction.component.rate or friction.component.flow),
-        *(((plant, plant.component.rate),) if plant is not None else ()),
-    ):
-        if rate is None and model.component.family == "friction" and _jumps(model):
-            return f"the force of {model.name} jumps where the motion reverses, and sticking is no differential equation"
-        if rate is None:
-            return f"{model.name} has kernels for steps, and none for continuous time"
+    component, p = friction.component, friction.parameters
+    if component.rate is None and component.flow is None:
+        state, memory = component.initial_state(p), component.new_memory(p)
+        # A static map with two forces at rest.
+        if not len(state) + len(memory) and len({component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0)}) > 1:
+            return f"the force of {friction.name} jumps where the motion reverses, and sticking is no differential equation"
+        return f"{friction.name} has kernels for steps, and none for continuous time"
+    if plant is not None and plant.component.rate is None:
+        return f"{plant.name} has kernels for steps, and none for continuous time"
     return ""
 
 
-def _jumps(friction: Model) -> bool:
-    """Return whether a static map has two forces at rest."""
-    component, p = friction.component, friction.parameters
-    state, memory = component.initial_state(p), component.new_memory(p)
-    if len(state) + len(memory):
-        return False
-    forward, backward = (component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0))
-    return bool(forward != backward)
-
-
 def exchange_of(core: Core, builder: Builder) -> Exchange:
-    """Return a model in continuous time, built beside its step."""
-    subject, plant = core.subject, core.plant
-    texts = _Texts(subject, plant, *_contact_and_piece(subject, builder))
-    lasting, remembered, varied = core.begin.size, subject.memory_size, len(texts.varied)
-    sizes = {"lasting": lasting, "memory": remembered, "varying": varied, "held": len(texts.held), "slope": varied + 2}
-    structures = {argument: kind for argument, (_, kind) in core.parameters.items()}
+    """Return a model in continuous time, built beside its step: kernels that load and keep the fields of the model."""
+    subject, plant, state = core.subject, core.plant, core.subject.state
+    # What varies of a contact, and what holds from event to event; behind that, the contact as it was at the event.
+    contact, piece = (state, None) if subject.model.component.flow is None else piece_of(subject, builder)
+    body = None if plant is None else struct_type(plant.component.initial_state(plant.parameters))
+    of_body = [] if body is None else [name for name, _ in body.fields]
+    varied = [*of_body, *(f"contact_{name}" if name in of_body else name for name, _ in contact.fields)]
+    first, behind, held = len(of_body), 0, []
+    if piece is not None:
+        behind = len(piece.fields)
+        held = [capacity_of(name, subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in piece.fields]
+        held += [0] * len(contact.fields)
+    distance, variables = _variables(subject, plant, contact)
 
-    def built(name: str, text: str, arguments: list[str], writes: tuple[str, ...]) -> Function:
-        kernel = defined(name, text.replace("{arguments}", ", ".join(arguments)), texts.scope)
-        arrays = {array: Array(size, writable=array in writes) for array, size in sizes.items()}
-        kinds = arrays | structures
+    v, x = ("v", "x") if plant is None else ("body.v", "body.x")
+    usual = [name if plant is None and name in subject.signals else str(value) for name, value in subject.usual.items()]
+    around = ", ".join([x, *usual])
+    flowing = [f"contact = Contact({loaded(contact, first, 'varying')})"]
+    begun = [f"state = State({loaded(state, first)})"]
+    arrived, stores = list(flowing), [stored(contact, "contact", first, "varying")]
+    if piece is None:
+        flowing.append(f"force, rates = friction_rate(contact, Motion({v}, {around}), p)")
+        begun.append("contact = state")
+        arrived.append("after = contact")
+    else:
+        sizes = [variable.nominal for variable in variables[first:]]
+        moved = [f"abs(varying[{first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}" for i, size in enumerate(sizes)]
+        farthest = moved[0] if len(moved) == 1 else f"max({', '.join(moved)})"
+        flowing += [
+            f"piece = Piece({loaded(piece, 0, 'held')})",
+            f"force, rates, margin = friction_flow(contact, piece, Motion({v}, {around}), p)",
+            f"forward = piece.side * {v}",
+            "if forward < 0.0:\n"
+            f"    force_at_rest, rates_at_rest, margin = friction_flow(contact, piece, Motion(piece.side * 0.0, {around}), p)",
+            f"slope[{len(varied)}] = margin + BEYOND",
+            f"slope[{len(varied) + 1}] = forward + {FAST * distance!r} * max(0.0, 1.0 - {farthest})",
+        ]
+        begun.append(f"contact, piece = friction_piece(state, memory, Motion({v}, {around}), p)")
+        stores += [stored(piece, "piece", 0, "held"), stored(contact, "contact", behind, "held")]
+        arrived += [begun[0], "after = friction_commit(state, memory, friction_arrival(state, memory, contact, p), p)"]
+    if body is not None:
+        flowing.insert(0, f"body = PlantState({loaded(body, 0, 'varying')})")
+        flowing += ["body_rates = plant_rate(body, effort, force, q)", stored(body, "body_rates", 0, "slope")]
+        begun.insert(0, f"body = PlantState({loaded(body, 0)})")
+        stores.append(stored(body, "body", 0, "varying"))
+    flowing += [stored(contact, "rates", first, "slope"), "return force"]
+    arrived += [stored(state, "after", first), *(f"lasting[{i}] = varying[{i}]" for i in range(first))]
+
+    classes = {"State": state, "Contact": contact, "Motion": subject.motion, "Piece": piece, "PlantState": body}
+    scope = vars(dispatch) | {name: kind.cls for name, kind in classes.items() if kind} | {"__name__": __name__, "BEYOND": BEYOND}
+    lasts = {"lasting": core.begin.size, "memory": subject.memory_size, "varying": len(varied), "held": len(held), "slope": len(varied) + 2}
+
+    def built(name: str, lines: list[str], arguments: list[str], writes: tuple[str, ...]) -> Function:
+        text = textwrap.indent("\n".join(map(textwrap.dedent, lines)), "    ")
+        kinds: dict[str, Type] = {array: Array(size, writable=array in writes) for array, size in lasts.items()}
+        kinds |= {argument: kind for argument, (_, kind) in core.parameters.items()}
+        kernel = defined(name, f"def {name}({', '.join(arguments)}):\n{text}\n", scope)
         return builder.function(kernel, [kinds.get(argument, REAL) for argument in arguments])
 
-    inputs, parameters = (["effort"], ["q", "p"]) if plant is not None else (["v", "x", *subject.signals], ["p"])
-    along = [] if plant is not None else inputs
-    distance, variables = _variables(subject, plant, texts.contact)
-    sizes_of_contact = [variable.nominal for variable in variables[texts.first :]]
+    inputs, parameters = (["v", "x", *subject.signals], ["p"]) if plant is None else (["effort"], ["q", "p"])
+    along = inputs if plant is None else []
     return Exchange(
-        built("flowing", texts.flowing(sizes_of_contact, distance), ["varying", "held", "slope", *inputs, *parameters], ("slope",)),
-        built("begun", texts.begun(), ["lasting", "memory", "varying", "held", *along, "p"], ("varying", "held")),
-        built("arrived", texts.arrived(), ["lasting", "memory", "varying", "p"], ("lasting", "memory")),
-        dict(zip(texts.varied, variables, strict=True)),
-        tuple(texts.held),
+        built("flowing", flowing, ["varying", "held", "slope", *inputs, *parameters], ("slope",)),
+        built("begun", [*begun, *stores], ["lasting", "memory", "varying", "held", *along, "p"], ("varying", "held")),
+        built("arrived", arrived, ["lasting", "memory", "varying", "p"], ("lasting", "memory")),
+        dict(zip(varied, variables, strict=True)),
+        tuple(held),
     )
-
-
-def _contact_and_piece(subject: Subject, builder: Builder) -> tuple[Struct, Struct | None]:
-    """Return the types of what varies of a contact, and of what holds from event to event."""
-    if subject.model.component.flow is None:
-        return subject.state, None
-    return piece_of(subject, builder)
-
-
-class _Texts:
-    """The kernels of a model as text: what they load and keep has the fields of the model."""
-
-    def __init__(self, subject: Subject, plant: Model | None, contact: Struct, piece: Struct | None) -> None:
-        self.subject, self.plant, self.contact, self.piece = subject, plant, contact, piece
-        body = None if plant is None else type_of(plant.component.initial_state(plant.parameters))
-        assert body is None or isinstance(body, Struct)
-        self.body = body
-        self.first = 0 if body is None else len(body.fields)
-        around = (
-            subject.usual
-            if plant is not None
-            else {name: name if name in subject.signals else usual for name, usual in subject.usual.items()}
-        )
-        self.v, x = ("body.v", "body.x") if plant is not None else ("v", "x")
-        self.around = ", ".join([x, *map(str, around.values())])
-        self.motion = f"Motion({self.v}, {self.around})"
-        self.scope = vars(dispatch) | {
-            "__name__": __name__,
-            "State": subject.state.cls,
-            "Contact": contact.cls,
-            "Motion": subject.motion.cls,
-            "BEYOND": BEYOND,
-        }
-        self.scope |= {} if piece is None else {"Piece": piece.cls}
-        self.scope |= {} if body is None else {"PlantState": body.cls}
-
-    @property
-    def varied(self) -> list[str]:
-        """What varies, by name: the state of the plant, then the contact."""
-        of_body = [] if self.body is None else [name for name, _ in self.body.fields]
-        of_contact = [name for name, _ in self.contact.fields]
-        return [*of_body, *(f"contact_{name}" if name in of_body else name for name in of_contact)]
-
-    @property
-    def held(self) -> list[int]:
-        """For each number that holds, how many values it can take where it is whole; 0 where it is real.
-
-        Behind the piece is the contact as it was at the event.
-        """
-        if self.piece is None:
-            return []
-        most = [capacity_of(name, self.subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in self.piece.fields]
-        return most + [0] * len(self.contact.fields)
-
-    def flowing(self, sizes: list[float], distance: float) -> str:
-        """Return the kernel of the rates, for a contact whose variables have some sizes."""
-        flow = RATE.format(motion=self.motion)
-        stores = [stored(self.contact, "rates", self.first, "slope")]
-        if self.piece is not None:
-            behind = len(self.piece.fields)
-            moved = [f"abs(varying[{self.first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}" for i, size in enumerate(sizes)]
-            farthest = moved[0] if len(moved) == 1 else f"max({', '.join(moved)})"
-            flow = FLOW.format(
-                motion=self.motion,
-                at_rest=f"Motion(piece.side * 0.0, {self.around})",
-                v=self.v,
-                piece=loaded(self.piece, 0, "held"),
-                last=len(self.varied),
-                fast=FAST * distance,
-                moved=farthest,
-            )
-        if self.body is not None:
-            stores = [BODY_RATES + stored(self.body, "body_rates", 0, "slope"), *stores]
-        contact = loaded(self.contact, self.first, "varying")
-        return FLOWING.format(arguments="{arguments}", body=self._body("varying"), contact=contact, flow=flow, store="\n".join(stores))
-
-    def begun(self) -> str:
-        """Return the kernel that begins a piece."""
-        begin, stores = "    contact = state", [stored(self.contact, "contact", self.first, "varying")]
-        if self.piece is not None:
-            begin = BEGIN.format(motion=self.motion)
-            stores.append(stored(self.piece, "piece", 0, "held"))
-            stores.append(stored(self.contact, "contact", len(self.piece.fields), "held"))
-        if self.body is not None:
-            stores.append(stored(self.body, "body", 0, "varying"))
-        state = loaded(self.subject.state, self.first)
-        return BEGUN.format(arguments="{arguments}", body=self._body("lasting"), state=state, begin=begin, store="\n".join(stores))
-
-    def arrived(self) -> str:
-        """Return the kernel that commits."""
-        arrive, state = "    after = contact", self.subject.state
-        if self.piece is not None:
-            arrive = ARRIVE.format(state=loaded(state, self.first))
-        stores = [stored(state, "after", self.first)]
-        stores += [f"    lasting[{i}] = varying[{i}]" for i in range(self.first)]
-        contact = loaded(self.contact, self.first, "varying")
-        return ARRIVED.format(arguments="{arguments}", contact=contact, arrive=arrive, store="\n".join(stores))
-
-    def _body(self, array: str) -> str:
-        return "" if self.body is None else BODY.format(load=loaded(self.body, 0, array))
 
 
 def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[float, list[Variable]]:
@@ -239,21 +140,14 @@ def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[
     force = np.abs(subject.forces(np.concatenate(([0.0], FARTHER[1:])), SLOW))
     largest = float(np.max(force))
     sizes = {"force": largest, "length": float(FARTHER[np.argmax(force >= 0.5 * largest)])}
-    described: list[Variable] = []
+    listed: list[Variable] = []
     if plant is not None:
         body, q = plant.component.initial_state(plant.parameters), plant.parameters
         rise = plant.component.rate(body, largest, 0.0, q).v - plant.component.rate(body, 0.0, 0.0, q).v
         sizes["length/time"] = math.sqrt(rise * sizes["length"])
-        described += variables_of(type(body)).values()
-    described += _described(contact.cls)
-    sized = [replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal) for variable in described]
-    return sizes["length"], sized
-
-
-def _described(cls: type) -> list[Variable]:
-    """Return the variables of a contact; one of a user's own may have described none."""
+        listed += variables_of(type(body)).values()
     try:
-        return list(variables_of(cls).values())
-    except TypeError:
-        fields: Any = cls
-        return [Variable("1", f"{name}, which varies") for name in fields._fields]
+        listed += variables_of(contact.cls).values()
+    except TypeError:  # a contact of a user's own may have described none
+        listed += [Variable("1", f"{name}, which varies") for name, _ in contact.fields]
+    return sizes["length"], [replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal) for variable in listed]

@@ -7,7 +7,7 @@ to where it must be: so no state needs to be handed over, and every target begin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
@@ -22,10 +22,10 @@ from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
-from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
-from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Unit, struct_type, type_of
-from bristle.exports.tunable import CONSTANTS, refuse_parameters_beyond_single
+from bristle.exports.settled import pruned
+from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
+from bristle.exports.tunable import CONSTANTS, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
@@ -74,7 +74,7 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
         return fed, fed
-    if _base(carries) is not inertia:
+    if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
         raise InputError(
             "carries more than inertia, gravity and cogging, which is not exported",
             path="feedforward.carries",
@@ -83,10 +83,6 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
         )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
     return fed, fed if carried.numbers == fed.numbers and not apart else carried
-
-
-def _base(plant: Model) -> Any:
-    return plant.component.inner if isinstance(plant.parameters, Termed) else plant.component
 
 
 def _place(plant: Model | None) -> Any:
@@ -232,6 +228,16 @@ class Law:
         return self.memory.size
 
     @property
+    def leaves(self) -> list[tuple[tuple[str, ...], Type]]:
+        """Path and type of each number that lasts."""
+
+        def inside(kind: Struct, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Type]]:
+            for name, part in kind.fields:
+                yield from inside(part, (*path, name)) if isinstance(part, Struct) else [((*path, name), part)]
+
+        return list(inside(self.types[0], ()))
+
+    @property
     def dt(self) -> float:
         """Sample time [s]."""
         return self.variant.run.sample_time
@@ -248,7 +254,12 @@ class Law:
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller with all that is fed forward, along either motion."""
-    _check(variant)
+    for name, has, reason in (
+        ("effort", variant.effort is not None, "drives an open loop, which has no law"),
+        ("learning", variant.learning is not None, "needs the whole motion, again and again"),
+    ):
+        if has:
+            raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
     # A law begins by itself where the axis stands; the motion that a simulated loop takes over is none of it.
     variant = replace(variant, start=None)
     feedforward = variant.feedforward
@@ -269,7 +280,14 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
     arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
     text = _text(arguments, variant, fed, carried)
-    state, memory = _compensator(variant)
+    # State and memory of the compensator before the first sample.
+    state, memory = NoCompensator(), np.zeros(0)
+    if friction is not None and feedforward.conditioning > 0.0:
+        from bristle.engine import conditioned
+
+        state, memory = conditioned(friction, feedforward.conditioning)
+    elif friction is not None:
+        state, memory = friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
     lasting = Lasting(
         component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
         NoCompensator() if friction is None else Fed(state, 0.0, 0.0),
@@ -282,8 +300,10 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
             p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass, carried.place or NoPlace()
         )
     if single:
-        refuse_parameters_beyond_single(p)
-    written = _defined(text, component)
+        refuse_beyond_single(p._asdict())
+    called = {"led": led, "inertial": inertial, "law": law, "effort_at": effort_at, "gravity_at": gravity_at}
+    scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
+    written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
     kinds = {
         "lasting": type_of(lasting),
         "memory": Array(memory.size, writable=True),
@@ -311,28 +331,6 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     )
 
 
-def _check(variant: Variant) -> None:
-    """Refuse what is more than a law that follows a reference."""
-    for name, has, reason in (
-        ("effort", variant.effort is not None, "drives an open loop, which has no law"),
-        ("learning", variant.learning is not None, "needs the whole motion, again and again"),
-    ):
-        if has:
-            raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
-
-
-def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
-    """Return state and memory of the compensator before the first sample."""
-    friction, amplitude = variant.feedforward.friction, variant.feedforward.conditioning
-    if friction is None:
-        return NoCompensator(), np.zeros(0)
-    if amplitude > 0.0:
-        from bristle.engine import conditioned
-
-        return conditioned(friction, amplitude)
-    return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
-
-
 def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:
     """Return the source of the law."""
     feedforward, delay = variant.feedforward, variant.run.delay
@@ -350,21 +348,3 @@ def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) 
         along = ALONG_DESIRED if along_desired else ALONG_MEASURED
         text += along.format(planned=planned, carried=passed, delay=delay)
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
-
-
-def _defined(text: str, component: Any) -> Callable[..., Any]:
-    scope: dict[str, Any] = {
-        "__name__": __name__,
-        "Fed": Fed,
-        "Lasting": Lasting,
-        "Reference": Reference,
-        "led": led,
-        "inertial": inertial,
-        "law": law,
-        "start": component.start,
-        "resume": component.resume,
-        "NOT_KNOWN": NOT_KNOWN,
-        "effort_at": effort_at,
-        "gravity_at": gravity_at,
-    }
-    return defined("command", text, scope)

@@ -11,7 +11,7 @@ from bristle.core.variable import unit_of
 from bristle.exports.described import Source, command_facts, parameter_table, plain, version
 from bristle.exports.law import Inputs, Law, loads_of
 from bristle.exports.printing import loops_of
-from bristle.exports.subject import SCALES, Walk, subject_of, walk_of
+from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
 from bristle.friction.level import rises_with_effort
 from bristle.prediction.drive_units import command_units
 
@@ -71,11 +71,7 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
 def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
     """Return the walk of the self-test of a law, how many positions of it are told, and the efforts along it."""
     ahead, friction = law.samples_ahead, law.variant.feedforward.friction
-    walk = (
-        Walk(tuple(scale * WITHOUT_FRICTION / 32768.0 for scale in SCALES), law.dt)
-        if friction is None
-        else walk_of(subject_of(friction), law.dt)
-    )
+    walk = walk_over(WITHOUT_FRICTION, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
     x = walk.positions(steps + ahead + 1)
     v = np.diff(x) / law.dt
     a = PER_VELOCITY * v
@@ -90,14 +86,12 @@ def _fed(law: Law) -> list[str]:
     """Return what is fed forward, a line each."""
     feedforward, kind = law.variant.feedforward, law.variant.controller.kind
     fed, carried = loads_of(feedforward)
-    lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
-    lines = lines if feedforward.mass else []
+    lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"] if feedforward.mass else []
     if fed.place and feedforward.plant is not None:
         lines.append(f"what {feedforward.plant.name} takes by its place, along the desired motion")
     if feedforward.friction is not None:
         shape = [f", {name} {value:g}" for name, value in law.p.shape._asdict().items() if value != Shape._field_defaults[name]]
-        friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
-        lines.append(friction + "".join(shape))
+        lines.append(f"friction along the {feedforward.along} motion by {feedforward.friction.name}" + "".join(shape))
         if rises_with_effort(feedforward.friction):
             plant = None if carried is fed else feedforward.carries
             passing = "what is fed forward beside it" if plant is None else plant.name

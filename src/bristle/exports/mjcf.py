@@ -42,9 +42,15 @@ Take a step that is short beside what the bristles need, {time:.2g} s.
 
 
 def write(request: Request) -> Product:
-    """Return the scene."""
+    """Return the scene, and what MuJoCo does otherwise."""
     text = mjcf_text(request.model, request.name, request.source, request.mass)
-    return Product({f"{request.name}.xml": text}, _notes(request.model))
+    base = base_of(request.model.component).name
+    notes = ["the scene takes the integrator Euler: implicitfast errs far more with LuGre"] if base == "lugre" else []
+    if base in ("coulomb", "coulomb_viscous"):
+        notes.append("dry friction of a joint is a constraint with a small compliance: a loaded joint creeps")
+    if request.model.values.get("offset"):
+        notes.append("the offset is a motor with constant control: begin from the keyframe offset, or set its control")
+    return Product({f"{request.name}.xml": text}, tuple(notes))
 
 
 def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
@@ -62,14 +68,14 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     offset, keyframe = values.get("offset", 0.0), ""
     if offset:
         actuators += f'    <motor name="{name}_offset" joint="{name}"/>\n'
-        controls = f"0 {-offset!r}"
-        keyframe = f'  <keyframe>\n    <key name="offset" ctrl="{controls}"/>\n  </keyframe>\n'
-    inertia = "1 1 1" if linear else f"{mass!r} {mass!r} {mass!r}"
+        keyframe = f'  <keyframe>\n    <key name="offset" ctrl="0 {-offset!r}"/>\n  </keyframe>\n'
+    # A comment of XML holds no "--".
+    facts, table = (text.replace("--", "- -") for text in ("\n".join(source.lines), parameter_table(model, source)))
     return TEXT.format(
         model=plain(model.name),
         version=version(),
-        facts=_in_comment("\n".join(source.lines)),
-        table=_in_comment(parameter_table(model, source)),
+        facts=facts,
+        table=table,
         time=time,
         name=name,
         step=STEP,
@@ -77,7 +83,7 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
         axis="1 0 0" if linear else "0 0 1",
         of_joint=of_joint,
         mass=repr(mass) if linear else "1",
-        inertia=inertia,
+        inertia="1 1 1" if linear else f"{mass!r} {mass!r} {mass!r}",
         actuators=actuators,
         keyframe=keyframe,
     )
@@ -85,34 +91,7 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
 
 def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:
     """Return what friction and mass are in a scene, by element and attribute, such as ``joint.frictionloss``."""
-    _refuse_others(model)
-    values = model.values
-    inertial = {"inertial.mass" if model.kind == "translational" else "inertial.diaginertia": repr(mass)}
-    if base_of(model.component).name == "lugre":
-        lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
-        return {"dcmotor.damping": repr(float(values["sigma_2"])), "dcmotor.lugre": lugre, **inertial}
-    places = (("joint.frictionloss", "F_C"), ("joint.damping", "F_v"))
-    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values} | inertial
-
-
-def _notes(model: Model) -> tuple[str, ...]:
-    """Return what MuJoCo does otherwise, a sentence each."""
-    base = base_of(model.component).name
-    notes = ["the scene takes the integrator Euler: implicitfast errs far more with LuGre"] if base == "lugre" else []
-    if base in ("coulomb", "coulomb_viscous"):
-        notes.append("dry friction of a joint is a constraint with a small compliance: a loaded joint creeps")
-    if model.values.get("offset"):
-        notes.append("the offset is a motor with constant control: begin from the keyframe offset, or set its control")
-    return tuple(notes)
-
-
-def _in_comment(text: str) -> str:
-    """Return text as a comment of XML can hold it."""
-    return text.replace("--", "- -")
-
-
-def _refuse_others(model: Model) -> None:
-    base = base_of(model.component).name
+    base, values = base_of(model.component).name, model.values
     if base not in MODELS_OF_MUJOCO:
         raise InputError(
             "MuJoCo has no such friction", path="mjcf", value=model.name, allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c"
@@ -124,10 +103,13 @@ def _refuse_others(model: Model) -> None:
             value=model.name,
             mend="Identify it without slots, or export it to c",
         )
-    if base == "lugre" and math.isfinite(model.values["v_d"]):
+    if base == "lugre" and math.isfinite(values["v_d"]):
         raise InputError(
-            "MuJoCo has a micro-damping that does not fade with speed",
-            path="mjcf",
-            value=model.values["v_d"],
-            mend="Identify lugre without v_d",
+            "MuJoCo has a micro-damping that does not fade with speed", path="mjcf", value=values["v_d"], mend="Identify lugre without v_d"
         )
+    inertial = {"inertial.mass" if model.kind == "translational" else "inertial.diaginertia": repr(mass)}
+    if base == "lugre":
+        lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
+        return {"dcmotor.damping": repr(float(values["sigma_2"])), "dcmotor.lugre": lugre, **inertial}
+    places = (("joint.frictionloss", "F_C"), ("joint.damping", "F_v"))
+    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values} | inertial

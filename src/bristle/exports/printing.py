@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Container, Iterable
+from itertools import count
 
 from bristle.exports.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
 
@@ -15,9 +15,11 @@ BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
 
 def needs_wide_integers(unit: Unit) -> bool:
     """Return whether whole numbers of a unit leave 32 bits: those of the random numbers do."""
-    parts = list(walk(*[function.body for function in unit.functions]))
-    large = any(isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31 for part in parts)
-    return large or any(isinstance(part, Binary) and part.operator in ("&", "^", ">>") for part in parts)
+    return any(
+        (isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31)
+        or (isinstance(part, Binary) and part.operator in ("&", "^", ">>"))
+        for part in walk(*[function.body for function in unit.functions])
+    )
 
 
 def structures_of(types: Iterable[Type]) -> list[Struct]:
@@ -60,32 +62,28 @@ def wrapped(line: str, indent: str) -> list[str]:
     return [*lines, line]
 
 
+def free_name(first: str, used: Container[str]) -> str:
+    """Return this name, or it with the first number from 2 on that is not used."""
+    return first if first not in used else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
+
+
 def ascii_name(name: str) -> str:
     """Return a name of Python in letters that every language takes: others by their number."""
     return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)
 
 
-class Loop(NamedTuple):
-    """A loop: the function that it stands in, what that is for, and its most rounds in words."""
-
-    function: str
-    description: str
-    most: str
-
-
-def loops_of(unit: Unit, memory_size: int) -> list[Loop]:
-    """Return the loops of the functions of a model, or of a law, with a memory of so many numbers."""
-    return [
-        Loop(function.name, described(function.description), _most_rounds(loop, memory_size))
-        for function in unit.functions
-        for loop in walk(function.body)
-        if isinstance(loop, (For, While))
-    ]
-
-
-def _most_rounds(loop: For | While, memory_size: int) -> str:
-    if isinstance(loop, While):
-        return f"{memory_size // 4}, half of the turning points remembered"
-    if isinstance(loop.start, Constant) and isinstance(loop.stop, Constant):
-        return str(int(loop.stop.value) - int(loop.start.value))
-    return "the number that it is handed"
+def loops_of(unit: Unit, memory_size: int) -> list[dict[str, str]]:
+    """Return the loops of the functions of a model, or of a law: its function, what that is for, its most rounds in words."""
+    loops = []
+    for function in unit.functions:
+        for loop in walk(function.body):
+            if isinstance(loop, While):
+                most = f"{memory_size // 4}, half of the turning points remembered"
+            elif not isinstance(loop, For):
+                continue
+            elif isinstance(loop.start, Constant) and isinstance(loop.stop, Constant):
+                most = str(int(loop.stop.value) - int(loop.start.value))
+            else:
+                most = "the number that it is handed"
+            loops.append({"function": function.name, "description": described(function.description), "most": most})
+    return loops

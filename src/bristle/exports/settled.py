@@ -8,33 +8,39 @@ what it is called with. Only whole numbers and truths are put in; numbers stay w
 from __future__ import annotations
 
 import math
+import operator
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 from bristle.exports import tree
 from bristle.exports.expressions import COMPUTED
-from bristle.exports.prune import pruned
-from bristle.exports.tree import INTEGER, REAL, TRUTH, Struct, Type, walk
+from bristle.exports.printing import free_name
+from bristle.exports.tree import (
+    INTEGER,
+    REAL,
+    TRUTH,
+    Assign,
+    Call,
+    Evaluate,
+    For,
+    Function,
+    If,
+    Node,
+    Statement,
+    Struct,
+    Type,
+    Unit,
+    Variable,
+    While,
+    walk,
+)
 
 Fact = Any
 """What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
-COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    "<": lambda a, b: a < b,
-    "<=": lambda a, b: a <= b,
-    ">": lambda a, b: a > b,
-    ">=": lambda a, b: a >= b,
-    "==": lambda a, b: a == b,
-    "!=": lambda a, b: a != b,
-}
-OF_REALS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-}
 EXACT: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "copysign": math.copysign,
@@ -82,12 +88,8 @@ def settled(
     names: set[str] = set()
     left = pruned(tree.Unit(settling.functions), written)
     for function in left.functions:
-        name, count = function.name, 1
-        while name in names:
-            count += 1
-            name = f"{function.name}_{count}"
-        function.name = name
-        names.add(name)
+        function.name = free_name(function.name, names)
+        names.add(function.name)
     return left, written
 
 
@@ -102,8 +104,7 @@ class _Settling:
         """Return a function for what is known of its arguments, and what is known of its result."""
         key = (id(function), tuple(fact))
         if key not in self._written:
-            body = _Body(self, function, fact)
-            statements = body.settled()
+            statements, result = _Body(self, function, fact).settled()
             variants = self._variants.setdefault(id(function), [])
             written = next((variant for variant in variants if variant.body == statements), None)
             if written is None:
@@ -111,7 +112,7 @@ class _Settling:
                 self._variants[id(written)] = variants
                 variants.append(written)
                 self.functions.append(written)
-            self._written[key] = written, body.result
+            self._written[key] = written, result
         return self._written[key]
 
 
@@ -125,16 +126,8 @@ class _Body:
         self._values: Counter[str] = Counter()
         self._results: list[Fact] = []
 
-    @property
-    def result(self) -> Fact:
-        """What is known of the result."""
-        common, *further = self._results or [None]
-        for result in further:
-            common = _common(common, result)
-        return common
-
-    def settled(self) -> list[tree.Statement]:
-        """Return the statements that are left."""
+    def settled(self) -> tuple[list[tree.Statement], Fact]:
+        """Return the statements that are left, and what is known of the result."""
         body, size, before = self.function.body, 0, -1
         while size != before:
             before = size
@@ -143,9 +136,7 @@ class _Body:
             self._results = []
             body = self._block(body)
             size = sum(1 for _ in walk(body))
-        return body
-
-    # --- statements -----------------------------------------------------------------------------------------------
+        return body, reduce(_common, self._results) if self._results else None
 
     def _block(self, block: list[tree.Statement]) -> list[tree.Statement]:
         left: list[tree.Statement] = []
@@ -161,13 +152,7 @@ class _Body:
             if self._values[s.variable.name] == 1:
                 self._facts[s.variable.name] = fact
             return [tree.Assign(s.variable, value)]
-        if isinstance(s, tree.Store):
-            return [tree.Store(self._of(s.array)[0], self._of(s.at)[0], self._of(s.value)[0])]
-        if isinstance(s, tree.Evaluate):
-            return [tree.Evaluate(self._of(s.call)[0])]
-        if isinstance(s, tree.Return):
-            if s.value is None:
-                return [s]
+        if isinstance(s, tree.Return) and s.value is not None:
             value, fact = self._of(s.value)
             self._results.append(fact)
             return [tree.Return(value)]
@@ -175,7 +160,8 @@ class _Body:
             return [tree.For(s.variable, self._of(s.start)[0], self._of(s.stop)[0], self._block(s.body))]
         if isinstance(s, (tree.If, tree.While)):
             return self._asking(s)
-        return [s]
+        parts = {name: self._of(part)[0] for name, part in vars(s).items() if isinstance(part, tree.Expression)}
+        return [replace(s, **parts) if parts else s]
 
     def _asking(self, s: tree.If | tree.While) -> list[tree.Statement]:
         test, fact = self._of(s.test)
@@ -185,14 +171,11 @@ class _Body:
             return [tree.If(test, self._block(s.body), self._block(s.otherwise))]
         return self._block(s.body if fact else s.otherwise)
 
-    # --- expressions ----------------------------------------------------------------------------------------------
-
     def _of(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return an expression that is left, and what is known of it."""
-        left, fact = getattr(self, f"_{type(e).__name__.lower()}")(e)
-        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, tree.Constant):
-            return left, fact
-        if _writes(left):
+        own = getattr(self, f"_{type(e).__name__.lower()}", None)
+        left, fact = own(e) if own else self._computed(e)
+        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, tree.Constant) or _writes(left):
             return left, fact
         return tree.Constant(e.type, bool(fact) if e.type == TRUTH else int(fact)), fact
 
@@ -201,33 +184,6 @@ class _Body:
 
     def _variable(self, e: tree.Variable) -> tuple[tree.Expression, Fact]:
         return e, self._facts.get(e.name)
-
-    def _field(self, e: tree.Field) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        assert isinstance(e.of.type, Struct)
-        return tree.Field(e.type, of, e.name), None if fact is None else fact[e.of.type.place(e.name)]
-
-    def _index(self, e: tree.Index) -> tuple[tree.Expression, Fact]:
-        return tree.Index(e.type, self._of(e.array)[0], self._of(e.at)[0]), None
-
-    def _negative(self, e: tree.Negative) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        return tree.Negative(e.type, of), self._computed(e.type, lambda value: -value, [e.of.type], [fact])
-
-    def _not(self, e: tree.Not) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        return tree.Not(e.type, of), None if fact is None else int(not fact)
-
-    def _binary(self, e: tree.Binary) -> tuple[tree.Expression, Fact]:
-        sides = [self._of(e.left), self._of(e.right)]
-        by = (OF_REALS if e.type == REAL else COMPUTED)[e.operator]
-        fact = self._computed(e.type, by, [e.left.type, e.right.type], [side[1] for side in sides])
-        return tree.Binary(e.type, e.operator, sides[0][0], sides[1][0]), fact
-
-    def _compare(self, e: tree.Compare) -> tuple[tree.Expression, Fact]:
-        sides, by = [self._of(e.left), self._of(e.right)], COMPARED[e.operator]
-        fact = self._computed(e.type, by, [e.left.type, e.right.type], [side[1] for side in sides])
-        return tree.Compare(e.type, e.operator, sides[0][0], sides[1][0]), fact
 
     def _logic(self, e: tree.Logic) -> tuple[tree.Expression, Fact]:
         ending = e.operator == "or"
@@ -250,55 +206,53 @@ class _Body:
         first, second = self._of(e.first), self._of(e.second)
         return tree.Select(e.type, test, first[0], second[0]), _common(first[1], second[1])
 
-    def _convert(self, e: tree.Convert) -> tuple[tree.Expression, Fact]:
-        of, fact = self._of(e.of)
-        to = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
-        return tree.Convert(e.type, of), self._computed(e.type, to, [e.of.type], [fact])
-
     def _call(self, e: tree.Call) -> tuple[tree.Expression, Fact]:
         arguments = [self._of(argument) for argument in e.arguments]
         function, fact = self.settling.function(e.function, [argument[1] for argument in arguments])
-        number = _only_constant(function)
-        if number is not None and not any(_writes(argument[0]) for argument in arguments):
-            return number, fact
+        match function.body:
+            case [tree.Return(tree.Constant() as number)] if not any(_writes(argument[0]) for argument in arguments):
+                return number, fact
         return tree.Call(e.type, function, [argument[0] for argument in arguments]), fact
-
-    def _intrinsic(self, e: tree.Intrinsic) -> tuple[tree.Expression, Fact]:
-        arguments = [self._of(argument) for argument in e.arguments]
-        fact = None
-        if e.name in EXACT:
-            kinds = [argument.type for argument in e.arguments]
-            fact = self._computed(e.type, EXACT[e.name], kinds, [argument[1] for argument in arguments])
-        return tree.Intrinsic(e.type, e.name, [argument[0] for argument in arguments]), fact
-
-    def _make(self, e: tree.Make) -> tuple[tree.Expression, Fact]:
-        parts = [self._of(part) for part in e.parts]
-        return tree.Make(e.type, [part[0] for part in parts]), _of_fields(part[1] for part in parts)
-
-    # --- numbers --------------------------------------------------------------------------------------------------
 
     def _written(self, kind: Type, value: Any) -> Fact:
         if kind != REAL:
             return int(value)
         return _narrowed(float(value).hex()) if self.settling.single else float(value).hex()
 
-    def _computed(self, kind: Type, by: Callable[..., Any], kinds: Sequence[Type], fact: Sequence[Fact]) -> Fact:
-        """Return what an operation gives that every target rounds alike; nothing where Python raises."""
-        if any(value is None for value in fact):
+    def _computed(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
+        """Return an expression of what is left of its parts, and what every target computes alike; nothing where Python raises."""
+        left: dict[str, Any] = {}
+        kinds, facts = [], []
+        for name, part in vars(e).items():
+            if isinstance(part, (tree.Expression, list)):
+                parts = part if isinstance(part, list) else [part]
+                pairs = [self._of(child) for child in parts]
+                left[name] = [pair[0] for pair in pairs] if isinstance(part, list) else pairs[0][0]
+                kinds += [child.type for child in parts]
+                facts += [pair[1] for pair in pairs]
+        return replace(e, **left), self._fact(e, kinds, facts)
+
+    def _fact(self, e: tree.Expression, kinds: Sequence[Type], facts: Sequence[Fact]) -> Fact:
+        if isinstance(e, tree.Make):
+            return _of_fields(facts)
+        if isinstance(e, tree.Index) or any(fact is None for fact in facts):
             return None
-        values = [float.fromhex(value) if of == REAL else value for of, value in zip(kinds, fact, strict=True)]
+        if isinstance(e, tree.Field):
+            assert isinstance(e.of.type, Struct)
+            return facts[0][e.of.type.place(e.name)]
+        if isinstance(e, (tree.Binary, tree.Compare)):
+            by: Callable[..., Any] | None = COMPUTED[e.operator]
+        elif isinstance(e, tree.Intrinsic):
+            by = EXACT.get(e.name)
+        elif isinstance(e, tree.Convert):
+            by = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
+        else:
+            by = operator.neg if isinstance(e, tree.Negative) else operator.not_
+        values = [float.fromhex(value) if kind == REAL else value for kind, value in zip(kinds, facts, strict=True)]
         try:
-            return self._written(kind, by(*values))
+            return by and self._written(e.type, by(*values))
         except (ArithmeticError, ValueError):
             return None
-
-
-def _only_constant(function: tree.Function) -> tree.Constant | None:
-    """Return the number that a function gives whatever it is called with; None where it does anything else."""
-    match function.body:
-        case [tree.Return(tree.Constant() as number)]:
-            return number
-    return None
 
 
 def _writes(e: tree.Expression) -> bool:
@@ -329,3 +283,80 @@ def _common(first: Fact, second: Fact) -> Fact:
     if isinstance(first, tuple) and isinstance(second, tuple):
         return _of_fields(_common(left, right) for left, right in zip(first, second, strict=True))
     return first if first == second and type(first) is type(second) else None
+
+
+def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
+    """Return a unit with what the roots need.
+
+    Functions are changed in place: who calls one, a root too, hands over the arguments that are left.
+    """
+    entries = list(roots)
+    while True:
+        needed: set[int] = set()
+        waiting = list(entries)
+        while waiting:
+            function = waiting.pop()
+            if id(function) not in needed:
+                needed.add(id(function))
+                waiting += [part.function for part in walk(function.body) if isinstance(part, Call)]
+        functions = [function for function in unit.functions if id(function) in needed]
+        size = sum(1 for function in functions for _ in walk(function.body))
+        for function in functions:
+            function.body = _live(function.body, {part.name for part in _read(list(walk(function.body)))})
+        dead = sum(1 for function in functions for _ in walk(function.body)) < size
+        if not _without_arguments(functions) and not dead:
+            return Unit(functions)
+
+
+def _read(parts: list[Node]) -> list[Variable]:
+    """Return the variables that are looked at among parts of a tree; what takes a value is not."""
+    assigned = {id(part.variable) for part in parts if isinstance(part, (Assign, For))}
+    return [part for part in parts if isinstance(part, Variable) and id(part) not in assigned]
+
+
+def _live(block: list[Statement], read: set[str]) -> list[Statement]:
+    entries: list[Statement] = []
+    for statement in block:
+        if isinstance(statement, Assign) and statement.variable.name not in read:
+            if isinstance(statement.value, Call) and statement.value.function.writes:
+                entries.append(Evaluate(statement.value))
+            continue
+        if isinstance(statement, If):
+            statement.body, statement.otherwise = _live(statement.body, read), _live(statement.otherwise, read)
+            if not statement.body and not statement.otherwise:
+                continue
+        elif isinstance(statement, (For, While)):
+            statement.body = _live(statement.body, read)
+        entries.append(statement)
+    return entries
+
+
+def _without_arguments(functions: list[Function]) -> bool:
+    """Leave out arguments that nobody looks at; return whether there were some."""
+    used: dict[int, set[str]] = {id(function): set() for function in functions}
+    parts = [list(walk(function.body)) for function in functions]
+    calls = [[part for part in body if isinstance(part, Call)] for body in parts]
+    read = [_read(body) for body in parts]
+    news = True
+    while news:  # arguments that are looked at, given those of the functions called that are
+        news = False
+        for function, called, variables in zip(functions, calls, read, strict=True):
+            idle = {
+                id(argument)
+                for call in called
+                for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
+                if isinstance(argument, Variable) and parameter.name not in used[id(call.function)]
+            }
+            looked_at = {part.name for part in variables if id(part) not in idle}
+            fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
+            used[id(function)] |= fresh
+            news |= bool(fresh)
+    for call in (call for called in calls for call in called):
+        pairs = zip(call.function.parameters, call.arguments, strict=True)
+        call.arguments = [argument for parameter, argument in pairs if parameter.name in used[id(call.function)]]
+    dropped = False
+    for function in functions:
+        left = [parameter for parameter in function.parameters if parameter.name in used[id(function)]]
+        dropped |= len(left) < len(function.parameters)
+        function.parameters = left
+    return dropped

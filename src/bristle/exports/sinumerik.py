@@ -26,8 +26,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.exports.described import plain
 from bristle.exports.drive import curve_of, last_direction, memory_lost
@@ -44,16 +42,9 @@ START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
 
 
 def write(request: Request) -> Product:
-    """Return the machine data."""
-    forward, backward = [curve_of(request.model, way, request.speed) for way in (1.0, -1.0)]
-    values = _start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
-    effort = table_units(request.axis, request.model.kind).efforts[0]
-    notes = ("start values, to be tuned by the circularity test", *memory_lost(request.model, forward, backward, effort))
-    return Product({f"{request.name}.txt": _text(request.model, values, notes, request.source.lines)}, notes)
-
-
-def _start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | None]:
-    """Return the pulse of velocity [m/s or rad/s], and its time constant [s]; None where the loop does not tell it."""
+    """Return the machine data, one a line, with what they mean and where that is written as comments."""
+    axis, model = request.axis, request.model
+    forward, backward = [curve_of(model, way, request.speed) for way in (1.0, -1.0)]
     controller = None if axis is None else axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
         raise InputError(
@@ -63,8 +54,38 @@ def _start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | No
             allowed=f"a {CONTROLLER} with k_v",
             mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v (T_n too) into the axis file',
         )
-    gains = controller.values
-    return turns_by / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
+    gains, (unit, si) = controller.values, UNIT[model.kind]
+    # The pulse of velocity [m/s or rad/s]; its time constant [s], where the loop tells it.
+    pulse, lasts = float(forward[0, 1] + backward[0, 1]) / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
+    effort = table_units(axis, model.kind).efforts[0]
+    notes = ("start values, to be tuned by the circularity test", *memory_lost(model, forward, backward, effort))
+    said_of_time = "is the integral time of the velocity loop: with it the pulse commands a step of effort"
+    if lasts is None:
+        said_of_time = ", the time constant of the pulse, is not written: the velocity loop has no integral"
+    head = [
+        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity test.",
+        *request.source.lines,
+        *(plain(note) for note in notes),
+        f"Machine data: {FUNCTION_MANUAL}.",
+        f"Units: {UNITS_MANUAL}.",
+        "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
+        "setpoint that commands at once, through the gain of the velocity loop, what friction turns by at a reversal.",
+        f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
+        "it in small steps until the quadrant transitions do not show.",
+        f"MD32540{' ' * (lasts is not None)}{said_of_time} ({START_MANUAL}: begin with a few cycles of the position controller).",
+        "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
+        "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
+    ]
+    rows = [
+        ("32490", "FRICT_COMP_MODE", "1", ""),
+        ("32500", "FRICT_COMP_ENABLE", "1", ""),
+        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
+        ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
+    ]
+    rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
+    lines = [f"; {line}" for line in head]
+    lines += [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]
+    return Product({f"{request.name}.txt": "\n".join([*lines, ""])}, notes)
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
@@ -91,40 +112,3 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
         return force
 
     return drive
-
-
-def _text(model: Model, values: tuple[float, float | None], notes: tuple[str, ...], facts: list[str]) -> str:
-    """Return the machine data, one a line, with what they mean and where that is written as comments."""
-    pulse, lasts = values
-    unit, si = UNIT[model.kind]
-    head = [
-        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity test.",
-        *facts,
-        *(plain(note) for note in notes),
-        f"Machine data: {FUNCTION_MANUAL}.",
-        f"Units: {UNITS_MANUAL}.",
-        "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
-        "setpoint that commands at once, through the gain of the velocity loop, what friction turns by at a reversal.",
-        f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
-        "it in small steps until the quadrant transitions do not show.",
-        _said_of_time(lasts),
-        "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
-        "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
-    ]
-    rows = [
-        ("32490", "FRICT_COMP_MODE", "1", ""),
-        ("32500", "FRICT_COMP_ENABLE", "1", ""),
-        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
-        ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
-    ]
-    rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
-    lines = [f"; {line}" for line in head]
-    lines += [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]
-    return "\n".join([*lines, ""])
-
-
-def _said_of_time(lasts: float | None) -> str:
-    few = f"{START_MANUAL}: begin with a few cycles of the position controller"
-    if lasts is None:
-        return f"MD32540, the time constant of the pulse, is not written: the velocity loop has no integral ({few})."
-    return f"MD32540 is the integral time of the velocity loop: with it the pulse commands a step of effort ({few})."

@@ -201,18 +201,14 @@ def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str
     pous = []
     for name, own in called.items():
         gives, arguments, variables, meaning, body = TEXTS[name]
-        declared = [*_declared(arguments, "VAR_INPUT", types), *_declared(variables, "VAR", types)]
+        declared = [
+            Variable(variable, types.get(kind or "real", kind), section=section)
+            for section, text in (("VAR_INPUT", arguments), ("VAR", variables))
+            for variable, _, kind in (word.partition(":") for word in text.split())
+        ]
         text = body.format(**facts, own=own, of_mantissa=_scaled("mantissa", scalar, own), of_exponent=_scaled("exponent", scalar, own))
-        lines = [f"    {line}" for line in _typed(text, scalar).strip().split("\n")]
+        # A number without a type is read as double by some compilers.
+        text = text if scalar == LREAL else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
+        lines = [f"    {line}" for line in text.strip().split("\n")]
         pous.append(Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning))
     return pous
-
-
-def _typed(text: str, scalar: str) -> str:
-    """Return a body whose numbers are of a type: one without is read as double by some compilers."""
-    return text if scalar == LREAL else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
-
-
-def _declared(text: str, section: str, types: dict[str, str]) -> list[Variable]:
-    pairs = [word.partition(":") for word in text.split()]
-    return [Variable(name, types.get(kind or "real", kind), section=section) for name, _, kind in pairs]

@@ -18,11 +18,10 @@ from bristle.exports.st_project import (
     Judged,
     Project,
     Tuned,
-    answers,
     body_lines,
     bounds,
     call_text,
-    requests,
+    interface,
     set_lines,
     walk_facts,
 )
@@ -31,25 +30,9 @@ from bristle.exports.tree import Array, Struct
 from bristle.exports.tunable import TOLERANCE, settled_law, tunable_law
 from bristle.prediction.drive_units import command_units
 
-OWN = (
-    *INPUTS,
-    *(f"narrowed_{name}" for name in INPUTS),
-    "restart",
-    "clear",
-    "effort",
-    "command",
-    "refused",
-    "overflow",
-    "parameters",
-    "lasting",
-    "now",
-    "memory",
-    "prepared",
-    "begun",
-    "usable",
-    "done",
-    "place",
-)
+OWN = """
+restart clear effort command refused overflow parameters lasting now memory prepared begun usable done place
+"""
 ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
 
 
@@ -80,22 +63,22 @@ class StLawFiles:
         now = law.entry.result
         assert isinstance(now, Struct)
         needed = [parameter.name for parameter in law.entry.parameters]
-        handed = {"dt": printer.real(law.dt), "p": "parameters"}
-        arrays = [fed["name"] for fed in facts["inputs"] if fed["several"] and law.single]
-        handed |= {fed["name"]: printer.narrowed(fed["name"]) for fed in facts["inputs"] if not fed["several"]}
-        handed |= {name: f"narrowed_{name}" for name in arrays}
-        tuned = Tuned.of(tunable_law(law), Names(OWN)) if law.tunable else None
+        ahead_names = [fed["name"] for fed in facts["inputs"] if fed["several"]]
+        arrays = ahead_names if law.single else []
+        handed = {name: printer.narrowed(name) for name in law.inputs if name not in ahead_names}
+        handed |= {"dt": printer.real(law.dt), "p": "parameters"} | {name: f"narrowed_{name}" for name in arrays}
+        tuned = (
+            Tuned.of(tunable_law(law), Names([*OWN.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)])) if law.tunable else None
+        )
         memory = law.memory_size if "memory" in needed else 0
         skipped = tuned.tunable.places if tuned else ()
-        start = [*set_lines("parameters", law.p, p, printer, skipped)]
-        start += set_lines("lasting", law.lasting, lasting, printer)
         remembered = enumerate(law.memory.tolist()) if memory else ()
         body = body_lines(
             "st/law.st",
             facts
             | {
                 "divisor": "" if units is None else real_literal(units.effort.si),
-                "start": start,
+                "start": [*set_lines("parameters", law.p, p, printer, skipped), *set_lines("lasting", law.lasting, lasting, printer)],
                 "memory": memory,
                 "within": printer.helper(WITHIN, LREAL),
                 "zero": printer.real(0.0),
@@ -111,28 +94,22 @@ class StLawFiles:
         own = [("parameters", p), ("lasting", lasting), ("now", now)]
         own += [("memory", Array(memory))] if memory else []
         own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in arrays]
-        places = memory or any(fed["several"] for fed in facts["inputs"])
+        ahead = printer.array(law.samples_ahead, LREAL)
         variables = [
-            *self._inputs(printer, facts),
+            *(
+                Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"), "VAR_INPUT")
+                for fed in facts["inputs"]
+            ),
             *(tuned.inputs(printer) if tuned else []),
-            *requests("the law takes over the desired motion"),
-            *answers("effort", f"what the drive is to give [{facts['unit_force']}]", units),
+            *interface("the law takes over the desired motion", "effort", f"what the drive is to give [{facts['unit_force']}]", units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
-            *([Variable("place", "DINT")] if places else []),
+            *([Variable("place", "DINT")] if memory or ahead_names else []),
         ]
         return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body)
 
-    def _inputs(self, printer: Printer, facts: dict[str, Any]) -> list[Variable]:
-        ahead = printer.array(self.law.samples_ahead, LREAL)
-        return [
-            Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"), "VAR_INPUT")
-            for fed in facts["inputs"]
-        ]
-
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
-        inputs = [fed["name"] for fed in facts["inputs"]]
         judged = Judged(self.name, efforts, self.law.single)
         body = body_lines(
             "st/law_selftest.st",
@@ -142,7 +119,7 @@ class StLawFiles:
             | {
                 "positions": positions,
                 "per_velocity": real_literal(PER_VELOCITY),
-                "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in inputs),
+                "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in self.law.inputs),
                 "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
             },
         )
@@ -154,11 +131,7 @@ class StLawFiles:
             *(Variable(name, printer.array(self.law.samples_ahead, LREAL)) for name in arrays_ahead),
             Variable("places", f"{self.name}_Places"),
         ]
-        arrays = (
-            ArrayPart(f"{self.name}_Scales", len(walk.scales), LREAL),
-            ArrayPart(f"{self.name}_Places", positions, LREAL),
-            *judged.arrays(),
-        )
+        arrays = judged.arrays(walk, ArrayPart(f"{self.name}_Places", positions, LREAL))
         return Pou("PROGRAM", f"{self.name}_selftest", "", tuple(variables), body), arrays
 
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.exports.printing import ascii_name
-from bristle.exports.tree import Struct
+from bristle.exports.printing import INDENT, ascii_name, free_name
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
 # compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
@@ -78,17 +77,9 @@ class Names:
             first = f"part_{first}"
         if len(first) <= SHORT or first.lower() in RESERVED:
             first = f"v_{first}"
-        name, count = first, 1
-        while name.lower() in self._used:
-            count += 1
-            name = f"{first}_{count}"
-        self._used.add(name.lower())
-        return name
-
-
-def structure_name(kind: Struct) -> str:
-    """Return what a tuple is called."""
-    return "Several" if kind.is_plain else kind.cls.__name__
+        lowered = free_name(first.lower(), self._used)
+        self._used.add(lowered)
+        return first + lowered[len(first) :]
 
 
 def real_literal(value: float, scalar: str = LREAL) -> str:
@@ -125,7 +116,6 @@ def whole_literal(value: int) -> str:
     return str(value) if abs(value) < 2**31 else f"LINT#{value}"
 
 
-INDENT = "    "
 ENDS = {"FUNCTION": "END_FUNCTION", "FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "PROGRAM": "END_PROGRAM"}
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR")
 

@@ -2,22 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator
+import uuid
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
+from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from bristle.exports.described import Source, meaning_of, plain, rendered, with_rights
-from bristle.exports.plcopen import project_text, twincat_files
+from bristle.exports.described import Source, meaning_of, plain, rendered, rights_lines, version, with_rights
 from bristle.exports.printing import wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, part_text, real_literal, used_of, whole_literal
+from bristle.exports.st_parts import (
+    INDENT,
+    LREAL,
+    REAL,
+    Array,
+    Names,
+    Pou,
+    Record,
+    Variable,
+    declaration_text,
+    part_text,
+    real_literal,
+    used_of,
+    whole_literal,
+)
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tree import REAL as NUMBER
-from bristle.exports.tree import TRUTH, Function, Struct, Type
+from bristle.exports.tree import TRUTH, Function, Struct
 from bristle.exports.tree import Array as ArrayType
 from bristle.exports.tunable import CHECKPOINT, TOLERANCE, Tunable, bounds_of, checkpoints
 from bristle.prediction.drive_units import CommandUnits
@@ -99,8 +115,13 @@ class Project:
 
     def files(self, head: str, source: Source) -> dict[str, str]:
         """Return the text of each file by its name; `head` is the template of the comment that they begin with."""
-        types, functions = self.printer.parts()
-        functions = [*self._helpers(), *functions]
+        printer = self.printer
+        types, functions = printer.parts()
+        helpers = []
+        for scalar in (LREAL, REAL):
+            names = [name for name, of in sorted(printer.helpers) if of == scalar]
+            helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
+        functions = [*helpers, *functions]
         types = used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
@@ -112,32 +133,15 @@ class Project:
         }
         return with_rights(files, source) | twincat_files([*parts, *of_test], source)
 
-    def _helpers(self) -> list[Pou]:
-        printer, helpers = self.printer, []
-        for scalar in (LREAL, REAL):
-            names = [name for name, of in sorted(printer.helpers) if of == scalar]
-            helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
-        return helpers
 
-
-def requests(anew: str) -> list[Variable]:
-    """Return what a block may be requests for besides."""
+def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
+    """Return what a block may be asked for besides, what it gives, in the units of a drive too, and whether that was held."""
+    command = "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
     return [
         Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
         Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
-    ]
-
-
-def answers(output: str, meaning: str, units: CommandUnits | None = None) -> list[Variable]:
-    """Return what a block gives, in the units of the drive too where they are known, and whether it was held."""
-    command = (
-        []
-        if units is None
-        else [Variable("command", "LREAL", f"the same in the units of the drive [{plain(units.effort.name)}]", "VAR_OUTPUT")]
-    )
-    return [
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
-        *command,
+        *([Variable("command", "LREAL", command, "VAR_OUTPUT")] if command else []),
         Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
         Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
     ]
@@ -169,26 +173,26 @@ class Judged:
 
     def variables(self) -> list[Variable]:
         """Return the variables of a self-test, whatever the block."""
-        name, numbers = self.name, ["bits", "walked", "following"]
         gave = "within what single precision explains" if self.single else "to the bit"
         worst = [Variable("worst", "LREAL", "how far its output was off", "VAR_OUTPUT")]
+        numbers = ["bits", "walked", "following", *([] if self.single else ["total", "lost", "added"])]
         return [
             Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
             Variable("passed", "BOOL", f"whether it gave the numbers of bristle, {gave}", "VAR_OUTPUT"),
             *(worst if self.single else []),
-            Variable("axis", name),
+            Variable("axis", self.name),
             Variable("prepared", "BOOL"),
-            Variable("count", "DINT"),
-            Variable("each", "DINT"),
-            *(Variable(number, "LREAL") for number in [*numbers, *([] if self.single else ["total", "lost", "added"])]),
-            Variable("scales", f"{name}_Scales"),
-            *([Variable("expected", f"{name}_Expected")] if self.single else []),
+            *(Variable(number, "DINT") for number in ("count", "each")),
+            *(Variable(number, "LREAL") for number in numbers),
+            Variable("scales", f"{self.name}_Scales"),
+            *([Variable("expected", f"{self.name}_Expected")] if self.single else []),
         ]
 
-    def arrays(self) -> tuple[Array, ...]:
-        """Return the data types of these variables, beside that of the scales of the walk."""
-        size = len(self.outputs[::CHECKPOINT])
-        return (Array(f"{self.name}_Expected", size, LREAL),) if self.single else ()
+    def arrays(self, walk: Walk, *further: Array) -> tuple[Array, ...]:
+        """Return the data types of these variables."""
+        scales = Array(f"{self.name}_Scales", len(walk.scales), LREAL)
+        expected = Array(f"{self.name}_Expected", len(self.outputs[::CHECKPOINT]), LREAL)
+        return (scales, *further, *([expected] if self.single else []))
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
@@ -219,8 +223,10 @@ def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: C
             yield from set_lines(at, field, part, printer, skipped, inner)
         elif isinstance(part, ArrayType):
             yield from (f"{at}[{i}] := {printer.real(float(number))};" for i, number in enumerate(field))
+        elif part == TRUTH:
+            yield f"{at} := {'TRUE' if field else 'FALSE'};"
         else:
-            yield f"{at} := {_literal(field, part, printer)};"
+            yield f"{at} := {printer.real(float(field)) if part == NUMBER else whole_literal(int(field))};"
 
 
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
@@ -264,7 +270,111 @@ def total_of(numbers: Iterable[float]) -> tuple[float, float]:
     return total, lost
 
 
-def _literal(value: Any, kind: Type, printer: Printer) -> str:
-    if kind == TRUTH:
-        return "TRUE" if value else "FALSE"
-    return printer.real(float(value)) if kind == NUMBER else whole_literal(int(value))
+NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
+XHTML = "http://www.w3.org/1999/xhtml"
+POU_TYPES = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
+SECTIONS = {"VAR_INPUT": "inputVars", "VAR_OUTPUT": "outputVars", "VAR_IN_OUT": "inOutVars", "VAR": "localVars"}
+NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
+Element = ElementTree.Element
+
+
+def project_text(name: str, head: str, types: Sequence[Array | Record], pous: Sequence[Pou]) -> str:
+    """Return a project with data types, functions, blocks and programs."""
+    ElementTree.register_namespace("", NAMESPACE)
+    ElementTree.register_namespace("xhtml", XHTML)
+    project = Element(f"{{{NAMESPACE}}}project")
+    _add(project, "fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER)
+    content = _add(project, "contentHeader", name=name)
+    _add(content, "Comment").text = head.strip().removeprefix("(*").removesuffix("*)").strip()
+    coordinates = _add(content, "coordinateInfo")
+    for language in ("fbd", "ld", "sfc"):
+        _add(_add(coordinates, language), "scaling", x="1", y="1")
+    inside = _add(project, "types")
+    data_types, units = _add(inside, "dataTypes"), _add(inside, "pous")
+    for part in types:
+        base = _add(_add(data_types, "dataType", name=part.name), "baseType")
+        if isinstance(part, Array):
+            array = _add(base, "array")
+            _add(array, "dimension", lower="0", upper=str(part.size - 1))
+            _type(_add(array, "baseType"), part.of)
+        else:
+            _variables(_add(base, "struct"), part.fields)
+    for pou in pous:
+        unit = _add(units, "pou", name=pou.name, pouType=POU_TYPES[pou.kind])
+        interface = _add(unit, "interface")
+        if pou.returns:
+            _type(_add(interface, "returnType"), pou.returns)
+        for section, element in SECTIONS.items():
+            if pou.declared(section):
+                _variables(_add(interface, element), pou.declared(section))
+        _text(_add(_add(unit, "body"), "ST"), "\n".join(line.removeprefix(INDENT) for line in pou.body))
+        if pou.meaning:
+            _text(_add(unit, "documentation"), pou.meaning)
+    _add(_add(project, "instances"), "configurations")
+    ElementTree.indent(project)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(project, encoding="unicode") + "\n"
+
+
+def _variables(parent: Element, variables: Sequence[Variable]) -> None:
+    for variable in variables:
+        element = _add(parent, "variable", name=variable.name)
+        _type(_add(element, "type"), variable.type)
+        if variable.initial:
+            _add(_add(element, "initialValue"), "simpleValue", value=variable.initial)
+        if variable.meaning:
+            _text(_add(element, "documentation"), variable.meaning)
+
+
+def _type(parent: Element, name: str) -> None:
+    if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL"):
+        _add(parent, name)
+    else:
+        _add(parent, "derived", name=name)
+
+
+def _text(parent: Element, text: str) -> None:
+    ElementTree.SubElement(parent, f"{{{XHTML}}}p").text = text
+
+
+def _add(parent: Element, tag: str, /, **attributes: str) -> Element:
+    return ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{tag}", attributes)
+
+
+HEAD = """<?xml version="1.0" encoding="utf-8"?>
+<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.12">
+"""
+POU = """  <POU Name={name} Id={id} SpecialFunc="None">
+    <Declaration>{declaration}</Declaration>
+    <Implementation>
+      <ST>{body}</ST>
+    </Implementation>
+  </POU>
+"""
+DUT = """  <DUT Name={name} Id={id}>
+    <Declaration>{declaration}</Declaration>
+  </DUT>
+"""
+TAIL = "</TcPlcObject>\n"
+
+
+def twincat_files(parts: Iterable[Array | Record | Pou], source: Source) -> dict[str, str]:
+    """Return the text of a file for each part, by its name: ``.TcPOU`` of a POU, ``.TcDUT`` of a data type.
+
+    A part has the same identifier in each export of its name: one that is exported again replaces it in a project.
+    """
+    rights = "\n".join([*rights_lines(source, ".st"), ""])
+    files = {}
+    for part in parts:
+        names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
+        if isinstance(part, Pou):
+            body = _as_cdata("\n".join([*part.body, ""]))
+            text = POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body)
+        else:
+            text = DUT.format(**names, declaration=_as_cdata(rights + part_text(part)))
+        files[f"{part.name}.{'TcPOU' if isinstance(part, Pou) else 'TcDUT'}"] = HEAD + text + TAIL
+    return files
+
+
+def _as_cdata(text: str) -> str:
+    """Return text that a reader of XML takes as it stands."""
+    return f"<![CDATA[{text.replace(']]>', ']]]]><![CDATA[>')}]]>"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,12 +12,11 @@ import numpy as np
 
 from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
-from bristle.core.surroundings import Surrounding, motion_with
+from bristle.core.surroundings import motion_with
 from bristle.exports.build import Builder
-from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, is_kernel
-from bristle.exports.settled import fact_of, settled
-from bristle.exports.tree import REAL, Array, Function, Struct, Type, Unit, struct_of, struct_type
+from bristle.exports.settled import fact_of, pruned, settled
+from bristle.exports.tree import REAL, Array, Function, Struct, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""
@@ -47,7 +46,7 @@ class Subject:
     @property
     def signals(self) -> tuple[str, ...]:
         """What friction depends on besides the motion, where a slot asks for it: load, temperature and so on."""
-        needed = {surrounding.field for surrounding in _surroundings(self.model)}
+        needed = () if self.is_operator else {surrounding.field for surrounding in self.model.component.surroundings}
         return tuple(name for name in self.usual if name in needed)
 
     @property
@@ -71,24 +70,20 @@ class Subject:
         An inverse has no output beyond saturation: the target holds the last one there, and stays where it is.
         """
         component, p, state = self.model.component, self.model.parameters, self.virgin
-        memory, last = component.new_memory(p), 0.0
-        outputs = np.zeros(len(u))
-        for k, value in enumerate(u.tolist()):
+        memory, outputs = component.new_memory(p), [0.0]
+        for value in u.tolist():
             output, move = component.trial(state, memory, value, p)
             if math.isfinite(output):
-                state, last = component.commit(state, memory, move, p), output
-            outputs[k] = last
-        return outputs
+                state = component.commit(state, memory, move, p)
+            outputs.append(output if math.isfinite(output) else outputs[-1])
+        return np.array(outputs[1:])
 
     def forces(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Return the force at each sample by the kernels as they stand: nothing is compiled."""
         component, p, state = self.model.component, self.model.parameters, self.virgin
-        memory = component.new_memory(p)
-        force = np.zeros(len(x))
+        memory, force, at = component.new_memory(p), np.zeros(len(x)), x.tolist()
         for k in range(1, len(x)):
-            v = (float(x[k]) - float(x[k - 1])) / dt
-            motion = Motion(v, float(x[k]))
-            force[k], move = component.trial(state, memory, motion, dt, p)
+            force[k], move = component.trial(state, memory, Motion((at[k] - at[k - 1]) / dt, at[k]), dt, p)
             state = component.commit(state, memory, move, p)
         return force
 
@@ -96,54 +91,42 @@ class Subject:
 def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = None) -> Subject:
     """Return a friction model, or a hysteresis operator, as functions of the tree."""
     component = model.component
+    is_operator = component.family == "hysteresis"
     for function in (component.trial, component.commit):
         if not is_kernel(function):
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
     builder = Builder(constants or {})
     parameters = struct_type(model.parameters)
     state = struct_type(component.initial_state(model.parameters))
-    moved = motion_with(_surroundings(model))
+    moved = motion_with(() if is_operator else component.surroundings)
     motion = struct_of(moved, [REAL] * len(moved._fields))
     size = component.memory_size(model.parameters)
-    inputs = [REAL] if component.family == "hysteresis" else [motion, REAL]
-    trial = builder.function(component.trial, [state, Array(size), *inputs, parameters])
-    move = _move_of(trial.result, component.trial)
-    commit = builder.function(component.commit, [state, Array(size, writable=True), move, parameters])
+    trial = builder.function(component.trial, [state, Array(size), *([REAL] if is_operator else [motion, REAL]), parameters])
+    parts = [kind for _, kind in trial.result.fields] if isinstance(trial.result, Struct) and trial.result.is_plain else []
+    if len(parts) != 2 or parts[0] != REAL or not isinstance(parts[1], Struct):
+        raise NotExportableError(component.trial, None, "returns something else than (force, move), move a NamedTuple of scalars")
+    commit = builder.function(component.commit, [state, Array(size, writable=True), parts[1], parameters])
     if commit.result != state:
         raise NotExportableError(component.commit, None, f"returns something else than a {state.cls.__name__}")
     unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
-    return Subject(model, unit, trial, commit, state, motion, move, parameters, size)
+    return Subject(model, unit, trial, commit, state, motion, parts[1], parameters, size)
 
 
 def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
     """Return what is exported with all left out that its parameters decide, but for those at some paths."""
     roots = [subject.trial, subject.commit] if subject.commits else [subject.trial]
     fact = fact_of(subject.model.parameters, subject.parameters, unknown)
-    named = {argument_of(subject.trial, TRIAL[subject.is_operator], "p"), argument_of(subject.commit, COMMIT, "p")}
+    # What a kernel calls its parameters.
+    arguments = ((subject.trial, TRIAL[subject.is_operator]), (subject.commit, COMMIT))
+    named = {function.source.__code__.co_varnames[names.index("p")] for function, names in arguments}
     unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
     return replace(subject, unit=unit, trial=written[0], commit=written[1] if subject.commits else subject.commit)
-
-
-def _surroundings(model: Model) -> tuple[Surrounding, ...]:
-    return () if model.component.family == "hysteresis" else model.component.surroundings
-
-
-def argument_of(function: Function, names: tuple[str, ...], name: str) -> str:
-    """Return what a function calls one of these arguments."""
-    return function.source.__code__.co_varnames[names.index(name)]
 
 
 def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:
     """Return which of these arguments, in this order, a function still takes."""
     arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
     return [arguments[parameter.name] for parameter in function.parameters]
-
-
-def _move_of(result: Type, trial: Callable[..., Any]) -> Struct:
-    parts = [kind for _, kind in result.fields] if isinstance(result, Struct) and result.is_plain else []
-    if len(parts) == 2 and parts[0] == REAL and isinstance(parts[1], Struct):
-        return parts[1]
-    raise NotExportableError(trial, None, "returns something else than (force, move), move a NamedTuple of scalars")
 
 
 def layout_of(subject: Subject, scalar: str) -> str:
@@ -213,7 +196,11 @@ class Walk:
 
 def walk_of(subject: Subject, dt: float) -> Walk:
     """Return the walk that leads a model through its pre-sliding and far beyond."""
-    reach = presliding_distance(subject)
+    return walk_over(presliding_distance(subject), dt)
+
+
+def walk_over(reach: float, dt: float) -> Walk:
+    """Return the walk whose parts have the scales of this distance [m or rad]."""
     return Walk(tuple(scale * reach / 32768.0 for scale in SCALES), dt)
 
 

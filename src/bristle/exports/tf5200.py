@@ -18,7 +18,6 @@ from dataclasses import replace
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.exports.drive import Side, error_on_log, last_direction, losses, mean_side, side_of
 from bristle.exports.effect import Drive
@@ -35,26 +34,46 @@ PER_MILLE = "0.1 % of rated"
 
 
 def write(request: Request) -> Product:
-    """Return the list of compensation values."""
-    model = request.model
+    """Return the list of compensation values, with what it loses and where it comes from as comments."""
+    model, (delay_unit, delay_si), (unit, unit_si) = request.model, DELAY_UNIT[request.model.kind], SPEED_UNIT[request.model.kind]
     forward, backward = [side_of(model, way, request.speed, request.points) for way in (1.0, -1.0)]
     effort = table_units(request.axis, model.kind).efforts[0]
     constant = offset_of(model.component.variables, model.values)
     current = _current_unit(request.axis, effort)
     mean = merged(mean_side(forward, backward, request.points), current, model.kind)
-    speed = SPEED_UNIT[model.kind][1]
-    written = np.array([[_whole(v, speed) * speed, float(_whole(f, current.si)) * current.si] for v, f in mean.entries.tolist()])
-    delay = round(reversal_distance(model, float(mean.curve[-1, 0])) / DELAY_UNIT[model.kind][1])
-    too_long = f"position_delay is {LONGEST_DELAY}, where its range ends: friction takes {delay} x {DELAY_UNIT[model.kind][0]} to turn"
+    entries = [(round(v / unit_si), round(f / current.si)) for v, f in mean.entries.tolist()]
+    if len(entries) > MOST:
+        raise InputError("are more entries than the list takes", path="points", value=len(entries), allowed=f"{MOST} or fewer")
+    written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
+    delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), samples_ahead(loop_for(request))
+    too_long = f"position_delay is {LONGEST_DELAY}, where its range ends: friction takes {delay} x {delay_unit} to turn"
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),
         f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}",
         *((too_long,) if delay > LONGEST_DELAY else ()),
         *error_on_log(request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}),
     )
-    ahead = samples_ahead(loop_for(request))
-    text = _text(model, mean, current, (delay, ahead), [*request.source.lines, *notes])
-    return Product({f"{request.name}.txt": text}, notes)
+    head = [
+        f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
+        *request.source.lines,
+        *notes,
+        f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your drive reports.",
+        "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
+        f"position_delay: 95 % of the force has turned after {delay} of its units ({delay_unit}); its range ends at {LONGEST_DELAY}.",
+        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at {MOST_AHEAD}.",
+    ]
+    rows = {
+        "mode": 3,
+        "table_entries": len(entries),
+        "position_delay": min(delay, LONGEST_DELAY),
+        "reversal_lookahead": min(ahead, MOST_AHEAD),
+        "scaling_factor": SCALE_OF_ONE,
+        "delay_cycles": 0,
+    }
+    for i, (v, f) in enumerate(entries):
+        rows |= {f"table[{i}].in": v, f"table[{i}].out": f}
+    lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows.items()]
+    return Product({f"{request.name}.txt": "\n".join([*lines, ""])}, notes)
 
 
 def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
@@ -105,42 +124,8 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
 def merged(side: Side, current: DriveUnit, kind: str) -> Side:
     """Return a side without the entries that rounding makes equal to both of their neighbours, or puts at one speed."""
-    unit = SPEED_UNIT[kind][1]
-    written = [(_whole(v, unit), _whole(f, current.si)) for v, f in side.entries.tolist()]
+    written = [(round(v / SPEED_UNIT[kind][1]), round(f / current.si)) for v, f in side.entries.tolist()]
     apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
     neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)
     numbers = [k for k, low, high in neighbours if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]]
     return replace(side, entries=side.entries[numbers])
-
-
-def _text(model: Model, side: Side, current: DriveUnit, delay_and_ahead: tuple[int, int], remarks: list[str]) -> str:
-    """Return the list of compensation values, with what it loses and where it comes from as comments."""
-    if len(side.entries) > MOST:
-        raise InputError("are more entries than the list takes", path="points", value=len(side.entries), allowed=f"{MOST} or fewer")
-    unit, unit_si = SPEED_UNIT[model.kind]
-    delay, ahead = delay_and_ahead
-    head = [
-        f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
-        *remarks,
-        f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your drive reports.",
-        "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
-        f"position_delay: 95 % of the force has turned after {delay} of its units ({DELAY_UNIT[model.kind][0]}); its "
-        f"range ends at {LONGEST_DELAY}.",
-        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at {MOST_AHEAD}.",
-    ]
-    rows = [
-        ("mode", "3"),
-        ("table_entries", str(len(side.entries))),
-        ("position_delay", str(min(delay, LONGEST_DELAY))),
-        ("reversal_lookahead", str(min(ahead, MOST_AHEAD))),
-        ("scaling_factor", str(SCALE_OF_ONE)),
-        ("delay_cycles", "0"),
-    ]
-    for i, (v, f) in enumerate(side.entries.tolist()):
-        rows += [(f"table[{i}].in", f"{_whole(v, unit_si)}"), (f"table[{i}].out", str(_whole(f, current.si)))]
-    lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows]
-    return "\n".join([*lines, ""])
-
-
-def _whole(value: float, unit: float) -> int:
-    return round(value / unit)

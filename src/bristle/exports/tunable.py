@@ -65,32 +65,22 @@ def single_note(output: str) -> str:
     return f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest {output}"
 
 
-def refuse_beyond_single(model: Model) -> None:
-    """Refuse a model with a finite value that single precision does not hold."""
-    for name, value in model.values.items():
-        _refuse_beyond(name, value)
-
-
-def refuse_parameters_beyond_single(parameters: Any, path: str = "") -> None:
-    """Refuse parameters of a control law, tuples in one another, with a finite number that single precision lacks."""
-    for name, value in zip(parameters._fields, parameters, strict=True):
-        if hasattr(value, "_fields"):
-            refuse_parameters_beyond_single(value, f"{path}{name}.")
-        else:
-            _refuse_beyond(f"{path}{name}", value)
-
-
-def _refuse_beyond(path: str, value: Any) -> None:
+def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
+    """Refuse parameters, tuples of such in one another, with a finite number that single precision does not hold."""
     largest = float(np.finfo(np.float32).max)
-    numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
-    if np.any(np.isfinite(numbers) & (numbers > largest)):
-        raise InputError(
-            "is larger than any number of single precision",
-            path=path,
-            value=float(np.max(numbers)),
-            allowed=f"<= {largest:.3g}",
-            mend="Leave float32 out",
-        )
+    for name, value in values.items():
+        if hasattr(value, "_fields"):
+            refuse_beyond_single(value._asdict(), f"{path}{name}.")
+            continue
+        numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
+        if np.any(np.isfinite(numbers) & (numbers > largest)):
+            raise InputError(
+                "is larger than any number of single precision",
+                path=f"{path}{name}",
+                value=float(np.max(numbers)),
+                allowed=f"<= {largest:.3g}",
+                mend="Leave float32 out",
+            )
 
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
@@ -104,7 +94,6 @@ def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
 
 
 MARK = 1024.0  # numbers that stand for parameters, to be leaves again in what kernels receive
-FED = "feedforward"
 
 
 @dataclass(frozen=True)
@@ -115,7 +104,6 @@ class Tunable:
     variables: Mapping[str, Variable]
     values: dict[str, Any]
     places: dict[tuple[str, ...], str]
-    fixed: dict[tuple[str, ...], Any]
 
     def numbers(self) -> Iterator[tuple[str, int | None, float]]:
         """Give the name, the place in it where it is an array, and the value of each number."""
@@ -145,25 +133,23 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     """
     component = model.component
     values = {
-        name: value
+        name: value if isinstance(value, np.ndarray) else float(value)
         for name, value in model.values.items()
         if not component.is_integer(name) and not component.variables[name].choices and name not in fixed_names
     }
+    # Numbers that stand for parameters, to be leaves again in what kernels receive.
     marked: dict[str, Any] = {}
-    names: dict[Any, str] = {}
     count = MARK
     for name, value in values.items():
-        size = value.size if isinstance(value, np.ndarray) else 1
-        numbers = count + np.arange(size, dtype=float)
-        count += size
-        marked[name] = numbers if isinstance(value, np.ndarray) else float(numbers[0])
-        names[_key(marked[name])] = name
+        marked[name] = count + np.arange(value.size, dtype=float) if isinstance(value, np.ndarray) else count
+        count += np.size(value)
+    names = {np.asarray(mark).tobytes(): name for name, mark in marked.items()}
     leaves = dict(_leaves(component.assemble(dict(model.values) | marked), ()))
-    places = {path: names[_key(value)] for path, value in leaves.items() if _key(value) in names}
-    fixed = {path: value for path, value in _leaves(model.parameters, ()) if path not in places}
+    keys = {path: np.asarray(value).tobytes() for path, value in leaves.items()}
+    places = {path: names[key] for path, key in keys.items() if key in names}
     lost = sorted(set(values) - set(places.values()))
-    usual = dict(_leaves(component.assemble(dict(model.values)), ()))
-    lost += [".".join(path) for path in fixed if _bits(leaves[path]) != _bits(usual[path])]
+    usual = _leaves(component.assemble(dict(model.values)), ())
+    lost += [".".join(path) for path, value in usual if path not in places and keys[path] != np.asarray(value).tobytes()]
     if lost:
         raise InputError(
             "makes something else of a parameter, so that it cannot be changed at run time",
@@ -171,8 +157,7 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
             value=", ".join(lost),
             mend="Leave --tunable out",
         )
-    values = {name: v if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}
-    return Tunable(model.kind, component.variables, values, places, fixed)
+    return Tunable(model.kind, component.variables, values, places)
 
 
 def tunable_law(law: Law) -> Tunable:
@@ -182,22 +167,21 @@ def tunable_law(law: Law) -> Tunable:
     and the cogging of a plant, are fixed.
     """
     friction = law.variant.feedforward.friction
-    parts = {"controller": law.controller} | ({} if friction is None else {"friction": friction})
     values: dict[str, Any] = {}
     variables: dict[str, Variable] = {}
     places: dict[tuple[str, ...], str] = {}
-    for part, model in parts.items():
-        tuned = tunable_of(model)
-        values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
-        variables |= {f"{part}_{name}": tuned.variables[name] for name in tuned.values}
-        places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
+    for part, model in (("controller", law.controller), ("friction", friction)):
+        if model is not None:
+            tuned = tunable_of(model)
+            values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
+            variables |= {f"{part}_{name}": tuned.variables[name] for name in tuned.values}
+            places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
     fed = {("mass",): law.p.mass} if law.p.mass else {}
     fed |= {} if friction is None else {("shape", name): value for name, value in law.p.shape._asdict().items()}
     for path, value in fed.items():
-        name = f"{FED}_{path[-1]}"
+        name = f"feedforward_{path[-1]}"
         values[name], variables[name], places[path] = value, FEEDFORWARD[path[-1]], name
-    fixed = {path: value for path, value in _leaves(law.p, ()) if path not in places}
-    return Tunable(law.controller.kind, variables, values, places, fixed)
+    return Tunable(law.controller.kind, variables, values, places)
 
 
 def settled_law(law: Law) -> Law:
@@ -206,14 +190,6 @@ def settled_law(law: Law) -> Law:
     fact = fact_of(law.p, law.types[1], places)
     unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)
     return replace(law, unit=unit, entry=entry)
-
-
-def _bits(value: Any) -> bytes:
-    return np.asarray(value).tobytes()
-
-
-def _key(value: Any) -> Any:
-    return value.tobytes() if isinstance(value, np.ndarray) else value
 
 
 def _leaves(value: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:

@@ -24,10 +24,10 @@ from bristle.exports.build import Builder
 from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, core_of, cycle_of
 from bristle.exports.described import parameter_table, rendered, version, with_rights
 from bristle.exports.printing import needs_wide_integers
-from bristle.exports.prune import pruned
+from bristle.exports.settled import pruned
 from bristle.exports.subject import FNV_OFFSET, FNV_PRIME, Subject, capacity_of, digest_of, layout_of, subject_of
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import INTEGER, REAL, Array, Call, Function, Struct, Type, Unit, struct_type, walk
+from bristle.exports.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
 from bristle.exports.tunable import tunable_of
 from bristle.exports.wasm_binary import OP, Types, emitted, flat, leb, signed_leb, vector
 from bristle.exports.wasm_code import Code
@@ -55,8 +55,8 @@ class Module:
 class _Memory:
     """The memory of a module while it is laid out, and what of it the parameters of its entries are."""
 
-    def __init__(self, unit: Unit, functions: list[Function]) -> None:
-        self.functions = functions
+    def __init__(self, unit: Unit, roots: list[Function], added: int) -> None:
+        self.functions = _called(unit, roots, added)
         self.integer = "i64" if needs_wide_integers(unit) else "i32"
         self.numbers: list[float] = [0.0] * (FIRST // 8)
         self.pushed: dict[str, bytes] = {}
@@ -68,31 +68,27 @@ class _Memory:
         self.numbers += [float(value) for value in np.atleast_1d(values)]
         return address
 
-    def place(self, argument: str, model: Model, kind: Struct, *, choices: bool = False) -> None:
-        """Lay out the parameters of a model, and keep the instructions that hand them to an entry."""
+    def place(self, argument: str, model: Model, kind: Struct, *, choices: bool = False) -> dict[str, list[list[int]]]:
+        """Lay out the parameters of a model, keep the instructions that hand them to an entry, and return their places."""
         named = {name for name, variable in model.component.variables.items() if variable.choices and choices}
         self.addresses[argument] = {}
         self.pushed[argument] = self._pushed(model.parameters, kind, self.addresses[argument], (), named)
+        return _places(model, self.addresses[argument], choices=choices)
 
     def _pushed(self, value: Any, kind: Struct, addresses: dict[tuple[str, ...], int], path: tuple[str, ...], named: set[str]) -> bytes:
+        """Return the instructions that push parameters: one that is whole and fixed itself, an array by its address."""
         code = b""
         for (name, part), leaf in zip(kind.fields, value, strict=True):
             if isinstance(part, Struct):
                 code += self._pushed(leaf, part, addresses, (*path, name), named)
-                continue
-            if part == REAL or isinstance(part, Array) or name in named:
+            elif part == REAL or isinstance(part, Array) or name in named:
                 addresses[*path, name] = self.add(leaf)
-            code += self._leaf(part, leaf, addresses.get((*path, name)))
+                code += emitted("i32.const", signed_leb(addresses[*path, name]))
+                loaded = b"" if isinstance(part, Array) else OP["load"]
+                code += loaded if part == REAL or not loaded else emitted("load", f"{self.integer}.truncate")
+            else:
+                code += emitted(f"{self.integer}.const", signed_leb(int(leaf)))
         return code
-
-    def _leaf(self, kind: Type, value: Any, place: int | None) -> bytes:
-        """Return the instructions that push a number: itself where it is whole and fixed, an array by its address."""
-        if place is None:
-            return emitted(f"{self.integer}.const", signed_leb(int(value)))
-        load = emitted("i32.const", signed_leb(place))
-        if isinstance(kind, Array):
-            return load
-        return load + (OP["load"] if kind == REAL else emitted("load", f"{self.integer}.truncate"))
 
 
 def module_of(
@@ -107,25 +103,24 @@ def module_of(
     builder = Builder()
     entry, begin = cycle_of(subject, builder)
     core = None if plant is None else core_of(subject, plant, builder)
-    roots = {"advance": entry} if core is None else {"advance": entry, "step": core.entry}
+    roots = {"advance": entry} | ({} if core is None else {"step": core.entry})
     roots |= {name: build(builder) for name, build in (others or {}).items()}
     unit = pruned(builder.unit, list(roots.values()))
-    layout = _Memory(unit, _called(unit, list(roots.values()), added))
+    layout = _Memory(unit, list(roots.values()), added)
     size = max(subject.memory_size, 1)
     places = {"lasting": layout.add(begin), "memory": layout.add(np.zeros(size))}
     begins = dict.fromkeys(roots, places)
     if core is not None:
         begins["step"] = {"lasting": layout.add(core.begin), "memory": layout.add([0] * size)}
     parameters = 8 * len(layout.numbers)
-    layout.place("p", subject.model, subject.parameters, choices=choices)
+    addresses = layout.place("p", subject.model, subject.parameters, choices=choices)
     if plant is not None and core is not None:
-        layout.place("q", plant, core.parameters["q"][1])
-    addresses = _places(subject.model, layout.addresses["p"], choices=choices)
-    if plant is not None:
-        addresses |= _places(plant, layout.addresses["q"])
+        addresses |= layout.place("q", plant, core.parameters["q"][1])
     binary = _binary({name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout)
     body = begins["step"]["lasting"] if core is not None else 0
-    still = _still(subject.model, layout.addresses["p"])
+    # Where the coefficients of what varies are, and their values where nothing does.
+    values = unvaried(subject.model).parameters
+    still = [(at, float(reduce(getattr, path, values))) for path, at in layout.addresses["p"].items() if not VARYING.isdisjoint(path)]
     return Module(binary, places["lasting"], addresses, places["memory"], body, parameters, still)
 
 
@@ -140,21 +135,14 @@ class Part(NamedTuple):
 def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes, dict[str, dict[str, Any]]]:
     """Return a module with an exported function for each part, and the addresses of what lasts and of parameters."""
     roots = [part.entry for part in parts.values()]
-    unit = pruned(builder.unit, roots)
-    layout = _Memory(unit, _called(unit, roots, PACKED))
+    layout = _Memory(pruned(builder.unit, roots), roots, PACKED)
     begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
     entries, addresses = {}, {}
     for name, part in parts.items():
-        layout.place("p", part.model, struct_type(part.model.parameters))
+        places = layout.place("p", part.model, struct_type(part.model.parameters))
         entries[name] = _entry(part.entry, layout, begins[name])
-        addresses[name] = begins[name] | {"places": _places(part.model, layout.addresses["p"])}
+        addresses[name] = begins[name] | {"places": places}
     return _binary(entries, layout), addresses
-
-
-def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[int, float]]:
-    """Return where the coefficients of what varies are, and their values where nothing does."""
-    values = unvaried(model).parameters
-    return [(address, float(reduce(getattr, path, values))) for path, address in addresses.items() if not VARYING.isdisjoint(path)]
 
 
 def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
@@ -183,25 +171,24 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     ] * len(entries)
     image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
-    names = zip(entries, range(len(functions), len(kinds)), strict=True)
-    exports = [_export("memory", 2, 0), *(_export(name, 0, number) for name, number in names)]
-    return b"".join(
-        [
-            b"\0asm\1\0\0\0",
-            _section("types", [b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g]) for t, g in types.listed]),
-            _section("functions", [leb(kind) for kind in kinds]),
-            _section("memories", [b"\0" + leb(pages)]),
-            _section("exports", exports),
-            _section("code", bodies),
-            _section("data", [b"\0" + emitted("i32.const", signed_leb(0), "end") + leb(len(image)) + image]),
-        ]
-    )
+    exported = [("memory", b"\2", 0), *((name, b"\0", number) for number, name in enumerate(entries, len(functions)))]
+    sections = {
+        "types": [b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g]) for t, g in types.listed],
+        "functions": [leb(kind) for kind in kinds],
+        "memories": [b"\0" + leb(pages)],
+        "exports": [leb(len(name)) + name.encode() + kind + leb(index) for name, kind, index in exported],
+        "code": bodies,
+        "data": [b"\0" + emitted("i32.const", signed_leb(0), "end") + leb(len(image)) + image],
+    }
+    contents = {name: vector(parts) for name, parts in sections.items()}
+    return b"\0asm\1\0\0\0" + b"".join(OP[name] + leb(len(content)) + content for name, content in contents.items())
 
 
 def write(request: Request) -> Product:
     """Return the module of a friction model, and the script that loads it."""
     subject, name, source = subject_of(request.sampled), request.name, request.source
     module, state = module_of(subject, added=ALONE), subject.state.fields
+    bounds = {name: (variable.min, variable.max) for name, variable in subject.model.component.variables.items()}
     facts = {
         "name": name,
         "model": subject.model.name,
@@ -216,7 +203,7 @@ def write(request: Request) -> Product:
         "OVERFLOW": OVERFLOW,
         "facts": source.lines,
         "rest": rest_rule(subject.model),
-        "ranges": json.dumps(_ranges(subject.model)),
+        "ranges": json.dumps({name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}),
         "contact": module.contact,
         "memory": subject.memory_size,
         "STATE": STATE,
@@ -253,19 +240,3 @@ def _places(model: Model, addresses: dict[tuple[str, ...], int], *, choices: boo
             if path not in tuned.places and (variable := model.component.variables.get(path[-1])) and variable.choices:
                 places.setdefault(path[-1], []).append([address])
     return places
-
-
-def _ranges(model: Model) -> dict[str, list[float | None]]:
-    """Return the least and the largest value of each parameter; None where there is none."""
-    bounds = {name: (variable.min, variable.max) for name, variable in model.component.variables.items()}
-    return {name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}
-
-
-def _section(name: str, parts: list[bytes]) -> bytes:
-    content = vector(parts)
-    return OP[name] + leb(len(content)) + content
-
-
-def _export(name: str, kind: int, index: int) -> bytes:
-    text = name.encode()
-    return leb(len(text)) + text + bytes([kind]) + leb(index)

@@ -37,6 +37,7 @@ class Code:
 
     def _emit(self, *parts: str | bytes) -> None:
         self.out += emitted(*parts)
+        self.depth += sum(part in ("block", "loop", "if") for part in parts) - parts.count("end")
 
     def _get(self, first: int, count: int = 1) -> None:
         for place in range(first, first + count):
@@ -71,23 +72,19 @@ class Code:
     def _do_if(self, s: tree.If) -> None:
         self._of(s.test)
         self._emit("if", "empty")
-        self.depth += 1
         self._block(s.body)
         if s.otherwise:
             self._emit("else")
             self._block(s.otherwise)
-        self.depth -= 1
         self._emit("end")
 
     def _do_while(self, s: tree.While) -> None:
         self._emit("block", "empty", "loop", "empty")
-        self.depth += 2
         self._of(s.test)
         self._emit("eqz", "br_if", leb(1))
         self.loops.append((self.depth - 1, self.depth))
         self._block(s.body)
         self.loops.pop()
-        self.depth -= 2
         self._emit("br", leb(0), "end", "end")
 
     def _do_for(self, s: tree.For) -> None:
@@ -95,20 +92,16 @@ class Code:
         self._of(s.start)
         self._set(place)
         self._emit("block", "empty", "loop", "empty")
-        self.depth += 2
         self._get(place)
         self._of(s.stop)
         self._emit(f"{self.integer}<", "eqz", "br_if", leb(1), "block", "empty")
-        self.depth += 1
         self.loops.append((self.depth - 2, self.depth))
         self._block(s.body)
         self.loops.pop()
         self._emit("end")
         self._get(place)
-        self._integer(1)
-        self._emit(f"{self.integer}+")
+        self._emit(f"{self.integer}.const", signed_leb(1), f"{self.integer}+")
         self._set(place)
-        self.depth -= 3
         self._emit("br", leb(0), "end", "end")
 
     def _do_break(self, s: tree.Break) -> None:
@@ -120,32 +113,25 @@ class Code:
     def _of(self, e: tree.Expression) -> None:
         getattr(self, f"_{type(e).__name__.lower()}")(e)
 
-    def _integer(self, value: int) -> None:
-        self._emit(f"{self.integer}.const", signed_leb(value))
-
-    def _real(self, value: float) -> None:
-        self._emit("f64.const", struct.pack("<d", value))
-
     def _constant(self, e: tree.Constant) -> None:
         if e.type == REAL:
-            self._real(float(e.value))
-        elif e.type == TRUTH:
-            self._emit("i32.const", signed_leb(int(e.value)))
+            self._emit("f64.const", struct.pack("<d", float(e.value)))
         else:
-            self._integer(int(e.value))
+            self._emit("i32.const" if e.type == TRUTH else f"{self.integer}.const", signed_leb(int(e.value)))
 
     def _variable(self, e: tree.Variable) -> None:
         self._get(self.locals.place(e), len(flat(e.type, self.integer)))
 
     def _field(self, e: tree.Field) -> None:
-        first = self._first_of(e.of)
+        first = self._first_of(e)
         if first is None:
+            assert isinstance(e.of.type, Struct)
             numbers = flat(e.of.type, self.integer)
             self._of(e.of)
             first = self.locals.new(numbers)
             self._set(first, len(numbers))
-        assert isinstance(e.of.type, Struct)
-        self._get(first + _offset(e.of.type, e.name, self.integer), len(flat(e.type, self.integer)))
+            first += self._offset(e.of.type, e.name)
+        self._get(first, len(flat(e.type, self.integer)))
 
     def _first_of(self, e: tree.Expression) -> int | None:
         """Return where the numbers of a tuple begin that lies in variables; None for one that is computed."""
@@ -153,8 +139,11 @@ class Code:
             return self.locals.place(e)
         if isinstance(e, tree.Field) and isinstance(e.of.type, Struct):
             first = self._first_of(e.of)
-            return None if first is None else first + _offset(e.of.type, e.name, self.integer)
+            return None if first is None else first + self._offset(e.of.type, e.name)
         return None
+
+    def _offset(self, kind: Struct, name: str) -> int:
+        return sum(len(flat(part, self.integer)) for _, part in kind.fields[: kind.place(name)])
 
     def _index(self, e: tree.Index) -> None:
         self._address(e.array, e.at)
@@ -172,7 +161,7 @@ class Code:
             self._of(e.of)
             self._emit("negate")
         else:
-            self._integer(0)
+            self._emit(f"{self.integer}.const", signed_leb(0))
             self._of(e.of)
             self._emit(f"{self.integer}-")
 
@@ -180,44 +169,34 @@ class Code:
         self._of(e.of)
         self._emit("eqz")
 
-    def _binary(self, e: tree.Binary) -> None:
-        operation = f"{'f64' if e.type == REAL else self.integer}{e.operator}"
+    def _binary(self, e: tree.Binary | tree.Compare) -> None:
+        operation = f"{'f64' if e.left.type == REAL else self.integer}{e.operator}"
         if operation not in OP:
             raise NotExportableError(self.function.source, None, f"{e.operator} of whole numbers that are not known here")
         self._of(e.left)
         self._of(e.right)
         self._emit(operation)
 
-    def _compare(self, e: tree.Compare) -> None:
-        self._of(e.left)
-        self._of(e.right)
-        self._emit(f"{'f64' if e.left.type == REAL else self.integer}{e.operator}")
+    _compare = _binary
 
     def _logic(self, e: tree.Logic) -> None:
         self._of(e.parts[0])
         for part in e.parts[1:]:
             self._emit("if", "i32")
-            self.depth += 1
-            self._truth_or(part if e.operator == "and" else None, 1)
-            self._emit("else")
-            self._truth_or(None if e.operator == "and" else part, 0)
-            self.depth -= 1
+            if e.operator == "or":
+                self._emit("i32.const", signed_leb(1), "else")
+                self._of(part)
+            else:
+                self._of(part)
+                self._emit("else", "i32.const", signed_leb(0))
             self._emit("end")
-
-    def _truth_or(self, part: tree.Expression | None, answer: int) -> None:
-        if part is None:
-            self._emit("i32.const", signed_leb(answer))
-        else:
-            self._of(part)
 
     def _select(self, e: tree.Select) -> None:
         self._of(e.test)
         self._emit("if", self.types.block(flat(e.type, self.integer)))
-        self.depth += 1
         self._of(e.first)
         self._emit("else")
         self._of(e.second)
-        self.depth -= 1
         self._emit("end")
 
     def _convert(self, e: tree.Convert) -> None:
@@ -244,12 +223,10 @@ class Code:
             for place in reversed([n for parameter in function.parameters for n in self.locals.numbers(parameter)]):
                 self._set(place)
             self._emit("block", self.types.block(flat(function.result, self.integer)))
-            self.depth += 1
             self.end = self.depth
             self._block(function.body)
             if function.result != VOID:
                 self._emit("unreachable")
-            self.depth -= 1
             self._emit("end")
         self.end = outside
 
@@ -266,7 +243,9 @@ class Code:
         if e.name == "floor":
             self._emit("floor", f"{self.integer}.truncate")
         elif e.name in ("isinf", "isnan"):
-            self._is(e.name)
+            x = leb(self.locals.new(["f64"]))
+            largest = ("abs", "f64.const", struct.pack("<d", LARGEST), "f64>")
+            self._emit("tee", x, *(("get", x, "f64!=") if e.name == "isnan" else largest))
         elif e.name in IN_BITS:
             self._emit(IN_BITS[e.name])
         elif e.type == REAL:
@@ -284,19 +263,3 @@ class Code:
         for place in (b, a, b, a):
             self._get(place)
         self._emit(f"{'f64' if e.type == REAL else self.integer}{'<' if e.name == 'min' else '>'}", "select")
-
-    def _is(self, name: str) -> None:
-        x = self.locals.new(["f64"])
-        self._emit("tee", leb(x))
-        if name == "isnan":
-            self._get(x)
-            self._emit("f64!=")
-        else:
-            self._emit("abs")
-            self._real(LARGEST)
-            self._emit("f64>")
-
-
-def _offset(kind: Struct, name: str, integer: str) -> int:
-    place = kind.place(name)
-    return sum(len(flat(part, integer)) for _, part in kind.fields[:place])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -64,6 +63,10 @@ def load_target_file(path: Readable) -> Target:
 
 CLEARLY = 0.95  # of the error with the usual rule at rest: another one is better
 SEEN = ("identified", "held")
+SAID_OF_REST = {
+    "held": "at rest (v = 0) the model keeps the force of the direction it came from; --rest middle writes the other rule",
+    "middle": "at rest (v = 0) the model gives the mean of both directions; --rest held writes the other rule",
+}
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -85,23 +88,28 @@ def target_named(name: str | Target) -> Target:
 def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) -> Product:
     """Return the files of a model for a target."""
     from bristle.exports.described import hash_of_model
+    from bristle.exports.effect_of import ahead_text, loop_for
 
     target = target_named(to)
+    is_operator = request.model.component.family == "hysteresis"
     _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
-    _refuse(target, bool(request.rest), lambda able: bool(able.rest), "evaluates no model along samples", "Leave rest out")
-    _refuse(target, request.log is not None, lambda able: able.compares, "is no table that could be compared on a log", "Leave the log out")
-    _refuse(target, request.draws > 0, lambda able: able.takes_draws, "holds one model, not draws of it", "Leave draws out")
-    _refuse(
-        target,
-        request.model.component.family == "hysteresis",
-        lambda able: able.operators,
-        "holds no hysteresis operator",
-        value=request.model.name,
-    )
+    for condition, ability, message, mend in (
+        (request.rest, "rest", "evaluates no model along samples", "Leave rest out"),
+        (request.log is not None, "compares", "is no table that could be compared on a log", "Leave the log out"),
+        (request.draws > 0, "takes_draws", "holds one model, not draws of it", "Leave draws out"),
+    ):
+        _refuse(target, bool(condition), ability, message, mend)
+    _refuse(target, is_operator, "operators", "holds no hysteresis operator", value=request.model.name)
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
-    remarks = (*_unseen(request), *(effect.lines() if effect else ()), *_said_of_use(request, target))
+    feeds = (target.pushes or target.rest) and not target.of_cogging and request.model.component.family == "friction"
+    remarks = (
+        *_unseen(request),
+        *(effect.lines() if effect else ()),
+        *((ahead_text(loop_for(request)),) if feeds else ()),
+        *(SAID_OF_REST[rule] for rule in (rest_rule(request.sampled),) if rule),
+    )
     source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.model))
     product = checked_product(target.write(replace(request, source=source)), target)
     return replace(product, notes=(*remarks, *product.notes), effect=effect)
@@ -109,25 +117,24 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
 
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
     """Return what is asked for with its rule at rest, and the effect: where nobody asked for one, the better rule."""
+    from bristle.exports.effect_of import effect_of_files
+
+    def effect(ruled: Request) -> Effect | None:
+        if target.reads is None:
+            return effect_of_files(ruled, None) if target.rest else None
+        drive = target.reads(checked_product(target.write(ruled), target).files, ruled)
+        return None if drive is None else effect_of_files(ruled, drive, of_cogging=target.of_cogging)
+
     usual = replace(request, rest=request.rest or target.rest)
     matters = target.pushes and (target.reads is not None or rest_rule(usual.sampled) != "")
     rules = dict.fromkeys((target.rest, *RESTS)) if target.rest and matters and not request.rest else (usual.rest,)
     requests = [replace(request, rest=rule) for rule in rules]
-    tried = [(ruled, _effect(target, ruled)) for ruled in requests]
+    tried = [(ruled, effect(ruled)) for ruled in requests]
     best = tried[0]
-    for ruled, effect in tried[1:]:
-        if effect is not None and best[1] is not None and effect.ratio < CLEARLY * best[1].ratio:
-            best = ruled, effect
+    for ruled, with_it in tried[1:]:
+        if with_it is not None and best[1] is not None and with_it.ratio < CLEARLY * best[1].ratio:
+            best = ruled, with_it
     return best
-
-
-def _effect(target: Target, request: Request) -> Effect | None:
-    from bristle.exports.effect_of import effect_of_files
-
-    if target.reads is None:
-        return effect_of_files(request, None) if target.rest else None
-    drive = target.reads(checked_product(target.write(request), target).files, request)
-    return None if drive is None else effect_of_files(request, drive, of_cogging=target.of_cogging)
 
 
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
@@ -159,40 +166,19 @@ def _unseen(request: Request) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _said_of_use(request: Request, target: Target) -> tuple[str, ...]:
-    """Return how the files are to be used: the samples that the motion is fed ahead, and the rule at rest."""
-    from bristle.exports.effect_of import ahead_text, loop_for
-
-    feeds = (target.pushes or target.rest) and not target.of_cogging and request.model.component.family == "friction"
-    return (*((ahead_text(loop_for(request)),) if feeds else ()), *_said_of_rest(request))
-
-
-def _said_of_rest(request: Request) -> tuple[str, ...]:
-    """Return the rule at rest of a memoryless model, in a sentence, with the way to the other rule."""
-    rule = rest_rule(request.sampled)
-    if not rule:
-        return ()
-    sentences = {
-        "held": "at rest (v = 0) the model keeps the force of the direction it came from",
-        "middle": "at rest (v = 0) the model gives the mean of both directions",
-    }
-    other = next(name for name in RESTS if name != rule)
-    return (f"{sentences[rule]}; --rest {other} writes the other rule",)
-
-
 def _refuse_arithmetic(target: Target, model: Model, *, tunable: bool, single: bool) -> None:
     from bristle.exports.tunable import refuse_beyond_single
 
-    _refuse(target, tunable, lambda able: able.tunable, "has no parameters that may be changed at run time", "Leave tunable out")
-    _refuse(target, single, lambda able: able.single, "is not written in single precision", "Leave float32 out")
+    _refuse(target, tunable, "tunable", "has no parameters that may be changed at run time", "Leave tunable out")
+    _refuse(target, single, "single", "is not written in single precision", "Leave float32 out")
     if single:
-        refuse_beyond_single(model)
+        refuse_beyond_single(model.values)
 
 
-def _refuse(target: Target, wanted: bool, able: Callable[[Target], bool], message: str, mend: str = "", value: str | None = None) -> None:
+def _refuse(target: Target, condition: bool, ability: str, message: str, mend: str = "", value: str | None = None) -> None:
     """Refuse what is wanted of a target that is not able to do it, and name those of bristle that are."""
-    if wanted and not able(target):
-        allowed = ", ".join(name for name, candidate in TARGETS.items() if able(candidate))
+    if condition and not getattr(target, ability):
+        allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
         raise InputError(message, path=target.name, value=value, allowed=allowed, mend=mend)
 
 
