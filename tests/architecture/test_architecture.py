@@ -67,9 +67,9 @@ def test_public_face_is_small_and_known():
 def test_every_kernel_stays_in_the_exportable_subset():
     for name in MODULES:
         importlib.import_module(name)
-    ours = [one for one in kernels() if (one.__module__ or "").startswith("bristle.")]
+    ours = [kernel for kernel in kernels() if (kernel.__module__ or "").startswith("bristle.")]
     assert len(ours) > 40
-    assert [text for one in ours for text in violations_of(one)] == []
+    assert [text for kernel in ours for text in violations_of(kernel)] == []
 
 
 @pytest.mark.parametrize(
@@ -113,9 +113,9 @@ def components():
 
 
 def test_every_component_is_bound_in_its_family_and_complete():
-    found = list(components())
-    assert len(found) >= 12
-    for family, name, model, package in found:
+    result = list(components())
+    assert len(result) >= 12
+    for family, name, model, package in result:
         assert getattr(package, model.name) is model, f"{family}/{name} is not bound in its package"
         assert model.description
         variables_of(model.Parameters)

@@ -61,12 +61,12 @@ class Module:
             if isinstance(node, DEFINITIONS):
                 self.definitions[node.name].append(node)
                 # A decorator that belongs to an object of this file keeps what it decorates: a command, a callback.
-                kept = [one for one in node.decorator_list if ast.unparse(one).partition(".")[0] in self.definitions]
+                kept = [item for item in node.decorator_list if ast.unparse(item).partition(".")[0] in self.definitions]
                 self.run += [ast.Name(node.name, ast.Load())] if kept else []
             elif isinstance(node, (ast.Import, ast.ImportFrom)):
                 self.imports |= imported(node, self.folder)
             elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-                names = [one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
+                names = [item.id for item in ast.walk(node) if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store)]
                 for name in names:
                     self.definitions[name].append(node)
                 self.run += [] if names else [node]
@@ -147,9 +147,9 @@ class Package:
         for path in re.findall(r"\bbr(?:istle)?((?:\.\w+)+)", text):
             place = "bristle"
             for name in path[1:].split("."):
-                found = self.home(place, name)
-                self.mark(found, is_value=False)
-                place = found[0] if found and found[1] is None else None
+                result = self.home(place, name)
+                self.mark(result, is_value=False)
+                place = result[0] if result and result[1] is None else None
         if is_code:
             self.attributes |= set(re.findall(r"\w+", text)) if re.fullmatch(r"[\w.:]+", text) else set()
             for stem, name in re.findall(r"\b(\w+)'?\)?\.(\w+)\(", text):
@@ -226,27 +226,27 @@ def walked(root=ROOT, entries=tuple(ENTRIES), pages=pages):
 
 def dead_names(package):
     """Return the public names of files that nothing reaches, and the public members of classes that nothing spells."""
-    found = []
+    result = []
     for module in package.modules.values():
         reached = {id(node) for name in module.definitions if (module.name, name) in package.live for node in module.definitions[name]}
         for name, nodes in module.definitions.items():
             # Names that are numbered together stand or fall together.
             if not name.startswith("_") and not reached & set(map(id, nodes)):
-                found.append(f"{module.name}.{name}")
-            for member in (one for node in nodes if isinstance(node, ast.ClassDef) for one in node.body):
+                result.append(f"{module.name}.{name}")
+            for member in (item for node in nodes if isinstance(node, ast.ClassDef) for item in node.body):
                 if isinstance(member, DEFINITIONS) and is_dead_member(member, package, module.name, name):
-                    found.append(f"{module.name}.{name}.{member.name}")
-    return sorted(found)
+                    result.append(f"{module.name}.{name}.{member.name}")
+    return sorted(result)
 
 
 def is_dead_member(member, package, module, name):
     """Whether nothing spells a public member, and no class outside the package, that its own inherits, calls it."""
-    kept = {ast.unparse(one).partition("(")[0] for one in member.decorator_list} - ACCESS
+    kept = {ast.unparse(item).partition("(")[0] for item in member.decorator_list} - ACCESS
     if name.startswith("_") or member.name.startswith("_") or member.name in package.attributes or kept:
         return False
     classes = getattr(importlib.import_module(module), name).__mro__
     root = module.partition(".")[0]
-    return not any(member.name in vars(one) for one in classes if one.__module__.partition(".")[0] != root)
+    return not any(member.name in vars(item) for item in classes if item.__module__.partition(".")[0] != root)
 
 
 def test_every_public_name_is_used():

@@ -32,8 +32,8 @@ def test_one_version_stands_everywhere():
 
 def test_the_recipe_asks_for_what_the_package_asks_for():
     run = RECIPE.partition("  run:\n")[2].partition("\n\n")[0].splitlines()
-    asked = {tuple(line.strip("- ").split(" ", 1)) for line in run if not line.strip().startswith("- python ")}
-    assert {NAMES.get(name, name) + limits for name, limits in asked} == set(PROJECT["dependencies"])
+    requested = {tuple(line.strip("- ").split(" ", 1)) for line in run if not line.strip().startswith("- python ")}
+    assert {NAMES.get(name, name) + limits for name, limits in requested} == set(PROJECT["dependencies"])
     assert f"- python {PROJECT['requires-python']}" in RECIPE
 
 

@@ -26,12 +26,12 @@ OTHER = {"s", "seed"}  # a second, the seed of a search
 
 def names_of_models_and_parameters():
     slots = "".join(f"+{slot}" for slot in SLOTS)
-    found = set(MODELS)
+    result = set(MODELS)
     for model in MODELS:
-        found |= {*find(model).variables, *find(model + slots).variables}
+        result |= {*find(model).variables, *find(model + slots).variables}
     for name, plant in PLANTS.items():
-        found |= {name, *plant.variables}
-    return found - set(EXCITATIONS)  # these are words for what a log contains
+        result |= {name, *plant.variables}
+    return result - set(EXCITATIONS)  # these are words for what a log contains
 
 
 def literals_of(path):
@@ -41,12 +41,12 @@ def literals_of(path):
 def test_identification_names_no_model_and_no_parameter():
     names = names_of_models_and_parameters()
     assert {"F_C", "sigma_0", "M", "k", "offset", "x_0", "c_1_pos", "lugre"} <= names
-    found = {
+    result = {
         path.relative_to(ROOT).as_posix(): spelled
         for path in sorted(ROOT.rglob("*.py"))
         if (spelled := (literals_of(path) & names) - OTHER - ALLOWED.get(path.name, set()))
     }
-    assert found == {}
+    assert result == {}
 
 
 def test_what_is_allowed_is_needed():

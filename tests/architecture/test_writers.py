@@ -82,16 +82,16 @@ def writes(call):
 
 
 def test_each_call_that_changes_a_file_stands_in_an_owner_or_is_listed():
-    found = {}
+    result = {}
     for path in sorted(ROOT.rglob("*.py")):
         module = path.relative_to(ROOT).as_posix()
         if module in OWNERS:
             continue
         calls = {writes(node) for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)} - {""}
         if calls:
-            found[module] = calls
-    assert {name: calls - OTHERS.get(name, set()) for name, calls in found.items() if calls - OTHERS.get(name, set())} == {}
-    assert {name for name in OTHERS if name not in found} == set()
+            result[module] = calls
+    assert {name: calls - OTHERS.get(name, set()) for name, calls in result.items() if calls - OTHERS.get(name, set())} == {}
+    assert {name for name in OTHERS if name not in result} == set()
 
 
 def test_the_search_sees_what_it_is_for():

@@ -68,7 +68,7 @@ def kills() -> Iterator[str]:
 
 
 def unfinished_in(folder: Path) -> set[str]:
-    return {one.name for one in folder.iterdir() if one.name.startswith("bristle-")}
+    return {item.name for item in folder.iterdir() if item.name.startswith("bristle-")}
 
 
 def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
@@ -97,9 +97,9 @@ def wrongs(what: str, code: int, errors: str, number: signal.Signals, folder: Pa
         note = note_in(results)
         if note is None or strangers_in(results, note) != ([], []) or set(note.files) - set(results.names()):
             yield f"{what}: the results are not whole"
-    others = {one: held for one, held in state_of(folder).items() if not one.startswith("bristle-")}
-    if others != mine:
-        yield f"{what}: touched {set(others) ^ set(mine)}"
+    rest = {item: fixed for item, fixed in state_of(folder).items() if not item.startswith("bristle-")}
+    if rest != mine:
+        yield f"{what}: touched {set(rest) ^ set(mine)}"
 
 
 def values() -> Iterator[str]:
@@ -116,20 +116,20 @@ def values() -> Iterator[str]:
             folder = Path(place) / "yard"
             shutil.copytree(built, folder)
             name = chance.choice(list(places))
-            text, told = FILES[name], []
+            text, message = FILES[name], []
             for _ in range(chance.randint(1, 2)):
                 path, value = chance.choice(places[name]), chance.choice(HOSTILE)
                 try:
                     text = replaced(text, path, value)
                 except (LookupError, TypeError):
                     continue
-                told.append(f"{'.'.join(map(str, path))} = {str(value)[:30]!r}")
+                message.append(f"{'.'.join(map(str, path))} = {str(value)[:30]!r}")
             (folder / name).write_text(text, encoding="utf-8")
             arguments = chance.choice(COMMANDS[name])
             try:
                 assault(list(arguments), folder)
             except AssertionError as error:
-                yield f"{arguments[0]} {name} {told}: {str(error)[:300]}"
+                yield f"{arguments[0]} {name} {message}: {str(error)[:300]}"
             shutil.rmtree(folder)
 
 
@@ -147,8 +147,8 @@ def flips() -> Iterator[str]:
                 try:
                     read_table(bytes(spoiled))
                 except InputError as error:
-                    said = str(error)
-                    if not said:
+                    text = str(error)
+                    if not text:
                         yield f"{kind} {count}: says nothing"
                 except Exception as error:  # noqa: BLE001  (that is what is looked for)
                     yield f"{kind} {count}: {error!r}"

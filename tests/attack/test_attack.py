@@ -69,10 +69,10 @@ def yard(tmp_path, built) -> Path:
 def drawn(count: int, seed: int) -> list[tuple[str, tuple, object, list[str]]]:
     chance = random.Random(seed)
     places = {name: list(places_in(tomllib.loads(text))) for name, text in FILES.items() if name.endswith(".toml")}
-    found = []
+    result = []
     for name in (chance.choice(list(places)) for _ in range(count)):
-        found.append((name, chance.choice(places[name]), chance.choice(HOSTILE), chance.choice(COMMANDS[name])))
-    return found
+        result.append((name, chance.choice(places[name]), chance.choice(HOSTILE), chance.choice(COMMANDS[name])))
+    return result
 
 
 @pytest.mark.parametrize("case", drawn(90, 2026), ids=lambda case: f"{case[0]}:{'.'.join(map(str, case[1]))}")
@@ -430,7 +430,7 @@ def test_models_of_a_persons_own(yard, how):
 def test_there_are_many_attacks_and_all_differ():
     tables = (drawn(90, 2026), TEXTS, TEXT_LOGS, [(k, h) for k in BINARY for h in SPOILED], ARGUMENTS, PLACES, PLACES, OWN)
     assert sum(map(len, tables)) >= 300
-    assert len({repr(one) for one in ARGUMENTS}) == len(ARGUMENTS)
+    assert len({repr(argument) for argument in ARGUMENTS}) == len(ARGUMENTS)
     assert {arguments[0] for several in COMMANDS.values() for arguments in several} >= {
         "identify",
         "log",

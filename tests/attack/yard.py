@@ -179,17 +179,17 @@ def replaced(text: str, path: tuple[Any, ...], value: Any) -> str:
 
 def state_of(folder: Path) -> dict[str, tuple[int, str]]:
     """Return all that lies in a folder, but for results that carry the note of bristle's own."""
-    found = {}
+    result = {}
     for place, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not Path(place, name, NOTE).is_file()]
         for name in (*folders, *names):
             path = Path(place, name)
             info = path.lstat()
-            held = hashlib.sha256(path.read_bytes()).hexdigest() if stat.S_ISREG(info.st_mode) else ""
+            fixed = hashlib.sha256(path.read_bytes()).hexdigest() if stat.S_ISREG(info.st_mode) else ""
             if path.is_symlink():
-                held = os.readlink(path)
-            found[str(path.relative_to(folder))] = (stat.S_IFMT(info.st_mode), held)
-    return found
+                fixed = os.readlink(path)
+            result[str(path.relative_to(folder))] = (stat.S_IFMT(info.st_mode), fixed)
+    return result
 
 
 def assault(arguments: list[str], folder: Path, chatter: str = "") -> tuple[int, str, str]:
@@ -214,24 +214,24 @@ def assault(arguments: list[str], folder: Path, chatter: str = "") -> tuple[int,
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors), contextlib.chdir(folder):
         code = main(arguments)
     took, spent = time.monotonic() - began, time.process_time() - spent
-    said, told = errors.getvalue().replace(chatter, ""), out.getvalue()
-    assert code in (0, 1, 2), (code, said)
+    text, message = errors.getvalue().replace(chatter, ""), out.getvalue()
+    assert code in (0, 1, 2), (code, text)
     assert spent < MOST_SECONDS, spent
     assert took < MOST_WAIT, took
     assert most_memory() < MOST_BYTES
-    assert "fault of bristle" not in said
-    assert "Traceback" not in said + told
-    lines = said.splitlines()
-    assert all(line.startswith("bristle: ") and line.isprintable() and len(line) < 2500 for line in lines), said
+    assert "fault of bristle" not in text
+    assert "Traceback" not in text + message
+    lines = text.splitlines()
+    assert all(line.startswith("bristle: ") and line.isprintable() and len(line) < 2500 for line in lines), text
     if code == 2:
-        assert told == ""
+        assert message == ""
         assert lines
     if "--json" in arguments and code in (0, 1):
-        assert isinstance(json.loads(told, parse_constant=refused), dict)
+        assert isinstance(json.loads(message, parse_constant=refused), dict)
     elif code in (0, 1):
-        assert all(one.isprintable() or one == "\n" for one in told)
+        assert all(item.isprintable() or item == "\n" for item in message)
     assert state_of(folder) == before
-    return code, told, said
+    return code, message, text
 
 
 def refused(constant: str) -> None:

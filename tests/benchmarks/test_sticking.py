@@ -14,13 +14,13 @@ TOLD = json.loads((Path(__file__).parents[2] / "docs" / "theory" / "sticking.jso
 
 @pytest.fixture(scope="module")
 def answers():
-    return {one.setting: one for one in ours()}
+    return {our.setting: our for our in ours()}
 
 
 def test_the_page_has_the_numbers_of_bristle(answers):
-    told = {row["setting"]: row for row in TOLD if row["simulator"].startswith("bristle ")}
-    assert told.keys() == answers.keys()
-    for name, row in told.items():
+    message = {row["setting"]: row for row in TOLD if row["simulator"].startswith("bristle ")}
+    assert message.keys() == answers.keys()
+    for name, row in message.items():
         for question in ("slope", "axis", "stop", "still", "pulled"):
             assert getattr(answers[name], question) == pytest.approx(row[question], rel=0.02, abs=1e-12), (name, question)
 

@@ -25,8 +25,8 @@ def test_coulomb_friction_is_a_relay_a_quarter_of_a_cycle_ahead():
 
 def test_viscous_friction_grows_with_the_frequency():
     for frequency in (0.5, 40.0):
-        found = described(br.friction.viscous(F_v=3.0), frequency)
-        np.testing.assert_allclose(found, 2j * np.pi * frequency * 3.0, rtol=1e-5)
+        result = described(br.friction.viscous(F_v=3.0), frequency)
+        np.testing.assert_allclose(result, 2j * np.pi * frequency * 3.0, rtol=1e-5)
 
 
 def test_an_element_that_slips_is_the_bilinear_hysteresis_of_caughey():
@@ -37,15 +37,15 @@ def test_an_element_that_slips_is_the_bilinear_hysteresis_of_caughey():
     angle = np.arccos(1.0 - 2.0 * reach / np.maximum(AMPLITUDES, reach))
     elastic = stiffness / np.pi * (angle - 0.5 * np.sin(2.0 * angle))
     lost = 4.0 * limit / (np.pi * AMPLITUDES) * np.maximum(1.0 - reach / AMPLITUDES, 0.0)
-    found = described(element)
-    np.testing.assert_allclose(found, elastic + 1j * lost, rtol=2e-5, atol=1e-5 * stiffness)
+    result = described(element)
+    np.testing.assert_allclose(result, elastic + 1j * lost, rtol=2e-5, atol=1e-5 * stiffness)
     assert np.count_nonzero(reach > AMPLITUDES) >= 3
 
 
 def test_the_loop_of_dahl_is_that_of_its_quadrature():
     level, stiffness = 12.0, 8e6
-    found = described(br.friction.dahl(F_C=level, sigma_0=stiffness))
-    for amplitude, value in zip(AMPLITUDES, found, strict=True):
+    result = described(br.friction.dahl(F_C=level, sigma_0=stiffness))
+    for amplitude, value in zip(AMPLITUDES, result, strict=True):
         # Forward from -A, where the loop has its lowest force, it nears the level exponentially; back it is the same.
         lowest = -level * np.tanh(stiffness * amplitude / level)
 
@@ -64,8 +64,8 @@ def test_the_loop_of_dahl_is_that_of_its_quadrature():
 def test_what_python_control_computes_by_itself_is_the_same(name):
     friction = example_of(br.friction.MODELS[name])
     for amplitude in (5e-7, 2e-5):
-        own = ct.describing_function(DescribingFunction(friction, 2.0), amplitude, num_points=2000, try_method=False)
-        assert own[0] == pytest.approx(described(friction, 2.0, amplitude), rel=1e-2)
+        custom = ct.describing_function(DescribingFunction(friction, 2.0), amplitude, num_points=2000, try_method=False)
+        assert custom[0] == pytest.approx(described(friction, 2.0, amplitude), rel=1e-2)
 
 
 def test_an_amplitude_in_micrometres_is_the_same_function():

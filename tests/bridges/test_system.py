@@ -34,10 +34,10 @@ def test_a_sampled_axis_is_that_of_the_engine_to_the_bit(name):
     friction = example_of(br.friction.MODELS[name])
     t = DT * np.arange(400)
     trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), DT, steps=2)
-    found = run(to_control(friction, PLANT, dt=DT, steps=2), t, effort_over(t))
-    for signal, row in zip(("position", "velocity", "friction"), found.outputs, strict=True):
+    result = run(to_control(friction, PLANT, dt=DT, steps=2), t, effort_over(t))
+    for signal, row in zip(("position", "velocity", "friction"), result.outputs, strict=True):
         np.testing.assert_array_equal(row, getattr(trace, signal), err_msg=signal)
-    assert np.ptp(found.outputs[0]) > 1e-6
+    assert np.ptp(result.outputs[0]) > 1e-6
 
 
 def test_the_axis_of_a_simulated_loop_is_the_same_in_python_control_to_the_bit():
@@ -50,9 +50,9 @@ def test_the_axis_of_a_simulated_loop_is_the_same_in_python_control_to_the_bit()
     system = to_control(friction, PLANT, dt=DT, steps=3)
     for variant in (looped.variants["as_recorded"], looped.variants["compensated"]):
         begun = [variant.position[0], variant.velocity[0], *np.zeros(len(system.state_labels) - 2)]
-        found = run(system, variant.time, variant.effort, X0=begun)
-        np.testing.assert_array_equal(found.outputs[0], variant.position)
-        np.testing.assert_array_equal(found.outputs[2], variant.friction)
+        result = run(system, variant.time, variant.effort, X0=begun)
+        np.testing.assert_array_equal(result.outputs[0], variant.position)
+        np.testing.assert_array_equal(result.outputs[2], variant.friction)
 
 
 @pytest.mark.parametrize("name", SAMPLED)
@@ -60,8 +60,8 @@ def test_a_sampled_contact_is_that_of_response_to_the_bit(name):
     friction = example_of(br.friction.MODELS[name])
     x = 3e-6 * np.sin(np.linspace(0.0, 20.0, 500)) * np.linspace(1.0, 0.3, 500)
     system = to_control(friction, dt=DT)
-    found = run(system, DT * np.arange(x.size - 1), np.diff(x) / DT)
-    np.testing.assert_array_equal(found.outputs, br.response(friction, x, DT)[1:])
+    result = run(system, DT * np.arange(x.size - 1), np.diff(x) / DT)
+    np.testing.assert_array_equal(result.outputs, br.response(friction, x, DT)[1:])
 
 
 @pytest.mark.parametrize("name", ["maxwell_slip", "preisach_lugre"])
@@ -88,11 +88,11 @@ def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
     t = 1e-3 * np.arange(60)
     trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), 1e-3, steps=2000, hold="linear")
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-9, "atol": 1e-13}}
-    found = run(to_control(friction, PLANT), t, effort_over(t), **options)
+    result = run(to_control(friction, PLANT), t, effort_over(t), **options)
     scale = np.ptp(trace.position)
     assert scale > 1e-6
-    np.testing.assert_allclose(found.outputs[0], trace.position, atol=1e-5 * scale, rtol=0.0)
-    np.testing.assert_allclose(found.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0)
+    np.testing.assert_allclose(result.outputs[0], trace.position, atol=1e-5 * scale, rtol=0.0)
+    np.testing.assert_allclose(result.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0)
 
 
 def test_friction_of_its_own_goes_into_a_mechanism_of_ones_own():
@@ -108,9 +108,9 @@ def test_friction_of_its_own_goes_into_a_mechanism_of_ones_own():
     axis = ct.interconnect([mass, to_control(lugre)], inputs=["effort"], outputs=["position", "velocity", "friction"])
     t = 1e-3 * np.arange(40)
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-8, "atol": 1e-13}}
-    found, alike = (run(system, t, effort_over(t), **options).outputs for system in (axis, to_control(lugre, PLANT)))
-    np.testing.assert_allclose(found[0], alike[0], atol=1e-5 * np.ptp(alike[0]), rtol=0.0)
-    np.testing.assert_allclose(found[2], alike[2], atol=1e-3, rtol=0.0)
+    result, alike = (run(system, t, effort_over(t), **options).outputs for system in (axis, to_control(lugre, PLANT)))
+    np.testing.assert_allclose(result[0], alike[0], atol=1e-5 * np.ptp(alike[0]), rtol=0.0)
+    np.testing.assert_allclose(result[2], alike[2], atol=1e-3, rtol=0.0)
 
 
 def test_a_stuck_axis_has_the_poles_of_its_bristles():

@@ -18,52 +18,52 @@ def test_the_public_name_is_this_one():
 
 
 def test_every_question_is_answered_with_every_field():
-    found = check(composite(sigma_2=0.04))
-    assert list(found) == QUESTIONS
-    assert [one.name for one in fields(Certificate)] == ["applies", "value", "unit", "threshold", "passed", "advice"]
-    assert all(one.applies and one.passed is True for one in found.values())
-    assert all(one.advice and "\n" not in one.advice for one in found.values())
+    result = check(composite(sigma_2=0.04))
+    assert list(result) == QUESTIONS
+    assert [field.name for field in fields(Certificate)] == ["applies", "value", "unit", "threshold", "passed", "advice"]
+    assert all(field.applies and field.passed is True for field in result.values())
+    assert all(field.advice and "\n" not in field.advice for field in result.values())
 
 
 def test_a_model_that_fails_says_what_to_change():
-    found = check(lugre())
-    assert [name for name, one in found.items() if one.passed is False] == ["passive", "drift", "closure"]
-    assert "sigma_2 to 30 mN·m·s/rad" in found["passive"].advice
-    assert all("preisach_lugre" in found[name].advice for name in ("drift", "closure"))
+    result = check(lugre())
+    assert [name for name, item in result.items() if item.passed is False] == ["passive", "drift", "closure"]
+    assert "sigma_2 to 30 mN·m·s/rad" in result["passive"].advice
+    assert all("preisach_lugre" in result[name].advice for name in ("drift", "closure"))
 
 
 @pytest.mark.parametrize("name", sorted(friction.MODELS))
 def test_every_model_has_its_certificates(name):
     model = friction.MODELS[name]
-    found = check(model(**model.example))
-    assert list(found) == QUESTIONS
-    assert found["dissipation"].passed
-    for one in found.values():
-        assert (one.passed is None) == (not one.applies) == (one.value is None) == (one.threshold is None)
+    result = check(model(**model.example))
+    assert list(result) == QUESTIONS
+    assert result["dissipation"].passed
+    for item in result.values():
+        assert (item.passed is None) == (not item.applies) == (item.value is None) == (item.threshold is None)
 
 
 def test_coulomb_friction_rests_and_has_no_loop_to_close():
-    found = check(friction.coulomb(F_C=2.0), force_ripple=(0.5, 1.0))
-    assert found["drift"].passed
-    assert found["drift"].value == 0.0
-    assert not found["closure"].applies
+    result = check(friction.coulomb(F_C=2.0), force_ripple=(0.5, 1.0))
+    assert result["drift"].passed
+    assert result["drift"].value == 0.0
+    assert not result["closure"].applies
 
 
 def test_a_viscous_film_holds_nothing():
-    found = check(friction.viscous(F_v=5.0))
-    assert [name for name, one in found.items() if one.applies] == ["passive", "dissipation"]
+    result = check(friction.viscous(F_v=5.0))
+    assert [name for name, item in result.items() if item.applies] == ["passive", "dissipation"]
 
 
 def test_units_are_those_of_the_kind_of_axis():
     assert check(lugre())["drift"].unit == "rad"
-    found = check(friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7))
-    assert (found["drift"].unit, found["passive"].unit, found["well_posed"].unit) == ("m", "N*s/m", "m")
+    result = check(friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7))
+    assert (result["drift"].unit, result["passive"].unit, result["well_posed"].unit) == ("m", "N*s/m", "m")
 
 
 def test_forces_and_positions_may_be_text_with_units():
     bare = check(lugre(), force_ripple=(0.04, 0.08), loop=(3.77e-3, 1.885e-3))
-    told = check(lugre(), force_ripple=("40 mN*m", "80 mN*m"), loop=("3.77 mrad", "1.885 mrad"))
-    assert told == bare
+    message = check(lugre(), force_ripple=("40 mN*m", "80 mN*m"), loop=("3.77 mrad", "1.885 mrad"))
+    assert message == bare
 
 
 def test_an_offset_moves_what_the_contact_holds():
@@ -88,9 +88,9 @@ def slots(offset):
 
 
 def test_a_friction_operator_is_friction():
-    found = check(hysteresis.preisach(kernel="dahl_masing", s=1.25e7, f_p=150.0))
-    assert [name for name, one in found.items() if one.applies] == ["passive", "drift", "closure", "dissipation"]
-    assert all(one.passed for one in found.values() if one.applies)
+    result = check(hysteresis.preisach(kernel="dahl_masing", s=1.25e7, f_p=150.0))
+    assert [name for name, item in result.items() if item.applies] == ["passive", "drift", "closure", "dissipation"]
+    assert all(item.passed for item in result.values() if item.applies)
 
 
 @pytest.mark.parametrize(

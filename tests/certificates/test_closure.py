@@ -29,22 +29,22 @@ def closure_of(model, loop=None):
     ],
 )
 def test_the_force_that_is_missing(model, loop, percent):
-    found = closure_of(model, loop)
-    assert 100.0 * found.value == pytest.approx(percent, abs=0.051 if abs(percent) < 30 and percent != -17.03 else 0.05)
-    assert not found.passed
+    result = closure_of(model, loop)
+    assert 100.0 * result.value == pytest.approx(percent, abs=0.051 if abs(percent) < 30 and percent != -17.03 else 0.05)
+    assert not result.passed
 
 
 @pytest.mark.parametrize("loop", [SMALL, (-3 * UM, -1.5 * UM), (3 * UM, -3 * UM), None])
 @pytest.mark.parametrize("model", [composite(), maxwell_slip(), gms()])
 def test_memory_in_the_position_closes(model, loop):
-    found = closure_of(model, loop)
-    assert abs(found.value) <= 1e-6
-    assert found.passed
+    result = closure_of(model, loop)
+    assert abs(result.value) <= 1e-6
+    assert result.passed
 
 
 def test_a_loop_and_its_mirror_image_miss_alike():
-    there, mirrored = (closure_of(lugre(), (side * 3 * UM, side * 1.5 * UM)).value for side in (1.0, -1.0))
-    assert mirrored == pytest.approx(there, rel=1e-12)
+    present, mirrored = (closure_of(lugre(), (side * 3 * UM, side * 1.5 * UM)).value for side in (1.0, -1.0))
+    assert mirrored == pytest.approx(present, rel=1e-12)
 
 
 def test_the_loop_of_the_certificate_loads_to_its_share_and_goes_half_of_the_way_back():

@@ -14,9 +14,9 @@ from bristle.core.mathematics import direction
 
 @pytest.mark.parametrize("model", [lugre(), composite(), composite("paper"), maxwell_slip(), gms()])
 def test_friction_takes_energy_out_of_every_cycle(model):
-    found = check(model)["dissipation"]
-    assert found.passed
-    assert found.value >= -1e-9
+    result = check(model)["dissipation"]
+    assert result.passed
+    assert result.value >= -1e-9
 
 
 @pytest.mark.parametrize("reach", [1.2, 2.0, 5.0])
@@ -54,10 +54,10 @@ def stay(state, memory, move, p):
 
 def test_a_model_that_pushes_at_speed_is_found():
     pushes = FrictionModel(name="pushes", description="pushes", Parameters=Parameters, State=State, trial=push, commit=stay)
-    found = check(pushes(F_C=1.0))
-    assert not found["dissipation"].passed
-    assert found["dissipation"].value < -0.1
-    assert not found["passive"].applies
+    result = check(pushes(F_C=1.0))
+    assert not result["dissipation"].passed
+    assert result["dissipation"].value < -0.1
+    assert not result["passive"].applies
 
 
 class Width(NamedTuple):
@@ -88,7 +88,7 @@ def test_a_magnet_has_no_passivity_and_still_dissipates():
     magnet = HysteresisOperator(
         name="magnet", description="lags and saturates", Parameters=Width, State=Lagging, trial=lag, commit=keep, output="1"
     )
-    found = check(magnet(r=0.5))
-    assert [name for name, one in found.items() if one.applies] == ["closure", "dissipation"]
-    assert found["dissipation"].passed
-    assert found["closure"].passed
+    result = check(magnet(r=0.5))
+    assert [name for name, item in result.items() if item.applies] == ["closure", "dissipation"]
+    assert result["dissipation"].passed
+    assert result["closure"].passed

@@ -24,9 +24,9 @@ def drift_of(model, ripple=RIPPLE):
     ],
 )
 def test_bristles_that_slip_at_every_force_walk(model, micrometres):
-    found = drift_of(model)
-    assert found.value / UM == pytest.approx(micrometres, rel=5e-3)
-    assert not found.passed
+    result = drift_of(model)
+    assert result.value / UM == pytest.approx(micrometres, rel=5e-3)
+    assert not result.passed
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.04, 0.08), (-0.05, 0.08), (0.08, 0.12)])
@@ -39,15 +39,15 @@ def test_the_drift_of_lugre_has_a_closed_form(low, high):
 
 @pytest.mark.parametrize("model", [composite(), composite(kernel="reformed_dahl_exact"), maxwell_slip(), gms()])
 def test_memory_in_the_position_stays(model):
-    found = drift_of(model)
-    assert abs(found.value) <= 1e-8 * UM
-    assert found.passed
+    result = drift_of(model)
+    assert abs(result.value) <= 1e-8 * UM
+    assert result.passed
 
 
 def test_a_gate_that_opens_lets_it_creep_before_break_away():
-    found = drift_of(composite(), (0.06, 0.97 * F_S))
-    assert found.value > found.threshold
-    assert not found.passed
+    result = drift_of(composite(), (0.06, 0.97 * F_S))
+    assert result.value > result.threshold
+    assert not result.passed
 
 
 @pytest.mark.parametrize("model", [lugre(), pytest.param(composite("paper"), marks=pytest.mark.slow)])

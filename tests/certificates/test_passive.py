@@ -39,10 +39,10 @@ def passive_of(model):
 )
 def test_the_condition_for_constant_micro_damping(model, needed):
     sigma_1 = 0.25
-    found = passive_of(model(sigma_1=sigma_1, sigma_2=0.9 * sigma_1 * needed))
-    assert found.threshold == pytest.approx(sigma_1 * needed, rel=1e-8)
-    assert found.unit == unit_of("force*time/length", "rotational")
-    assert not found.passed
+    result = passive_of(model(sigma_1=sigma_1, sigma_2=0.9 * sigma_1 * needed))
+    assert result.threshold == pytest.approx(sigma_1 * needed, rel=1e-8)
+    assert result.unit == unit_of("force*time/length", "rotational")
+    assert not result.passed
     assert passive_of(model(sigma_1=sigma_1, sigma_2=sigma_1 * needed)).passed
 
 
@@ -58,9 +58,9 @@ def test_the_condition_for_constant_micro_damping(model, needed):
     ids=lambda one: getattr(one, "name", None),
 )
 def test_what_gives_nothing_back_is_passive_whatever_its_viscosity(model, present):
-    found = passive_of(model)
-    assert found.applies
-    assert (found.value, found.threshold, found.passed) == (present, 0.0, True)
+    result = passive_of(model)
+    assert result.applies
+    assert (result.value, result.threshold, result.passed) == (present, 0.0, True)
 
 
 def test_the_advice_passes_when_followed():
@@ -87,13 +87,13 @@ def test_where_the_bristle_force_is_unlimited_the_bound_is_sharp():
 
 def test_the_worse_direction_counts():
     asymmetric = friction.find("lugre+asymmetry")
-    found = passive_of(
+    result = passive_of(
         asymmetric(
             F_C_pos=20.0, F_C_neg=20.0, F_S_pos=28.0, F_S_neg=24.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2_pos=300.0, sigma_2_neg=300.0
         )
     )
-    assert found.threshold == pytest.approx(400.0, rel=1e-8)
-    assert not found.passed
+    assert result.threshold == pytest.approx(400.0, rel=1e-8)
+    assert not result.passed
 
 
 def work(model, strokes, rounds):

@@ -14,24 +14,24 @@ from bristle.certificates.quasi_static import Path, holding_of
 
 @pytest.mark.parametrize("model", [lugre(), composite(), composite("paper"), maxwell_slip()])
 def test_a_contact_holds_its_static_friction_either_way(model):
-    found = holding_of(model)
-    assert found.forward == pytest.approx(F_S, rel=1e-9)
-    assert found.backward == pytest.approx(-F_S, rel=1e-9)
-    assert found.has_presliding
+    result = holding_of(model)
+    assert result.forward == pytest.approx(F_S, rel=1e-9)
+    assert result.backward == pytest.approx(-F_S, rel=1e-9)
+    assert result.has_presliding
 
 
 def test_an_offset_shifts_what_is_held():
-    found = holding_of(friction.find("coulomb+asymmetry")(F_C_pos=3.0, F_C_neg=2.0, offset=0.25))
-    assert (found.backward, found.forward, found.half) == (-1.75, 3.25, 2.5)
-    assert not found.has_presliding
+    result = holding_of(friction.find("coulomb+asymmetry")(F_C_pos=3.0, F_C_neg=2.0, offset=0.25))
+    assert (result.backward, result.forward, result.half) == (-1.75, 3.25, 2.5)
+    assert not result.has_presliding
 
 
 @pytest.mark.parametrize("spring", [2e-5, 1e-2])
 def test_a_force_that_grows_with_the_position_for_ever_is_never_passed_however_little_it_grows(spring):
     # 1 N of a stop, and from the spring 0.02 N or 10 N over the longest slide, a kilometre.
-    held = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)))
-    assert (held.backward, held.forward) == (-math.inf, math.inf)
-    assert not held.has_presliding
+    fixed = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)))
+    assert (fixed.backward, fixed.forward) == (-math.inf, math.inf)
+    assert not fixed.has_presliding
     alone = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6])))
     assert (alone.backward, alone.forward) == pytest.approx((-1.0, 1.0), rel=1e-6)
 
@@ -40,9 +40,9 @@ def test_a_force_that_grows_with_the_position_for_ever_is_never_passed_however_l
 def test_what_is_symmetric_holds_as_much_backward_as_forward_or_neither(spring):
     # The springs lie on both sides of what counts as growing for ever.
     operator = hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)
-    held = holding_of(as_friction(operator))
-    assert held.backward == pytest.approx(-held.forward, rel=1e-9)
-    assert math.isinf(held.forward) == (spring > 1e-6)
+    fixed = holding_of(as_friction(operator))
+    assert fixed.backward == pytest.approx(-fixed.forward, rel=1e-9)
+    assert math.isinf(fixed.forward) == (spring > 1e-6)
 
 
 def test_the_distance_is_where_half_of_the_force_is_there():

@@ -16,10 +16,10 @@ def well_posed_of(model):
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
 @pytest.mark.parametrize(("kernel", "micrometres"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)])
 def test_the_bound_of_the_deflection(transition, kernel, micrometres):
-    found = well_posed_of(composite(transition, kernel=kernel))
-    assert found.value / UM == pytest.approx(micrometres, abs=6e-4)
-    assert found.passed
-    assert "20 % above F_S" in found.advice
+    result = well_posed_of(composite(transition, kernel=kernel))
+    assert result.value / UM == pytest.approx(micrometres, abs=6e-4)
+    assert result.passed
+    assert "20 % above F_S" in result.advice
 
 
 @pytest.mark.parametrize("ratio", [1.05, 1.5, 2.0])
@@ -30,17 +30,17 @@ def test_the_bound_is_where_the_operator_gives_the_static_force(ratio):
 
 @pytest.mark.parametrize("ratio", [0.95, 1.0])
 def test_without_saturation_above_the_static_force_it_grows(ratio):
-    found = well_posed_of(composite(f_p=ratio * F_S, validate=False))
-    assert math.isinf(found.value)
-    assert not found.passed
-    assert "raise f_p to 136.5 mN·m" in found.advice
+    result = well_posed_of(composite(f_p=ratio * F_S, validate=False))
+    assert math.isinf(result.value)
+    assert not result.passed
+    assert "raise f_p to 136.5 mN·m" in result.advice
 
 
 def test_a_thin_margin_is_no_pass():
-    found = well_posed_of(composite(f_p=1.02 * F_S, validate=False))
-    assert math.isfinite(found.value)
-    assert found.value > found.threshold
-    assert not found.passed
+    result = well_posed_of(composite(f_p=1.02 * F_S, validate=False))
+    assert math.isfinite(result.value)
+    assert result.value > result.threshold
+    assert not result.passed
 
 
 def test_the_limit_is_what_the_least_margin_gives():
@@ -57,6 +57,6 @@ def test_other_models_are_bounded_for_all_parameters():
 
 
 def test_an_elastic_part_that_never_yields_is_found():
-    found = check(friction.bouc_wen(s=1e6, F_C=20.0, alpha=0.01))
-    assert [name for name, one in found.items() if one.applies] == ["passive", "dissipation"]
-    assert "spring" in found["drift"].advice
+    result = check(friction.bouc_wen(s=1e6, F_C=20.0, alpha=0.01))
+    assert [name for name, item in result.items() if item.applies] == ["passive", "dissipation"]
+    assert "spring" in result["drift"].advice

@@ -144,7 +144,7 @@ class Ended:
 
 def written_in(folder: str | Path) -> set[str]:
     """Return the names of the results in a folder, which must carry the note of what is bristle's own."""
-    names = {one.name for one in Path(folder).iterdir()}
+    names = {item.name for item in Path(folder).iterdir()}
     assert NOTE in names
     return names - {NOTE}
 
@@ -155,7 +155,7 @@ def bristle(capsys):
 
     def run(*arguments: object) -> Ended:
         capsys.readouterr()
-        code = main([str(one) for one in arguments])
+        code = main([str(argument) for argument in arguments])
         captured = capsys.readouterr()
         return Ended(code, captured.out, captured.err)
 

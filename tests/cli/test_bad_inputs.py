@@ -82,8 +82,8 @@ def with_own_model() -> None:
     """Let the model file and the experiment name the model of a person's own."""
     for name in ("model.toml", "experiment.toml"):
         text = Path(name).read_text()
-        own = '[friction]\nfile = "own.py"\nF_0 = 8.0\n'
-        Path(name).write_text(re.sub(r"\[friction\]\n([^\[\n].*\n)*", own, text, count=1))
+        custom = '[friction]\nfile = "own.py"\nF_0 = 8.0\n'
+        Path(name).write_text(re.sub(r"\[friction\]\n([^\[\n].*\n)*", custom, text, count=1))
 
 
 COMMAND_LINES = [
@@ -286,13 +286,13 @@ def is_readable(errors: str, words: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("bad", ALL, ids=[bad.name for bad in ALL])
 def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     bad.make()
-    before = {one: one.stat().st_mtime_ns for one in place.rglob("*")}
+    before = {item: item.stat().st_mtime_ns for item in place.rglob("*")}
     out = () if "--out" in bad.arguments or bad.arguments[0] not in ("identify", "predict", "run") else ("--out", "results")
     ended = bristle(*bad.arguments, *out, *(() if bad.arguments[0] == "idenfity" else ("--json",)))
     assert ended.code == 2, ended
     assert ended.out == ""
     is_readable(ended.err, bad.words)
-    assert {one: one.stat().st_mtime_ns for one in place.rglob("*") if "__pycache__" not in one.parts} == before
+    assert {item: item.stat().st_mtime_ns for item in place.rglob("*") if "__pycache__" not in item.parts} == before
 
 
 def test_the_table_is_long_and_its_rows_differ():

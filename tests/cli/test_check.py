@@ -19,20 +19,20 @@ def models(tmp_path, monkeypatch):
 
 
 def test_a_model_that_is_fit_passes(bristle, models):
-    found = bristle("check", "composite.toml", "--json")
-    assert found.code == 0
-    assert found.err == ""
-    assert found.data["passed"] is True
-    assert list(found.data["certificates"]) == ["well_posed", "passive", "drift", "closure", "dissipation"]
-    assert all(set(one) == KEYS for one in found.data["certificates"].values())
+    result = bristle("check", "composite.toml", "--json")
+    assert result.code == 0
+    assert result.err == ""
+    assert result.data["passed"] is True
+    assert list(result.data["certificates"]) == ["well_posed", "passive", "drift", "closure", "dissipation"]
+    assert all(set(item) == KEYS for item in result.data["certificates"].values())
 
 
 def test_a_model_that_drifts_fails_with_advice(bristle, models):
-    found = bristle("check", "lugre.toml", "--json")
-    assert found.code == 1
-    failed = [name for name, one in found.data["certificates"].items() if one["passed"] is False]
+    result = bristle("check", "lugre.toml", "--json")
+    assert result.code == 1
+    failed = [name for name, item in result.data["certificates"].items() if item["passed"] is False]
     assert failed == ["passive", "drift", "closure"]
-    assert all(f"{name}: " in found.err for name in failed)
+    assert all(f"{name}: " in result.err for name in failed)
     shown = bristle("check", "lugre.toml")
     assert shown.code == 1
     assert shown.out.count("FAILED") == 3
@@ -41,26 +41,26 @@ def test_a_model_that_drifts_fails_with_advice(bristle, models):
 
 def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
     Path("short.toml").write_text(COMPOSITE.replace("156 mN*m", "120 mN*m"))
-    found = bristle("check", "short.toml", "--json")
-    assert found.code == 1
-    answer = found.data["certificates"]["well_posed"]
+    result = bristle("check", "short.toml", "--json")
+    assert result.code == 1
+    answer = result.data["certificates"]["well_posed"]
     assert answer["passed"] is False
     assert "raise f_p to 136.5 mN·m" in answer["advice"]
 
 
 def test_a_condition_that_no_certificate_speaks_of_is_bad_input(bristle, models):
     Path("reversed.toml").write_text(COMPOSITE.replace("100 mN*m", "140 mN*m").replace("156", "190"))
-    found = bristle("check", "reversed.toml")
-    assert found.code == 2
-    assert "F_S >= F_C" in found.err
+    result = bristle("check", "reversed.toml")
+    assert result.code == 2
+    assert "F_S >= F_C" in result.err
 
 
 def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
     options = ("--force-ripple", "40 mN*m,80 mN*m", "--loop", "3.77 mrad, 1.885 mrad")
-    found = bristle("check", "lugre.toml", "--json", *options).data["certificates"]
+    result = bristle("check", "lugre.toml", "--json", *options).data["certificates"]
     # 0.3895 um on a screw of 5 mm lead, and 30.7 % of break-away.
-    assert found["drift"]["value"] == pytest.approx(0.38947 * 1.256637e-3, rel=1e-4)
-    assert found["closure"]["value"] == pytest.approx(-0.307, abs=1e-3)
+    assert result["drift"]["value"] == pytest.approx(0.38947 * 1.256637e-3, rel=1e-4)
+    assert result["closure"]["value"] == pytest.approx(-0.307, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -75,34 +75,34 @@ def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
     ],
 )
 def test_what_cannot_be_checked_is_refused(bristle, models, arguments, words):
-    found = bristle("check", *arguments)
-    assert found.code == 2
-    assert words in found.err
-    assert found.out == ""
+    result = bristle("check", *arguments)
+    assert result.code == 2
+    assert words in result.err
+    assert result.out == ""
 
 
 def test_a_sound_model_of_a_users_own_passes(bristle, place):
-    found = bristle("check", "own.py", "--json")
-    assert found.code == 0
-    assert found.data["passed"] is True
-    assert all(one["passed"] for one in found.data["certificates"].values())
-    measured = {name: one for name, one in found.data["certificates"].items() if one["value"] is not None}
+    result = bristle("check", "own.py", "--json")
+    assert result.code == 0
+    assert result.data["passed"] is True
+    assert all(item["passed"] for item in result.data["certificates"].values())
+    measured = {name: item for name, item in result.data["certificates"].items() if item["value"] is not None}
     assert {"finite everywhere", "one sided limits", "dissipates", "refines", "same bits compiled"} <= set(measured)
-    assert all(one["unit"] for one in measured.values())
+    assert all(item["unit"] for item in measured.values())
     assert measured["dissipates"]["value"] > measured["dissipates"]["threshold"]
     assert measured["refines"]["value"] <= measured["refines"]["threshold"]
-    assert found.data["certificates"]["rate agrees"]["applies"] is False  # it has no rate
-    assert all(set(one) >= KEYS for one in found.data["certificates"].values())
+    assert result.data["certificates"]["rate agrees"]["applies"] is False  # it has no rate
+    assert all(set(item) >= KEYS for item in result.data["certificates"].values())
 
 
 def test_a_model_that_pushes_fails_with_advice(bristle, place):
     Path("own.py").write_text(Path("own.py").read_text().replace("return p.F_0 *", "return -p.F_0 *"))
-    found = bristle("check", "own.py", "--json")
-    assert found.code == 1
-    failed = {name for name, one in found.data["certificates"].items() if not one["passed"]}
+    result = bristle("check", "own.py", "--json")
+    assert result.code == 1
+    failed = {name for name, item in result.data["certificates"].items() if not item["passed"]}
     assert "dissipates" in failed
-    assert all(name in found.err for name in failed)
-    worst = found.data["certificates"]["dissipates"]
+    assert all(name in result.err for name in failed)
+    worst = result.data["certificates"]["dissipates"]
     assert worst["value"] < worst["threshold"] < 0.0
     shown = bristle("check", "own.py")
     assert shown.code == 1
@@ -110,18 +110,18 @@ def test_a_model_that_pushes_fails_with_advice(bristle, place):
 
 
 def test_a_ripple_needs_parameters(bristle, place):
-    found = bristle("check", "own.py", "--force-ripple", "1 N,2 N")
-    assert found.code == 2
-    assert 'file = "own.py"' in found.err
+    result = bristle("check", "own.py", "--force-ripple", "1 N,2 N")
+    assert result.code == 2
+    assert 'file = "own.py"' in result.err
 
 
 def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
     Path("mine.toml").write_text('schema = 1\n[friction]\nfile = "own.py"\nF_0 = "3 N"\n')
     assert bristle("check", "mine.toml", "--json").code == 2
     assert bristle("check", "own.py").code == 0  # which allows its code
-    found = bristle("check", "mine.toml", "--json")
-    assert found.code == 0
-    verdicts = {name: one["passed"] for name, one in found.data["certificates"].items()}
+    result = bristle("check", "mine.toml", "--json")
+    assert result.code == 0
+    verdicts = {name: item["passed"] for name, item in result.data["certificates"].items()}
     assert verdicts == {"well_posed": None, "passive": None, "drift": True, "closure": None, "dissipation": True}
 
 
@@ -142,21 +142,21 @@ def test_a_model_file_is_checked_with_its_values(bristle, place):
 def test_a_quantity_that_is_none_is_bad_input_with_its_line(bristle, place, command, old, new, line, place_of, said):
     text = Path("own.py").read_text().replace(old, new, 1)
     # Annotations that are evaluated late have no line.
-    for own, where in ((text, f"own.py, line {line}"), (f"from __future__ import annotations\n{text}", "own.py")):
-        Path("own.py").write_text(own)
-        found = bristle(*command, "own.py")
-        assert (found.code, found.out) == (2, "")
-        assert found.err.startswith(f"bristle: {where}: {place_of}: is no")
-        assert said in found.err
-        assert "allowed" in found.err
+    for custom, where in ((text, f"own.py, line {line}"), (f"from __future__ import annotations\n{text}", "own.py")):
+        Path("own.py").write_text(custom)
+        result = bristle(*command, "own.py")
+        assert (result.code, result.out) == (2, "")
+        assert result.err.startswith(f"bristle: {where}: {place_of}: is no")
+        assert said in result.err
+        assert "allowed" in result.err
 
 
 @pytest.mark.slow
 def test_a_product_of_quantities_is_described_checked_and_identified(bristle, place):
     for header in ("", "from __future__ import annotations\n"):
-        own = header + EXAMPLE.read_text()
-        Path("drag.py").write_text(own)
+        custom = header + EXAMPLE.read_text()
+        Path("drag.py").write_text(custom)
         assert bristle("check", "drag.py").code == 0
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json")
-    assert found.code == 0
-    assert found.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json")
+    assert result.code == 0
+    assert result.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"

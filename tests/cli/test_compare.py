@@ -11,9 +11,9 @@ QUIET = ("compare", "before.csv", "after.csv", "--axis", "axis.toml")
 
 
 def write(name, recorded, columns=("time", "position", "reference", "effort")):
-    signals = np.column_stack([getattr(recorded, one).values for one in columns])
+    signals = np.column_stack([getattr(recorded, column).values for column in columns])
     heads = {"time": "t", "position": "q", "reference": "r", "effort": "u"}
-    np.savetxt(name, signals, delimiter=",", header=",".join(heads[one] for one in columns), comments="", fmt="%.9g")
+    np.savetxt(name, signals, delimiter=",", header=",".join(heads[column] for column in columns), comments="", fmt="%.9g")
 
 
 @pytest.fixture
@@ -26,33 +26,33 @@ def logs(place):
 
 
 def test_the_answer_stands_first_and_yes_is_no_error(bristle, logs):
-    found = bristle(*QUIET)
-    assert found.code == 0
-    assert found.out.startswith("It helped: the following error is lower.")
-    assert "Friction level" in found.out
-    assert "Compared: 8 cycles before and 8 after" in found.out
+    result = bristle(*QUIET)
+    assert result.code == 0
+    assert result.out.startswith("It helped: the following error is lower.")
+    assert "Friction level" in result.out
+    assert "Compared: 8 cycles before and 8 after" in result.out
 
 
 def test_no_help_is_the_exit_code_of_no(bristle, logs):
     assert bristle("compare", "after.csv", "before.csv", "--axis", "axis.toml").code == 1
     write("again.csv", log(3, sine(9)))
-    found = bristle("compare", "before.csv", "again.csv", "--axis", "axis.toml")
-    assert found.code == 1
-    assert "cannot tell" in found.out
+    result = bristle("compare", "before.csv", "again.csv", "--axis", "axis.toml")
+    assert result.code == 1
+    assert "cannot tell" in result.out
 
 
 def test_without_a_reference_nobody_asks_for_help(bristle, logs):
     Path("bare.toml").write_text(Path("axis.toml").read_text().replace('reference = { column = "r", unit = "m" }\n', ""))
-    found = bristle("compare", "before.csv", "after.csv", "--axis", "bare.toml", "--json")
-    assert found.code == 0
-    assert found.data["helped"] is None
-    assert found.data["following_error"] is None
-    assert found.data["friction"]["level"]["verdict"] == "lower"
+    result = bristle("compare", "before.csv", "after.csv", "--axis", "bare.toml", "--json")
+    assert result.code == 0
+    assert result.data["helped"] is None
+    assert result.data["following_error"] is None
+    assert result.data["friction"]["level"]["verdict"] == "lower"
 
 
 def test_results_in_a_folder(bristle, logs):
-    found = bristle(*QUIET, "--out", "compared", "--format", "png", "--format", "csv")
-    assert found.code == 0
+    result = bristle(*QUIET, "--out", "compared", "--format", "png", "--format", "csv")
+    assert result.code == 0
     assert written_in("compared") == {"summary.json", "report.html", "figures"}
     assert (Path("compared") / "figures" / "comparison.png").is_file()
     page = Path("compared/report.html").read_text()
@@ -62,10 +62,10 @@ def test_results_in_a_folder(bristle, logs):
 
 def test_further_logs_of_a_side(bristle, logs):
     write("more.csv", log(5, sine(5)))
-    found = bristle(*QUIET, "--before", "more.csv", "--json")
-    assert [one["name"] for one in found.data["logs"]["before"]] == ["before.csv", "more.csv"]
-    assert found.data["shared"]["cycles_before"] == 12
-    assert found.data["provenance"]["before_2"] == "more.csv"
+    result = bristle(*QUIET, "--before", "more.csv", "--json")
+    assert [item["name"] for item in result.data["logs"]["before"]] == ["before.csv", "more.csv"]
+    assert result.data["shared"]["cycles_before"] == 12
+    assert result.data["provenance"]["before_2"] == "more.csv"
 
 
 @pytest.mark.parametrize(
@@ -79,17 +79,17 @@ def test_further_logs_of_a_side(bristle, logs):
     ],
 )
 def test_what_cannot_be_compared_is_told_in_one_line(bristle, logs, arguments, words):
-    found = bristle(*arguments)
-    assert found.code == 2
-    assert words in found.err
-    assert len(found.err.splitlines()) == 1
+    result = bristle(*arguments)
+    assert result.code == 2
+    assert words in result.err
+    assert len(result.err.splitlines()) == 1
 
 
 def test_a_hole_in_a_log_is_told_with_its_place(bristle, logs):
     lines = Path("after.csv").read_text().splitlines()
     lines[100] = lines[100].rpartition(",")[0] + ",nan"
     Path("after.csv").write_text("\n".join(lines))
-    found = bristle(*QUIET)
-    assert found.code == 2
-    assert "after.csv" in found.err
-    assert "sample 99" in found.err
+    result = bristle(*QUIET)
+    assert result.code == 2
+    assert "after.csv" in result.err
+    assert "sample 99" in result.err

@@ -39,14 +39,14 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
 
     # What the page on compensation tells of it is what it found.
     page = (ROOT / "docs" / "theory" / "compensation.md").read_text().replace("\n", " ")
-    told = re.search(r"`bristle demo`.*?from ([\d.]+) mm as recorded to ([\d.]+) µm with .*?, and to ([\d.]+) µm", page)
+    message = re.search(r"`bristle demo`.*?from ([\d.]+) mm as recorded to ([\d.]+) µm with .*?, and to ([\d.]+) µm", page)
     loops = json.loads((folder / "summary.json").read_text())["compensation"]
-    found = [loops[name]["following_error"]["peak_to_peak"] for name in ("as_recorded", "feedforward", "compensated")]
-    assert found == pytest.approx([1e-3 * float(told[1]), 1e-6 * float(told[2]), 1e-6 * float(told[3])], rel=0.02)
+    result = [loops[name]["following_error"]["peak_to_peak"] for name in ("as_recorded", "feedforward", "compensated")]
+    assert result == pytest.approx([1e-3 * float(message[1]), 1e-6 * float(message[2]), 1e-6 * float(message[3])], rel=0.02)
 
     # What it wrote serves the other commands, and they agree with it.
     again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", "0", "--json").data
-    listed = {one["name"]: one for one in json.loads((folder / "summary.json").read_text())["models"]}
+    listed = {load["name"]: load for load in json.loads((folder / "summary.json").read_text())["models"]}
     assert again["parameters"] == listed["coulomb_viscous"]["parameters"]
     predicted = bristle(
         "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml", "--mode", "closed-loop", "--json"

@@ -9,9 +9,9 @@ from tests.cli.conftest import written_in
 
 
 def test_a_loop_is_designed_in_numbers(bristle, place):
-    found = bristle("design", "experiment.toml", "--json")
-    assert found.code == 0
-    data = found.data
+    result = bristle("design", "experiment.toml", "--json")
+    assert result.code == 0
+    data = result.data
     assert (data["variant"], data["stable"], data["error_unit"]) == ("base", True, "m")
     assert set(data["loops"]) == {"base", "none"}
     first = data["loops"]["base"]["points"][0]
@@ -19,17 +19,17 @@ def test_a_loop_is_designed_in_numbers(bristle, place):
     assert first["spectral_radius"] < 1.0
     assert first["phase_margin"] > 0.0
     assert len(first["poles"]) >= 3
-    assert data["delay"]["total"] == sum(data["delay"][one] for one in ("hold", "computation", "drive", "velocity"))
+    assert data["delay"]["total"] == sum(data["delay"][item] for item in ("hold", "computation", "drive", "velocity"))
     assert data["budget"]["everything"]["peak_to_peak"] > data["budget"]["nothing"]["peak_to_peak"]
     assert set(data["proposals"]) >= {"as it is", "tuned"}
     assert len(data["circles"]["as it is"]["glitches"]) == 4
 
 
 def test_results_are_a_report_and_numbers(bristle, place):
-    found = bristle("design", "experiment.toml", "--variant", "none", "--bandwidth", "10 Hz", "--out", "design")
-    assert found.code == 0
-    assert "Poles and margins of the sampled loop" in found.out
-    assert "none: the sampled loop is stable" in found.out
+    result = bristle("design", "experiment.toml", "--variant", "none", "--bandwidth", "10 Hz", "--out", "design")
+    assert result.code == 0
+    assert "Poles and margins of the sampled loop" in result.out
+    assert "none: the sampled loop is stable" in result.out
     assert written_in("design") == {"summary.json", "report.html"}
     assert json.loads(Path("design/summary.json").read_text())["variant"] == "none"
     proposed = json.loads(Path("design/summary.json").read_text())["proposals"]["tuned"]

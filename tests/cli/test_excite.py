@@ -44,36 +44,36 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
-    found = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json")
-    assert found.code == 0
+    result = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json")
+    assert result.code == 0
     assert written_in(folder / "motion") == {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html"}
     table = np.loadtxt("motion/motion.csv", delimiter=",", skiprows=1)
     assert Path("motion/motion.csv").read_text().splitlines()[0].startswith("t [s],q [um],velocity [um/s],")
     assert np.abs(table[:, 1]).max() <= 50_000.0
-    assert table[-1, 0] == pytest.approx(found.data["motion"]["duration"], abs=0.003)
-    assert found.data["parameters"]["F_C"]["status"] == "identified"
-    assert abs(found.data["parameters"]["F_C"]["error_percent"]) < 10.0
-    assert found.data["identify"].split()[:4] == ["bristle", "identify", "LOG", "--axis"]
-    assert [one["purpose"] for one in found.data["pieces"]] == ["stribeck"] * 10
+    assert table[-1, 0] == pytest.approx(result.data["motion"]["duration"], abs=0.003)
+    assert result.data["parameters"]["F_C"]["status"] == "identified"
+    assert abs(result.data["parameters"]["F_C"]["error_percent"]) < 10.0
+    assert result.data["identify"].split()[:4] == ["bristle", "identify", "LOG", "--axis"]
+    assert [item["purpose"] for item in result.data["pieces"]] == ["stribeck"] * 10
     again = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck")
     assert again.code == 2
     assert "--force" in again.err
     replaced = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--force", "--format", "svg")
     assert replaced.code == 0
-    assert {one.name for one in Path("motion/figures").glob("*.svg")} == {"motion.svg", "expected.svg"}
+    assert {item.name for item in Path("motion/figures").glob("*.svg")} == {"motion.svg", "expected.svg"}
     assert "constant velocity" in replaced.out
 
 
 def test_an_axis_without_limits_is_told_what_to_write(bristle, folder):
     Path("axis.toml").write_text(AXIS.replace('velocity = "100 mm/s"\n', ""))
-    found = bristle("excite", "axis.toml", "--for", "stribeck")
-    assert found.code == 2
-    assert "write velocity under [limits]" in found.err
-    assert "Traceback" not in found.err
+    result = bristle("excite", "axis.toml", "--for", "stribeck")
+    assert result.code == 2
+    assert "write velocity under [limits]" in result.err
+    assert "Traceback" not in result.err
 
 
 def test_bad_limits_name_their_key(bristle, folder):
     Path("axis.toml").write_text(AXIS.replace('"2 m/s^2"', '"2 m/s"'))
-    found = bristle("excite", "axis.toml")
-    assert found.code == 2
-    assert "limits.acceleration" in found.err
+    result = bristle("excite", "axis.toml")
+    assert result.code == 2
+    assert "limits.acceleration" in result.err

@@ -15,11 +15,11 @@ from bristle.files.operator import write_operator
 
 
 def test_c_of_a_model_file(bristle, place):
-    found = bristle("export", "model.toml", "--to", "c", "--name", "knee", "--step", "1ms", "--out", "knee", "--json")
-    assert found.code == 0
-    assert found.data["target"] == "c"
-    assert found.data["files"][:3] == ["knee.h", "knee.c", "knee_selftest.c"]
-    assert written_in("knee") == {*found.data["files"], "summary.json"}
+    result = bristle("export", "model.toml", "--to", "c", "--name", "knee", "--step", "1ms", "--out", "knee", "--json")
+    assert result.code == 0
+    assert result.data["target"] == "c"
+    assert result.data["files"][:3] == ["knee.h", "knee.c", "knee_selftest.c"]
+    assert written_in("knee") == {*result.data["files"], "summary.json"}
     header = Path("knee/knee.h").read_text()
     assert "model: model.toml" in header
     assert "command: bristle export" in header
@@ -30,12 +30,12 @@ def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
     assert bristle(*line).code == 0
     assert bristle("export", "fit", "--to", "c", "--out", "as_c").code == 0
     assert "95 % interval" in Path("as_c/axis_x.h").read_text()
-    found = bristle("export", "fit", "--to", "table", "--axis", "axis.toml", "--points", "4", "--out", "as_table")
-    assert found.code == 0
-    assert "Note: straight lines" in found.out
+    result = bristle("export", "fit", "--to", "table", "--axis", "axis.toml", "--points", "4", "--out", "as_table")
+    assert result.code == 0
+    assert "Note: straight lines" in result.out
     assert "\nvelocity [m/s],effort [N]\n" in Path("as_table/axis_x.csv").read_text()
     notes = json.loads(Path("as_table/summary.json").read_text())["notes"]
-    shown = " ".join(found.out.split())
+    shown = " ".join(result.out.split())
     assert [note for note in notes if note not in shown] == [], shown
 
 
@@ -44,13 +44,13 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
     assert bristle(*line).code == 0
     Path("other.csv").write_text(Path("log.csv").read_text() + "\n")
     for log, words in (("log.csv", "on its own log"), ("other.csv", "on other.csv")):
-        found = bristle(
+        result = bristle(
             "export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", log, "--out", "out", "--force", "--json"
         )
-        assert found.code == 0
-        told = next(note for note in found.data["notes"] if "largest error" in note)
-        assert words in told
-        assert float(told.partition(words)[2].split()[0]) < 1e-6  # a line on a line
+        assert result.code == 0
+        message = next(note for note in result.data["notes"] if "largest error" in note)
+        assert words in message
+        assert float(message.partition(words)[2].split()[0]) < 1e-6  # a line on a line
 
 
 @pytest.mark.parametrize(
@@ -66,16 +66,16 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
     ],
 )
 def test_what_cannot_be_written_is_refused(bristle, place, arguments, words):
-    found = bristle("export", "model.toml", *arguments, "--out", "out")
-    assert found.code == 2
-    assert words in found.err.replace("\n", " ")
+    result = bristle("export", "model.toml", *arguments, "--out", "out")
+    assert result.code == 2
+    assert words in result.err.replace("\n", " ")
     assert not Path("out").exists()
 
 
 def test_an_operator_keeps_its_constant(bristle, place):
     write_operator("operator.toml", br.hysteresis.preisach(s=1e7, f_p=20.0), offset=1.5)
-    found = bristle("export", "operator.toml", "--to", "c", "--out", "as_c")
-    assert found.code == 0
+    result = bristle("export", "operator.toml", "--to", "c", "--out", "as_c")
+    assert result.code == 0
     header = Path("as_c/axis_x.h").read_text()
     assert "axis_x_output(axis_x *axis, double x)" in header
     assert re.search(r"offset +1\.5 +N +constant output beside the operator", header)
@@ -84,10 +84,10 @@ def test_an_operator_keeps_its_constant(bristle, place):
 
 def test_the_law_of_a_variant_leaves_as_c(bristle, place):
     line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "law")
-    found = bristle(*line, "--json")
-    assert found.code == 0
-    assert found.data["model"] == "cascade of base"
-    assert written_in("law") == {*found.data["files"], "summary.json"}
+    result = bristle(*line, "--json")
+    assert result.code == 0
+    assert result.data["model"] == "cascade of base"
+    assert written_in("law") == {*result.data["files"], "summary.json"}
     header = Path("law/axis_x.h").read_text()
     assert "friction along the desired motion by coulomb_viscous" in header
     assert "experiment: experiment.toml" in header
@@ -121,18 +121,18 @@ def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
 def test_the_law_of_a_variant_leaves_as_an_fmu(bristle, place, monkeypatch, to):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
-    found = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json")
-    assert found.code == 0
-    assert found.data["files"] == ["axis_x.fmu"]
+    result = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json")
+    assert result.code == 0
+    assert result.data["files"] == ["axis_x.fmu"]
     assert written_in("law") == {"axis_x.fmu", "summary.json"}
-    assert any(note.startswith("the internal step is the sample time") for note in found.data["notes"])
-    assert any("place_ahead" in note for note in found.data["notes"])
+    assert any(note.startswith("the internal step is the sample time") for note in result.data["notes"])
+    assert any("place_ahead" in note for note in result.data["notes"])
     as_c = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "as_c", "--json")
-    assert found.data["effect"] == as_c.data["effect"]
+    assert result.data["effect"] == as_c.data["effect"]
     with zipfile.ZipFile("law/axis_x.fmu") as archive:
         described = ElementTree.fromstring(archive.read("modelDescription.xml"))
-    told = described.find(".//Model[@sha256]").get("sha256")
-    assert f"Hash of the model: sha256 {told}" in Path("as_c/axis_x.h").read_text()
+    message = described.find(".//Model[@sha256]").get("sha256")
+    assert f"Hash of the model: sha256 {message}" in Path("as_c/axis_x.h").read_text()
     assert described.get("author").endswith(", from experiment.toml")
 
 
@@ -157,7 +157,7 @@ def test_a_law_leaves_with_parameters_that_may_be_changed_and_in_single_precisio
     ],
 )
 def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, arguments, words):
-    found = bristle("export", *arguments, "--to", "c", "--out", "out")
-    assert found.code == 2
-    assert words in found.err.replace("\n", " ")
+    result = bristle("export", *arguments, "--to", "c", "--out", "out")
+    assert result.code == 2
+    assert words in result.err.replace("\n", " ")
     assert not Path("out").exists()

@@ -13,23 +13,23 @@ from bristle.files.results import SUMMARY
 COMMANDS = typer.main.get_command(app).commands
 WITHOUT_FIGURES = {"export", "lab", "demo"}
 WITH_RESULTS = sorted(
-    name for name, one in COMMANDS.items() if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in one.params)
+    name for name, item in COMMANDS.items() if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in item.params)
 )
 
 
 @pytest.mark.parametrize("name", WITH_RESULTS)
 def test_every_command_that_writes_a_report_takes_them(name):
-    options = {option for one in COMMANDS[name].params for option in one.opts}
+    options = {option for param in COMMANDS[name].params for option in param.opts}
     assert "--format" in options
 
 
 def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "svg", "--format", "PDF", "--format", "csv")
-    assert found.code == 0, found.err
-    names = {one.name for one in Path("run/figures").iterdir()}
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "svg", "--format", "PDF", "--format", "csv")
+    assert result.code == 0, result.err
+    names = {name.name for name in Path("run/figures").iterdir()}
     assert {"passages.svg", "passages.pdf", "captions.txt"} <= names
     assert "passages.png" not in names
-    tables = [one for one in names if one.endswith(".csv")]
+    tables = [name for name in names if name.endswith(".csv")]
     assert tables
     with (Path("run/figures") / sorted(tables)[0]).open(encoding="utf-8") as file:
         head, *lines = csv.reader(file)
@@ -51,7 +51,7 @@ def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
         ("design", "experiment.toml", "--variant", "base"),
         pytest.param(("demo",), marks=pytest.mark.slow),
     ],
-    ids=lambda one: one[0],
+    ids=lambda item: item[0],
 )
 def test_each_figure_of_the_page_is_a_file(bristle, place, command):
     assert bristle(*command, "--out", "run", "--format", "svg").code == 0
@@ -65,7 +65,7 @@ def test_another_format_is_refused_with_those_there_are(bristle, place, value):
     assert ended.code == 2
     assert ended.err.count("\n") == 1
     assert value in ended.err
-    assert all(one in ended.err for one in ("svg", "pdf", "png", "csv"))
+    assert all(item in ended.err for item in ("svg", "pdf", "png", "csv"))
     assert not Path("run").exists()
 
 
@@ -84,13 +84,13 @@ def test_a_log_with_problems_has_no_figures(bristle, place):
 
 def test_figures_of_the_paper_by_their_numbers(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = bristle("paper", "--figure", "4", "--format", "png", "--format", "csv", "--out", "run")
-    assert found.code == 0, found.err
-    names = {one.name for one in Path("run/figures").iterdir()}
+    result = bristle("paper", "--figure", "4", "--format", "png", "--format", "csv", "--out", "run")
+    assert result.code == 0, result.err
+    names = {item.name for item in Path("run/figures").iterdir()}
     assert names == {"figure-04.png", "captions.txt", *(f"figure-04-panel-{k}.csv" for k in range(1, 6))}
-    told = Path("run/figures/captions.txt").read_text(encoding="utf-8")
-    found = json.loads(Path("run/summary.json").read_text())["figures"]["4"]["found"]
-    assert found
-    for sentence in found:
-        assert sentence in told
-    assert "The rig is simulated." in told
+    message = Path("run/figures/captions.txt").read_text(encoding="utf-8")
+    result = json.loads(Path("run/summary.json").read_text())["figures"]["4"]["found"]
+    assert result
+    for sentence in result:
+        assert sentence in message
+    assert "The rig is simulated." in message

@@ -12,9 +12,9 @@ from bristle.identification import identify
 
 @pytest.mark.parametrize(("severity", "told"), [("note", True), ("warning", False)])
 def test_a_table_that_calls_parameters_effective_is_led_by_why(capsys, severity, told):
-    found = identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=0, draws=0)
+    identification = identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=0, draws=0)
     numbers = {"missing": 0.07, "percent": 0.2, "chance": 0.1, "names": ("M",), "causes": ("speed",), "small": 1}
     structure = Diagnostic("structure", "", severity, numbers, "translational")
-    best = replace(found.best, diagnostics=(structure, *found.best.diagnostics))
-    show_identification(replace(found, fits=(best,)), None)
+    best = replace(identification.best, diagnostics=(structure, *identification.best.diagnostics))
+    show_identification(replace(identification, fits=(best,)), None)
     assert ("Parameters are effective: the model lacks a force, too small to matter" in " ".join(capsys.readouterr().out.split())) is told

@@ -45,9 +45,9 @@ def at(hall, monkeypatch):
 
 def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert main([*EACH, "--out", "fleet"]) == 0
-    said = capsys.readouterr()
-    assert "32 of 33 logs were fitted, 1 failed." in said.out
-    assert "left_2026-03-17.csv" in said.out
+    text = capsys.readouterr()
+    assert "32 of 33 logs were fitted, 1 failed." in text.out
+    assert "left_2026-03-17.csv" in text.out
     summary = json.loads((at / "fleet" / "summary.json").read_text())
     assert (summary["logs"], summary["done"], summary["statuses"]) == (33, 33, {"ok": 32, "refused": 1})
     level = summary["parameters"]["friction.F_C"]
@@ -58,7 +58,7 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert page.unbalanced == []
     assert "left_2026-03-17.csv" in page.words
     assert "friction.F_C" in page.words
-    named = next(line for line in said.out.splitlines() if line.startswith("Logs that stand apart"))
+    named = next(line for line in text.out.splitlines() if line.startswith("Logs that stand apart"))
     assert "of right in friction.F_C" in named
     assert "of left in friction.F_C" not in named
 

@@ -20,21 +20,21 @@ TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
 
 
 def test_the_parameters_of_a_simulated_axis_come_back(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--json")
-    assert found.code == 0
-    assert found.err == ""
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--json")
+    assert result.code == 0
+    assert result.err == ""
     for name, true in TRUTH.items():
-        assert found.data["parameters"][name]["value"] == pytest.approx(true, rel=0.03, abs=0.2), name
-    assert found.data["parameters"]["F_C"]["unit"] == "N"
-    assert found.data["parameters"]["M"]["relative_std_percent"] < 1.0
-    assert found.data["metrics"]["force_error_percent"] < 5.0
-    assert not [one for one in place.iterdir() if one.is_dir()]
+        assert result.data["parameters"][name]["value"] == pytest.approx(true, rel=0.03, abs=0.2), name
+    assert result.data["parameters"]["F_C"]["unit"] == "N"
+    assert result.data["parameters"]["M"]["relative_std_percent"] < 1.0
+    assert result.data["metrics"]["force_error_percent"] < 5.0
+    assert not [item for item in place.iterdir() if item.is_dir()]
 
 
 def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bristle, place):
     models = "viscous,coulomb_viscous"
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
-    assert found.code == 0
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
+    assert result.code == 0
     assert written_in("run") == {
         "model.toml",
         "summary.json",
@@ -48,39 +48,39 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
         "loop.csv",
     }
     assert Path("run/axis.toml").read_bytes() == Path("axis.toml").read_bytes()
-    assert json.loads(Path("run/summary.json").read_text()) == found.data
+    assert json.loads(Path("run/summary.json").read_text()) == result.data
     plant, friction, info = read_model("run/model.toml")
-    printed = {name: one["value"] for name, one in found.data["parameters"].items()}
+    printed = {name: item["value"] for name, item in result.data["parameters"].items()}
     assert {**plant.values, **friction.values} == printed
-    assert info["uncertainty"]["M"]["std"] == found.data["parameters"]["M"]["std"]
-    assert info["provenance"]["command"] == found.data["provenance"]["command"]
+    assert info["uncertainty"]["M"]["std"] == result.data["parameters"]["M"]["std"]
+    assert info["provenance"]["command"] == result.data["provenance"]["command"]
     assert len(info["provenance"]["log_sha256"]) == 64
-    assert [one["name"] for one in found.data["models"]] == ["coulomb_viscous", "viscous"]
-    assert [one["rank"] for one in found.data["models"]] == [1, 2]
+    assert [item["name"] for item in result.data["models"]] == ["coulomb_viscous", "viscous"]
+    assert [item["rank"] for item in result.data["models"]] == [1, 2]
     table = Path("run/drive_table.csv").read_text().splitlines()
     assert table[0] == "velocity [m/s],effort [N]"
     assert 4 <= len(table) - 1 <= 20
 
 
 def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_prediction(bristle, place):
-    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 40)
-    found = bristle(*asked, "--out", "run", "--json").data
+    requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 40)
+    data = bristle(*requested, "--out", "run", "--json").data
     for name in ("F_C", "F_v"):
-        one = found["parameters"][name]
-        if one["status"] == "identified":
-            low, high = one["interval"]
+        item = data["parameters"][name]
+        if item["status"] == "identified":
+            low, high = item["interval"]
             # The filter rounds what friction does at reversals: the value may lie beside the interval, which is told.
             assert low < TRUTH[name] < high
-            notes = [each["numbers"] for each in found["diagnostics"] if each["code"] == "shifted"]
-            assert (name in str(notes)) == (not low < one["value"] < high)
-            assert one["interval_percent"] == pytest.approx(50.0 * (high - low) / abs(one["value"]))
-    resampling = found["resampling"]
+            notes = [each["numbers"] for each in data["diagnostics"] if each["code"] == "shifted"]
+            assert (name in str(notes)) == (not low < item["value"] < high)
+            assert item["interval_percent"] == pytest.approx(50.0 * (high - low) / abs(item["value"]))
+    resampling = data["resampling"]
     assert resampling["draws"] == 40
     assert resampling["scatter"]["low"] <= resampling["scatter"]["value"] <= resampling["scatter"]["high"]
     assert resampling["inflation"] >= 1.0
-    assert {"well_posed", "passive"} <= set(found["certificates"])
-    assert found["certificates"]["passive"]["passed"] is True
-    best, other = (one["metrics"] for one in found["models"])
+    assert {"well_posed", "passive"} <= set(data["certificates"])
+    assert data["certificates"]["passive"]["passed"] is True
+    best, other = (item["metrics"] for item in data["models"])
     assert (best["aic"], best["bic"]) == (0.0, 0.0)
     assert min(other["aic"], other["bic"]) > 10.0
     page = Path("run/report.html").read_text()
@@ -96,10 +96,10 @@ def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_predi
 
 
 def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
-    asked = ("--cutoff", "40 Hz")
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")
+    requested = ("--cutoff", "40 Hz")
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", *requested, "--out", "run", "--json")
     predicted = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
-    error = found.data["metrics"]["force_error_percent"]
+    error = result.data["metrics"]["force_error_percent"]
     assert predicted.data["metrics"]["force_error_percent"] == pytest.approx(error, rel=1e-9)
     model = Path("run/model.toml")
     model.write_text(model.read_text().replace("cutoff = 40.0", "cutoff = 400.0"))
@@ -108,28 +108,28 @@ def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
 
 
 def test_without_draws_how_sure_is_told_for_correlated_residuals_too(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run", "--json").data
-    assert found["resampling"] is None
+    data = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run", "--json").data
+    assert data["resampling"] is None
     raw = tomllib.loads(Path("run/model.toml").read_text())["uncertainty"]
-    for name, one in found["parameters"].items():
-        assert raw[name]["robust_std"] == one["robust_std"] > 0.0
-        half = 1.96 * max(one["std"], one["robust_std"]) / abs(one["value"])
-        assert one["interval_percent"] == pytest.approx(100.0 * half)
-    assert found["metrics"]["friction_error_percent"] > found["metrics"]["force_error_percent"]
+    for name, item in data["parameters"].items():
+        assert raw[name]["robust_std"] == item["robust_std"] > 0.0
+        half = 1.96 * max(item["std"], item["robust_std"]) / abs(item["value"])
+        assert item["interval_percent"] == pytest.approx(100.0 * half)
+    assert data["metrics"]["friction_error_percent"] > data["metrics"]["force_error_percent"]
 
 
 def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
-    variants = found["compensation"]
-    peaks = {name: one["following_error"]["peak_to_peak"] for name, one in variants.items()}
+    data = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
+    variants = data["compensation"]
+    peaks = {name: item["following_error"]["peak_to_peak"] for name, item in variants.items()}
     assert peaks["compensated"] < 0.5 * peaks["feedforward"] < peaks["as_recorded"]
-    assert found["prediction"]["metrics"]["force_error_percent"] < 5.0
+    assert data["prediction"]["metrics"]["force_error_percent"] < 5.0
     axis = Path("axis.toml")
     axis.write_text(axis.read_text().partition("[controller]")[0])
     alone = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
     assert alone["compensation"] is None
     assert alone["prediction"] is None
-    assert alone["parameters"] == found["parameters"]
+    assert alone["parameters"] == data["parameters"]
 
 
 def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, place):
@@ -152,37 +152,37 @@ def test_results_are_kept_without_force(bristle, place):
 
 
 def test_the_filter_option_changes_the_treatment(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--json")
-    assert found.data["treatment"]["cutoff"] == 40.0
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--json")
+    assert result.data["treatment"]["cutoff"] == 40.0
 
 
 def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
-    asked = ("--model", "own.py+asymmetry", "--draws", 0)
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")
-    assert found.code == 0
-    assert set(found.data["parameters"]) == {"M", "F_0_pos", "F_0_neg", "offset"}
+    requested = ("--model", "own.py+asymmetry", "--draws", 0)
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", *requested, "--out", "run", "--json")
+    assert result.code == 0
+    assert set(result.data["parameters"]) == {"M", "F_0_pos", "F_0_neg", "offset"}
     Path("own.py").unlink()
     with pytest.warns(InputWarning, match=r"own\.py"):
         friction = read_model("run/model.toml").friction  # the person has run that very code
     assert friction.name == "own+asymmetry"
-    assert friction.values["F_0_pos"] == found.data["parameters"]["F_0_pos"]["value"]
+    assert friction.values["F_0_pos"] == result.data["parameters"]["F_0_pos"]["value"]
 
 
 def test_tables_for_people(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous")
-    assert found.code == 0
-    assert "Parameters of coulomb_viscous" in found.out
-    assert "±" in found.out
-    assert "Models compared" in found.out
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous")
+    assert result.code == 0
+    assert "Parameters of coulomb_viscous" in result.out
+    assert "±" in result.out
+    assert "Models compared" in result.out
 
 
 @pytest.mark.measured
 @pytest.mark.parametrize(("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))])
 def test_emps(bristle, emps, model, error):
     axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
-    found = bristle("identify", emps, "--axis", axis, "--model", model, "--json")
-    assert found.code == 0
-    assert error[0] <= found.data["metrics"]["force_error_percent"] <= error[1]
+    result = bristle("identify", emps, "--axis", axis, "--model", model, "--json")
+    assert result.code == 0
+    assert error[0] <= result.data["metrics"]["force_error_percent"] <= error[1]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
@@ -191,27 +191,27 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     arguments += ["identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", "0"]
     arguments += ["--out", "run", "--force"]
     assert subprocess.run(arguments, check=False, capture_output=True).returncode == 0
-    before = {one.name: one.read_bytes() for one in Path("run").iterdir()}
+    before = {item.name: item.read_bytes() for item in Path("run").iterdir()}
     limited = ["bash", "-c", f"ulimit -f 30; exec {shlex.join(arguments)}"]
     ended = subprocess.run(limited, check=False, capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert len(ended.stderr.splitlines()) == 1
     assert "file too large" in ended.stderr
-    assert {one.name: one.read_bytes() for one in Path("run").iterdir()} == before
-    assert [one.name for one in (*place.glob("run*"), *place.glob("bristle-*"))] == ["run"]
+    assert {item.name: item.read_bytes() for item in Path("run").iterdir()} == before
+    assert [item.name for item in (*place.glob("run*"), *place.glob("bristle-*"))] == ["run"]
 
 
 def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
-    own = place / "own.py"
-    own.write_text(f"print('hello')\n{own.read_text()}")
+    custom = place / "own.py"
+    custom.write_text(f"print('hello')\n{custom.read_text()}")
     ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0, "--json")
     assert ended.data["model"] == "own"
     assert ended.err == "hello\n"
 
 
 def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
-    own = place / "own.py"
-    own.write_text(own.read_text().replace("return p.F_0", "return -p.F_0"))
+    custom = place / "own.py"
+    custom.write_text(custom.read_text().replace("return p.F_0", "return -p.F_0"))
     ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0)
     assert ended.code == 0
     (line,) = [line for line in ended.err.splitlines() if "contract" in line]
@@ -223,11 +223,11 @@ def test_the_command_line_takes_several_logs(bristle, place):
     text = (place / "log.csv").read_text().splitlines()
     half = len(text) // 2
     (place / "second.csv").write_text("\n".join([text[0], *text[half:]]) + "\n")
-    found = bristle("identify", "log.csv", "second.csv", "--axis", "axis.toml", "--draws", 0, "--out", "both", "--json")
-    assert found.code == 0, found.err
-    assert found.data["further_logs"] == ["second.csv"]
-    assert {"log", "log_2", "log_2_sha256", "axis"} <= set(found.data["provenance"])
-    assert found.data["parameters"]["M"]["value"] == pytest.approx(20.0, rel=0.03)
+    result = bristle("identify", "log.csv", "second.csv", "--axis", "axis.toml", "--draws", 0, "--out", "both", "--json")
+    assert result.code == 0, result.err
+    assert result.data["further_logs"] == ["second.csv"]
+    assert {"log", "log_2", "log_2_sha256", "axis"} <= set(result.data["provenance"])
+    assert result.data["parameters"]["M"]["value"] == pytest.approx(20.0, rel=0.03)
     page = (place / "both" / "report.html").read_text()
     assert "on logs that it was not fitted to" in page
     assert "Further logs" in page
@@ -239,13 +239,13 @@ def test_the_command_line_takes_several_logs(bristle, place):
 def test_an_axis_file_sets_thresholds(bristle, place):
     axis = place / "axis.toml"
     axis.write_text(axis.read_text() + "\n[identification.settings]\npoor_error = 0.0\ninseparable = 0.5\n")
-    asked = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0")
-    found = bristle(*asked, "--json").data
-    assert (found["settings"]["poor_error"], found["settings"]["inseparable"]) == (0.0, 0.5)
-    assert set(found["settings"]) == {one.name for one in thresholds()}
-    assert "unexplained" in [one["code"] for one in found["diagnostics"]]
+    requested = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0")
+    data = bristle(*requested, "--json").data
+    assert (data["settings"]["poor_error"], data["settings"]["inseparable"]) == (0.0, 0.5)
+    assert set(data["settings"]) == {threshold.name for threshold in thresholds()}
+    assert "unexplained" in [threshold["code"] for threshold in data["diagnostics"]]
     axis.write_text(axis.read_text() + "nothing = 1.0\n")
-    refused = bristle(*asked)
+    refused = bristle(*requested)
     assert refused.code == 2
     assert "identification.settings.nothing" in refused.err
 
@@ -254,9 +254,9 @@ def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):
     rows = Path("log.csv").read_text().splitlines()
     cells = [row.split(",") for row in rows]
     late = [[*cells[i][:3], cells[max(i - 4, 1)][3]] for i in range(1, len(cells))]
-    Path("late.csv").write_text("\n".join([rows[0], *(",".join(one) for one in late)]))
-    told = bristle("identify", "late.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", 0).out
-    first, _, rest = told.partition("Parameters of")
+    Path("late.csv").write_text("\n".join([rows[0], *(",".join(item) for item in late)]))
+    message = bristle("identify", "late.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", 0).out
+    first, _, rest = message.partition("Parameters of")
     assert "effort lags the position by" in " ".join(first.split())
     assert rest
 
@@ -265,26 +265,26 @@ def test_the_help_says_how_many_draws_there_may_be(bristle):
     assert "0, or 20 to" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")
 
 
-def next_command(found):
+def next_command(result):
     """The command that the last line on the error stream names, as a person would type it."""
-    line = next(line for line in found.err.splitlines() if "next: " in line)
+    line = next(line for line in result.err.splitlines() if "next: " in line)
     return shlex.split(line[line.index("bristle run") :])[1:]
 
 
 def test_the_next_step_runs_as_it_is_named(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
-    command = next_command(found)
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
+    command = next_command(result)
     assert command[:2] == ["run", str(Path("run/experiment.toml"))]
     ran = bristle(*command, "--json")
     assert ran.code == 0, ran.err
-    errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
+    errors = {name: item["following_error"]["rms"] for name, item in ran.data["variants"].items()}
     assert list(errors) == ["as_recorded", "feedforward", "compensated"]
     assert errors["compensated"] < 0.5 * errors["feedforward"] < 0.5 * errors["as_recorded"]
-    said = json.loads(Path("run/summary.json").read_text())["compensation"]
+    text = json.loads(Path("run/summary.json").read_text())["compensation"]
     # The loop that identify simulated is the one that run simulates, and design.
-    for name, one in ran.data["variants"].items():
-        promised = said[name]["following_error"]["peak_to_peak"]
-        assert one["following_error"]["peak_to_peak"] == pytest.approx(promised, rel=0.01)
+    for name, item in ran.data["variants"].items():
+        promised = text[name]["following_error"]["peak_to_peak"]
+        assert item["following_error"]["peak_to_peak"] == pytest.approx(promised, rel=0.01)
     designed = bristle("design", "run/experiment.toml", "--json")
     assert designed.code == 0
     total = ran.data["variants"]["compensated"]["following_error"]["peak_to_peak"]
@@ -301,10 +301,10 @@ def test_the_next_step_runs_as_it_is_named(bristle, place):
 def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
     lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
     Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))
-    found = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run")
-    assert "write controller.k_p and controller.k_v into the axis file" in found.err
-    assert "--force then no longer writes over run)" in found.err
-    command = next_command(found)
+    result = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run")
+    assert "write controller.k_p and controller.k_v into the axis file" in result.err
+    assert "--force then no longer writes over run)" in result.err
+    command = next_command(result)
     refused = bristle(*command)
     assert refused.code == 2
     assert "controller.k_p: is still to be filled in" in refused.err
@@ -315,7 +315,7 @@ def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
     file.write_text(filled)
     ran = bristle(*command, "--json")
     assert ran.code == 0, ran.err
-    errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
+    errors = {name: item["following_error"]["rms"] for name, item in ran.data["variants"].items()}
     assert errors["compensated"] < errors["as_recorded"]
     again = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run", "--force")
     assert again.code == 2

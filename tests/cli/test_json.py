@@ -14,7 +14,7 @@ from tests.golden.skeleton import skeleton
 
 from bristle.cli.application import app
 
-FAST = [one for one in (CASES[f"json_{name}"] for name in COMMANDS) if one.fast]
+FAST = [item for item in (CASES[f"json_{name}"] for name in COMMANDS) if item.fast]
 
 
 # Commands in the reference, and the command line that shows all of their keys.
@@ -34,14 +34,14 @@ LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own"
 
 
 @pytest.mark.parametrize(
-    "case", [pytest.param(one, id=one.name.removeprefix("json_"), marks=[pytest.mark.slow] if one.name in LONG else []) for one in FAST]
+    "case", [pytest.param(item, id=item.name.removeprefix("json_"), marks=[pytest.mark.slow] if item.name in LONG else []) for item in FAST]
 )
 def test_no_key_is_gone_and_no_name_is_another_one(case):
     frozen = json.loads(case.file.read_text(encoding="utf-8"))
-    found = [str(one) for one in differences(frozen, printed(case))]
+    result = [str(difference) for difference in differences(frozen, printed(case))]
     if COMPILER is None:  # then `check` cannot compare the bits of C, and says so
-        found = [one for one in found if not one.startswith("json.certificates.same bits exported.")]
-    assert found[:20] == []
+        result = [difference for difference in result if not difference.startswith("json.certificates.same bits exported.")]
+    assert result[:20] == []
 
 
 @pytest.mark.parametrize("command", DOCUMENTED)
@@ -54,7 +54,7 @@ def test_it_has_the_keys_that_are_documented_and_no_others(command):
 
 
 def test_every_command_is_among_them():
-    assert {one.name for one in app.registered_commands} == {line.split()[0] for line in COMMANDS.values()}
+    assert {registered_command.name for registered_command in app.registered_commands} == {line.split()[0] for line in COMMANDS.values()}
 
 
 RESULT = {
@@ -110,4 +110,4 @@ def test_the_skeleton_of_a_result():
     ],
 )
 def test_what_is_gone_is_told_and_what_is_added_is_not(changed, places):
-    assert [one.path for one in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places
+    assert [difference.path for difference in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places

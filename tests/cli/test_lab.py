@@ -36,7 +36,7 @@ def test_it_writes_a_page_with_or_without_a_model(page, tmp_path, capsys):
 
 def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
     facts = {}
-    monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
+    monkeypatch.setattr("bristle.lab.lab_page", lambda **values: facts.update(values) or MARK)
     file = model_in(tmp_path)
     file.write_text(
         file.read_text() + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'

@@ -12,19 +12,19 @@ from bristle.logs.passages import KINDS
 
 
 def test_columns_channels_and_rate(bristle, place):
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert found.code == 0
-    assert [one["name"] for one in found.data["columns"]] == ["t", "q", "r", "u"]
-    assert {one["name"] for one in found.data["channels"]} == {"time", "position", "reference", "effort"}
-    assert found.data["rate"] == pytest.approx(1000.0)
-    assert found.data["problems"] == []
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert result.code == 0
+    assert [item["name"] for item in result.data["columns"]] == ["t", "q", "r", "u"]
+    assert {item["name"] for item in result.data["channels"]} == {"time", "position", "reference", "effort"}
+    assert result.data["rate"] == pytest.approx(1000.0)
+    assert result.data["problems"] == []
 
 
 def test_tables_for_people(bristle, place):
-    found = bristle("log", "log.csv", "--axis", "axis.toml")
-    assert found.code == 0
-    assert "position" in found.out
-    assert "1000 samples a second" in found.out
+    result = bristle("log", "log.csv", "--axis", "axis.toml")
+    assert result.code == 0
+    assert "position" in result.out
+    assert "1000 samples a second" in result.out
 
 
 def test_every_problem_is_told_and_the_answer_is_no(bristle, place):
@@ -33,43 +33,43 @@ def test_every_problem_is_told_and_the_answer_is_no(bristle, place):
         cells = lines[row].split(",")
         lines[row] = ",".join([*cells[:column], "nan", *cells[column + 1 :]])
     Path("log.csv").write_text("\n".join(lines))
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert found.code == 1
-    assert len(found.data["problems"]) == 2
-    assert len(found.err.splitlines()) == len(found.data["problems"])
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert result.code == 1
+    assert len(result.data["problems"]) == 2
+    assert len(result.err.splitlines()) == len(result.data["problems"])
 
 
 def test_a_name_that_would_paint_the_terminal_does_not(bristle, place):
     text = Path("log.csv").read_text()
     Path("log.csv").write_text(text.replace("t,q,r,u", "t,q,r,\x1b[31m[bold]u", 1))
-    found = bristle("log", "log.csv")
-    assert "\x1b" not in found.out + found.err
-    assert "[bold]u" in found.out
+    result = bristle("log", "log.csv")
+    assert "\x1b" not in result.out + result.err
+    assert "[bold]u" in result.out
 
 
 def test_a_unit_that_is_not_known_is_shown_as_the_file_has_it_and_asked_for(bristle, place):
     text = Path("log.csv").read_text()
     Path("log.csv").write_text(text.replace("t,q,r,u", "t [s],q [Skt],r [Skt],u [N]", 1))
-    found = bristle("log", "log.csv", "--write", "proposed.toml", "--out", "contents")
-    assert found.code == 0
-    assert "Skt (unknown)" in found.out
-    assert "Channels of the axis" not in found.out
-    assert "to be filled in: columns.position.unit" in found.err
-    assert "report.html" not in found.err
+    result = bristle("log", "log.csv", "--write", "proposed.toml", "--out", "contents")
+    assert result.code == 0
+    assert "Skt (unknown)" in result.out
+    assert "Channels of the axis" not in result.out
+    assert "to be filled in: columns.position.unit" in result.err
+    assert "report.html" not in result.err
     assert written_in("contents") == {"summary.json"}
 
 
 def test_the_experiments_in_a_log_are_told(bristle, place):
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert {one["kind"] for one in found.data["passages"]} <= set(KINDS)
-    assert found.data["passages"][0]["begin"] == pytest.approx(0.0, abs=0.2)
-    told = bristle("log", "log.csv", "--axis", "axis.toml")
-    assert "What the motion of the log is" in told.out
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert {item["kind"] for item in result.data["passages"]} <= set(KINDS)
+    assert result.data["passages"][0]["begin"] == pytest.approx(0.0, abs=0.2)
+    message = bristle("log", "log.csv", "--axis", "axis.toml")
+    assert "What the motion of the log is" in message.out
 
 
 def test_a_report_of_a_log(bristle, place):
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
-    assert found.code == 0
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
+    assert result.code == 0
     assert written_in("contents") == {"summary.json", "report.html"}
     page = Path("contents/report.html").read_text()
     assert "What it contains" in page
@@ -89,8 +89,8 @@ def test_a_log_with_problems_has_its_numbers_and_no_report(bristle, place):
     lines = Path("log.csv").read_text().splitlines()
     lines[100] = "nan," + lines[100].partition(",")[2]
     Path("log.csv").write_text("\n".join(lines))
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
-    assert found.code == 1
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
+    assert result.code == 1
     assert written_in("contents") == {"summary.json"}
 
 
@@ -106,15 +106,15 @@ def test_of_thousands_of_columns_the_first_are_shown_and_the_rest_counted(bristl
 
 def test_what_a_log_contradicts_is_told_in_words_and_as_data(bristle, place):
     text = Path("axis.toml").read_text()
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert "sign_reversed" not in [one["code"] for one in found.data["diagnostics"]]
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert "sign_reversed" not in [item["code"] for item in result.data["diagnostics"]]
     turned = text.replace('column = "u"', 'column = "u", sign = -1')
     assert turned != text
     Path("axis.toml").write_text(turned)
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    (told,) = [one for one in found.data["diagnostics"] if one["code"] == "sign_reversed"]
-    assert told["severity"] == "error"
-    assert told["message"].startswith("the sign of effort seems reversed")
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    (message,) = [item for item in result.data["diagnostics"] if item["code"] == "sign_reversed"]
+    assert message["severity"] == "error"
+    assert message["message"].startswith("the sign of effort seems reversed")
     shown = bristle("log", "log.csv", "--axis", "axis.toml")
     assert "(sign_reversed)" in shown.out
     assert shown.code == 0
@@ -125,12 +125,12 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, mo
     monkeypatch.chdir(tmp_path)
     export = EXPORTS[name]
     path = export.write(tmp_path, motion()).name
-    found = bristle("log", path, "--write", "axis.toml", "--json")
-    assert found.code == 0
-    assert found.data["proposal"]["missing"] == [*export.filled]
-    assert [f"bristle: to be filled in: {key}" in found.err for key in export.filled] == [True] * len(export.filled)
+    result = bristle("log", path, "--write", "axis.toml", "--json")
+    assert result.code == 0
+    assert result.data["proposal"]["missing"] == [*export.filled]
+    assert [f"bristle: to be filled in: {key}" in result.err for key in export.filled] == [True] * len(export.filled)
     text = Path("axis.toml").read_text(encoding="utf-8")
-    assert text == found.data["proposal"]["text"]
+    assert text == result.data["proposal"]["text"]
     if export.filled:
         refused = bristle("log", path, "--axis", "axis.toml")
         assert (refused.code, "is still to be filled in" in refused.err) == (2, True)
@@ -146,23 +146,23 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, mo
 def test_without_an_axis_file_a_log_is_described_and_what_is_not_known_told(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = EXPORTS["records"].write(tmp_path, motion()).name
-    found = bristle("log", path, "--json").data
-    assert found["problems"] == []
-    assert {one["name"]: one["column"] for one in found["channels"]} == {
+    data = bristle("log", path, "--json").data
+    assert data["problems"] == []
+    assert {item["name"]: item["column"] for item in data["channels"]} == {
         "time": "timestamp",
         "position": "position",
         "reference": "goal_position",
         "effort": "force",
     }
-    assert "columns.position.unit is not known: it is taken as 1 in SI" in found["notes"]
-    assert "unit_suspect" not in {one["code"] for one in found["diagnostics"]}
+    assert "columns.position.unit is not known: it is taken as 1 in SI" in data["notes"]
+    assert "unit_suspect" not in {item["code"] for item in data["diagnostics"]}
 
 
 def test_a_log_of_which_no_column_moves_as_a_position_says_so(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = np.random.default_rng(1).normal(size=(300, 3))
     np.savetxt("noise.csv", rows, delimiter=",", header="a1,b1,c1", comments="")
-    found = bristle("log", "noise.csv", "--write", "axis.toml")
-    assert found.code == 1
-    assert "does not say which column is the position" in found.err
+    result = bristle("log", "noise.csv", "--write", "axis.toml")
+    assert result.code == 1
+    assert "does not say which column is the position" in result.err
     assert not Path("axis.toml").exists()

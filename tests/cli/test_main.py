@@ -19,7 +19,7 @@ from bristle.cli.main import main
 from bristle.cli.options import REMOVED
 from bristle.cli.signals import SignalledError, ended_by_signals
 
-COMMANDS = [one.name for one in app.registered_commands]
+COMMANDS = [registered_command.name for registered_command in app.registered_commands]
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
 
 
@@ -38,7 +38,7 @@ def run_apart(*arguments: str, **options) -> subprocess.CompletedProcess:
     return subprocess.run(command, capture_output=True, check=False, timeout=120, **options)
 
 
-@pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], *([one, "--help"] for one in COMMANDS)])
+@pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], *([registered_command, "--help"] for registered_command in COMMANDS)])
 def test_help_loads_nothing_heavy(arguments):
     code = (
         "import sys; from bristle.cli.main import main; code = main(sys.argv[1:]); "
@@ -291,11 +291,11 @@ def test_another_error_that_a_finalizer_drops_is_told_as_before(monkeypatch):
         def __del__(self):
             raise ValueError("dropped")
 
-    told = []
-    monkeypatch.setattr(sys, "unraisablehook", lambda one: told.append(str(one.exc_value)))
+    message = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda item: message.append(str(item.exc_value)))
     with ended_by_signals():
         Last()
-    assert told == ["dropped"]
+    assert message == ["dropped"]
 
 
 def test_a_signal_that_an_import_would_swallow_is_sent_again(tmp_path, monkeypatch):
@@ -374,16 +374,16 @@ def test_messages_that_nobody_takes_change_no_exit_code(place, arguments, code):
 
 
 def test_a_library_that_cannot_be_loaded_is_no_fault_of_bristle_but_its_own_module_is(monkeypatch, capsys):
-    for name, code, said in (("numpy", 2, "a library that is needed cannot"), ("bristle.x", 70, "a fault of bristle")):
+    for name, code, text in (("numpy", 2, "a library that is needed cannot"), ("bristle.x", 70, "a fault of bristle")):
 
         def ends(*_, name=name):
             raise ImportError("failed to map segment", name=name)
 
         monkeypatch.setattr("bristle.cli.models._families", ends)
         assert main(["models"]) == code
-        told = capsys.readouterr().err
-        assert said in told
-        for saved in re.findall(r"\S+\.txt", told):
+        message = capsys.readouterr().err
+        assert text in message
+        for saved in re.findall(r"\S+\.txt", message):
             Path(saved).unlink()
 
 
@@ -408,9 +408,9 @@ def test_a_date_that_a_build_is_given_stays(place):
 
 
 def test_a_thread_of_a_persons_own_model_does_not_keep_the_command_from_ending(tmp_path):
-    own = tmp_path / "own.py"
-    own.write_text("import threading, time\nthreading.Thread(target=time.sleep, args=(1000.0,)).start()\n")
-    ended = as_typed("check", str(own))
+    custom = tmp_path / "own.py"
+    custom.write_text("import threading, time\nthreading.Thread(target=time.sleep, args=(1000.0,)).start()\n")
+    ended = as_typed("check", str(custom))
     assert ended.returncode == 2
     assert "defines no friction model" in ended.stderr
 

@@ -7,23 +7,23 @@ from bristle.hysteresis import OPERATORS
 
 
 def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
-    found = bristle("models", "--json")
-    assert found.code == 0
-    listed = {one["name"]: one for one in found.data["models"] if one["family"] == "friction"}
+    result = bristle("models", "--json")
+    assert result.code == 0
+    listed = {item["name"]: item for item in result.data["models"] if item["family"] == "friction"}
     assert set(listed) == set(MODELS)
     parameter = listed["coulomb"]["parameters"]["F_C"]
     assert (parameter["unit"], parameter["unit_rotational"], parameter["max"]) == ("N", "N*m", None)
     families = {"friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"}
-    assert {one["family"] for one in found.data["models"]} == families
+    assert {item["family"] for item in result.data["models"]} == families
 
 
 @pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS])
 def test_one_by_name(bristle, name):
     shown = bristle("models", name)
     assert shown.code == 0
-    (one,) = bristle("models", name, "--json").data["models"]
-    assert one["name"] == name
-    assert all(parameter in shown.out for parameter in one["parameters"])
+    (item,) = bristle("models", name, "--json").data["models"]
+    assert item["name"] == name
+    assert all(parameter in shown.out for parameter in item["parameters"])
 
 
 def test_without_a_name_all_are_shown(bristle):

@@ -30,15 +30,15 @@ def odd(tmp_path, monkeypatch):
     return Path(ODD) / f"{ODD}.csv"
 
 
-def assert_can_be_written(found):
-    assert found.code == 0, found.err
-    (found.out + found.err).encode()  # no half of a letter among them
+def assert_can_be_written(result):
+    assert result.code == 0, result.err
+    (result.out + result.err).encode()  # no half of a letter among them
 
 
 def test_a_log_and_the_axis_file_that_it_speaks_of(bristle, odd):
-    found = bristle("log", str(odd), "--write", "axis.toml", "--json", "--out", "contents")
-    assert_can_be_written(found)
-    assert found.data["file"] == f"{SHOWN}.csv"
+    result = bristle("log", str(odd), "--write", "axis.toml", "--json", "--out", "contents")
+    assert_can_be_written(result)
+    assert result.data["file"] == f"{SHOWN}.csv"
     text = Path("axis.toml").read_text(encoding="utf-8")
     assert text.startswith(f"# Proposed by bristle from {SHOWN}.csv")
     assert tomllib.loads(text)["name"] == SHOWN
@@ -49,9 +49,9 @@ def test_a_log_and_the_axis_file_that_it_speaks_of(bristle, odd):
 
 
 def test_an_identification_without_an_axis_file_writes_files_that_can_be_read(bristle, odd):
-    found = bristle("identify", str(odd), "--model", "coulomb_viscous", "--draws", "0", "--out", "results")
-    assert_can_be_written(found)
-    assert "\\udcff" not in found.out + found.err
+    result = bristle("identify", str(odd), "--model", "coulomb_viscous", "--draws", "0", "--out", "results")
+    assert_can_be_written(result)
+    assert "\\udcff" not in result.out + result.err
     for path in Path("results").glob("*.toml"):
         tomllib.loads(path.read_text(encoding="utf-8"))
     assert SHOWN in Path("results/report.html").read_text(encoding="utf-8")
@@ -73,18 +73,18 @@ def test_a_fleet_goes_on_where_the_file_of_such_a_name_is_no_log(bristle, odd):
         write_log(Path("logs") / f"press_{number}.csv", seed=number)
     (Path("logs") / f"{ODD}.csv").write_text("this is no log\n")
     command = ("identify", "logs", "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
-    found = bristle(*command)
-    assert_can_be_written(found)
-    assert "2 of 3 logs were fitted, 1 failed" in found.out
-    assert f"{SHOWN}.csv" in found.out
+    result = bristle(*command)
+    assert_can_be_written(result)
+    assert "2 of 3 logs were fitted, 1 failed" in result.out
+    assert f"{SHOWN}.csv" in result.out
     assert f"{SHOWN}.csv" in Path("fleet/report.html").read_text(encoding="utf-8")
 
 
 def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
     odd.write_text("time,position\n0.0")
-    found = bristle("log", str(odd))
-    assert found.code == 2
-    assert f"{SHOWN}/{SHOWN}.csv" in found.err
+    result = bristle("log", str(odd))
+    assert result.code == 2
+    assert f"{SHOWN}/{SHOWN}.csv" in result.err
     with pytest.raises(InputError) as caught:
         read_log(odd)
     assert SHOWN in str(caught.value)

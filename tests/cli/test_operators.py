@@ -24,17 +24,17 @@ def loops(tmp_path):
 
 
 def test_identify_and_predict(bristle, loops):  # noqa: F811
-    asked = ("--model", "prandtl_ishlinskii,preisach", "--axis", loops / "axis.toml")
-    found = bristle("identify", loops / "loops.csv", *asked, "--out", loops / "out", "--json", "--format", "svg")
-    assert found.code == 0, found.err
-    assert [one.name for one in (loops / "out" / "figures").glob("*.svg")] == ["curves.svg"]
-    assert json.loads((loops / "out" / "summary.json").read_text()) == found.data
-    assert found.data["model"] == "preisach"
-    assert found.data["parameters"]["s"]["value"] == pytest.approx(1e7, rel=0.02)
-    assert found.data["parameters"]["s"]["unit"] == "N/m"
-    assert [one["rank"] for one in found.data["models"]] == [1, 2]
-    assert found.data["metrics"]["held_out_error_percent"] < 0.3
-    said = bristle(
+    requested = ("--model", "prandtl_ishlinskii,preisach", "--axis", loops / "axis.toml")
+    result = bristle("identify", loops / "loops.csv", *requested, "--out", loops / "out", "--json", "--format", "svg")
+    assert result.code == 0, result.err
+    assert [item.name for item in (loops / "out" / "figures").glob("*.svg")] == ["curves.svg"]
+    assert json.loads((loops / "out" / "summary.json").read_text()) == result.data
+    assert result.data["model"] == "preisach"
+    assert result.data["parameters"]["s"]["value"] == pytest.approx(1e7, rel=0.02)
+    assert result.data["parameters"]["s"]["unit"] == "N/m"
+    assert [item["rank"] for item in result.data["models"]] == [1, 2]
+    assert result.data["metrics"]["held_out_error_percent"] < 0.3
+    text = bristle(
         "predict",
         loops / "out" / "model.toml",
         loops / "loops.csv",
@@ -48,10 +48,10 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
         "--format",
         "csv",
     )
-    assert said.code == 0, said.err
-    assert said.data["metrics"]["error_percent"] == pytest.approx(found.data["metrics"]["error_percent"])
-    assert said.data["metrics"]["unit"] == "N"
-    assert {one.name for one in (loops / "said" / "figures").iterdir()} == {
+    assert text.code == 0, text.err
+    assert text.data["metrics"]["error_percent"] == pytest.approx(result.data["metrics"]["error_percent"])
+    assert text.data["metrics"]["unit"] == "N"
+    assert {item.name for item in (loops / "said" / "figures").iterdir()} == {
         "curves.pdf",
         "curves-panel-1.csv",
         "curves-panel-2.csv",
@@ -60,29 +60,29 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
 
 
 def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
-    def interrupted(*given):
+    def interrupted(*values):
         raise KeyboardInterrupt
 
     monkeypatch.setitem(FITTED, "preisach_grid", interrupted)
-    asked = ("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--out", loops / "part")
-    found = bristle(*asked, "--model", "prandtl_ishlinskii,preisach_grid,preisach", "--json")
-    assert found.code == 130
+    requested = ("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--out", loops / "part")
+    result = bristle(*requested, "--model", "prandtl_ishlinskii,preisach_grid,preisach", "--json")
+    assert result.code == 130
     words = "interrupted: preisach_grid, preisach were not fitted"
-    assert found.data["unfinished"] == words
-    assert words in found.err
-    assert [one["name"] for one in found.data["models"]] == ["prandtl_ishlinskii"]
+    assert result.data["unfinished"] == words
+    assert words in result.err
+    assert [item["name"] for item in result.data["models"]] == ["prandtl_ishlinskii"]
     assert f'unfinished = "{words}"' in (loops / "part" / "model.toml").read_text()
     assert f"Unfinished; {words}." in (loops / "part" / "report.html").read_text()
-    nothing = bristle(*asked[:-1], loops / "none", "--model", "preisach_grid")
+    nothing = bristle(*requested[:-1], loops / "none", "--model", "preisach_grid")
     assert nothing.code == 130
     assert not (loops / "none").exists()
 
 
 def test_what_a_person_reads(bristle, loops):  # noqa: F811
-    told = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--model", "preisach_grid")
-    assert told.code == 0, told.err
-    assert "Operators compared" in told.out
-    assert "the sign of a friction" in told.out
+    message = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--model", "preisach_grid")
+    assert message.code == 0, message.err
+    assert "Operators compared" in message.out
+    assert "the sign of a friction" in message.out
 
 
 def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # noqa: F811

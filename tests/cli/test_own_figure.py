@@ -86,8 +86,8 @@ def later(place):
     ids=["log", "run", "identify", "compare", "design", "run of a study", "study", "predict"],
 )
 def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
-    found = bristle(*command, *own(takes=takes), "--format", "svg", "--format", "csv", "--json")
-    assert found.code == 0, found.err
+    result = bristle(*command, *own(takes=takes), "--format", "svg", "--format", "csv", "--json")
+    assert result.code == 0, result.err
     text = page()
     behind = text.split('<h2 id="further">')[1]
     assert "<h3>A &lt;title&gt;</h3>" in behind
@@ -99,8 +99,8 @@ def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command
     assert (head[4:], first[4:], second[4:]) == (["Time [s]", "Force [N]"], ["0", "0"], ["1", "2"])
     assert Path("run/figures/mine.svg").is_file()
     assert "mine\n" in Path("run/figures/captions.txt").read_text(encoding="utf-8")
-    assert found.data["provenance"]["figure"] == "mine.py"
-    assert len(found.data["provenance"]["figure_sha256"]) == 64
+    assert result.data["provenance"]["figure"] == "mine.py"
+    assert len(result.data["provenance"]["figure_sha256"]) == 64
     assert text.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 1
 
 
@@ -111,8 +111,8 @@ def test_without_one_there_is_no_such_section(bristle, place):
 
 def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     shutil.copy(EXAMPLE, "own_figure.py")
-    found = bristle(*IDENTIFY, "--figure", "own_figure.py", "--format", "csv")
-    assert found.code == 0, found.err
+    result = bristle(*IDENTIFY, "--figure", "own_figure.py", "--format", "csv")
+    assert result.code == 0, result.err
     with Path("run/figures/residual_over_position.csv").open(encoding="utf-8") as file:
         head, *rows = csv.reader(file)
     assert head[4:] == ["Position [mm]", "Residual, mean [N]"]
@@ -134,11 +134,11 @@ def test_the_example_shows_the_residual_along_the_travel(bristle, place):
 def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, line, said):
     assert bristle(*PREDICT, "--format", "svg").code == 0
     before = written_in("run"), written_in_figures()
-    found = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
-    assert found.code == 0
-    assert f"warning: {said}" in found.err
-    assert "The results are whole without it" in found.err
-    assert found.err.count("the figure mine is not") == 1
+    result = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
+    assert result.code == 0
+    assert f"warning: {said}" in result.err
+    assert "The results are whole without it" in result.err
+    assert result.err.count("the figure mine is not") == 1
     assert (written_in("run"), written_in_figures()) == before
     assert said.replace("'", "&#39;") in page()
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
@@ -156,9 +156,9 @@ def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, plac
         "            raise ValueError('no pdf')\n        super().savefig(file, **options)\n\n\ndef draw("
     )
     Path("mine.py").write_text(Path("mine.py").read_text().replace("def draw(", bad))
-    found = bristle(*PREDICT, *option, "--format", "svg", "--format", "pdf")
-    assert found.code == 0
-    assert "mine.py, line 10: the figure mine is not written as a file: ValueError: no pdf" in found.err
+    result = bristle(*PREDICT, *option, "--format", "svg", "--format", "pdf")
+    assert result.code == 0
+    assert "mine.py, line 10: the figure mine is not written as a file: ValueError: no pdf" in result.err
     assert {"prediction.svg", "prediction.pdf", "mine.svg"} <= written_in_figures()
     assert "mine.pdf" not in written_in_figures()
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
@@ -181,9 +181,9 @@ def test_it_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")
     option = own("identification.best.traces.measured[:] = 0.0", "identification")
-    found = bristle(*IDENTIFY, *option, "--force")
-    assert found.code == 0
-    assert f"mine.py, line {LINE}: the figure mine is not drawn: ValueError: assignment destination is" in found.err
+    result = bristle(*IDENTIFY, *option, "--force")
+    assert result.code == 0
+    assert f"mine.py, line {LINE}: the figure mine is not drawn: ValueError: assignment destination is" in result.err
     after = read_arrays(Path("run"), "traces")
     assert all(np.array_equal(before[name], after[name]) for name in before)
 
@@ -191,9 +191,9 @@ def test_it_cannot_change_the_results(bristle, place):
 def test_what_the_report_has_only_at_times_is_told_where_it_has_not(bristle, place):
     axis = Path("axis.toml").read_text(encoding="utf-8")
     Path("axis.toml").write_text(axis[: axis.index("[controller]")], encoding="utf-8")
-    found = bristle(*IDENTIFY, *own(takes="simulation"))
-    assert found.code == 0
-    assert "the figure mine is not drawn: this report has no simulation" in found.err
+    result = bristle(*IDENTIFY, *own(takes="simulation"))
+    assert result.code == 0
+    assert "the figure mine is not drawn: this report has no simulation" in result.err
 
 
 @pytest.mark.parametrize(
@@ -245,8 +245,8 @@ def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
     own("axes.set_title('allowed')")
     checksum = content_of("mine.py").checksum
     assert not is_allowed(checksum)
-    found = bristle("check", "mine.py", "--json")
-    assert (found.code, found.data["model"]) == (0, "mine")
+    result = bristle("check", "mine.py", "--json")
+    assert (result.code, result.data["model"]) == (0, "mine")
     assert is_allowed(checksum)
     own("axes.set_ylabel('Force')")
     failed = bristle("check", "mine.py")

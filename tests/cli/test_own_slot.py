@@ -10,25 +10,25 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_bench(tmp_path)
     models = "coulomb_viscous+oiled.py,coulomb_viscous"
-    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--draws", "50")
-    found = bristle(*asked, "--out", "results", "--json")
-    assert found.code == 0, found.err
-    assert found.data["models"][0]["name"] == "coulomb_viscous+oiled"
-    fall = found.data["parameters"]["a"]
+    requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--draws", "50")
+    result = bristle(*requested, "--out", "results", "--json")
+    assert result.code == 0, result.err
+    assert result.data["models"][0]["name"] == "coulomb_viscous+oiled"
+    fall = result.data["parameters"]["a"]
     low, high = fall["interval"]
     assert fall["status"] == "identified"
     assert low < TRUTH["a"] < high
     assert high - low < 0.1 * TRUTH["a"]
-    assert found.data["parameters"]["b_0"]["status"] == "held"
-    errors = [one["metrics"]["force_error_percent"] for one in found.data["models"]]
+    assert result.data["parameters"]["b_0"]["status"] == "held"
+    errors = [item["metrics"]["force_error_percent"] for item in result.data["models"]]
     assert errors[0] < 0.2 * errors[1]
     assert 'model = "coulomb_viscous+oiled.py"' in Path("results/model.toml").read_text()
     assert Path("results/oiled.py").read_text() == SLOT
-    assert found.data["provenance"]["code"] == "oiled.py"
+    assert result.data["provenance"]["code"] == "oiled.py"
 
-    told = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json")
-    assert told.code == 0, told.err
-    assert told.data["metrics"]["force_error_percent"] == pytest.approx(errors[0], rel=0.1)
+    message = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    assert message.code == 0, message.err
+    assert message.data["metrics"]["force_error_percent"] == pytest.approx(errors[0], rel=0.1)
     Path("dry.toml").write_text("\n".join(line for line in AXIS.splitlines() if "pressure" not in line))
     for command in (("predict", "results/model.toml", "log.csv"), ("identify", "log.csv", "--model", "lugre+oiled.py")):
         refused = bristle(*command, "--axis", "dry.toml")
@@ -57,20 +57,20 @@ def test_one_of_bristle_goes_by_its_name(bristle, tmp_path, monkeypatch):
         assert ("friction changes with the recorded pressure" in words) == is_pressure
         assert ("Next: `coulomb_viscous+pressure`" in words) == is_pressure
 
-    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+pressure", "--draws", "50")
-    found = bristle(*asked, "--out", "results", "--json")
-    assert found.code == 0, found.err
-    assert "missing_channel" not in [one["code"] for one in found.data["diagnostics"]]
-    rise = found.data["parameters"]["k_P"]
+    requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+pressure", "--draws", "50")
+    result = bristle(*requested, "--out", "results", "--json")
+    assert result.code == 0, result.err
+    assert "missing_channel" not in [item["code"] for item in result.data["diagnostics"]]
+    rise = result.data["parameters"]["k_P"]
     low, high = rise["interval"]
     assert low < SEALS["k_P"] < high
     assert high - low < 0.1 * SEALS["k_P"]
-    assert found.data["parameters"]["P_0"]["status"] == "held"
+    assert result.data["parameters"]["P_0"]["status"] == "held"
     assert 'model = "coulomb_viscous+pressure"' in Path("results/model.toml").read_text()
     assert not list(Path("results").glob("*.py"))
-    assert "code" not in found.data["provenance"]
-    told = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json")
-    assert told.code == 0, told.err
+    assert "code" not in result.data["provenance"]
+    message = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    assert message.code == 0, message.err
     Path("dry.toml").write_text("\n".join(line for line in AXIS.splitlines() if "pressure" not in line))
     refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "dry.toml")
     assert refused.code != 0

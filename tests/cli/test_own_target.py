@@ -11,14 +11,14 @@ from tests.exports.test_targets import EXAMPLE, own
 def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
     shutil.copy(EXAMPLE, "own_exporter.py")
     line = ("export", "model.toml", "--to", "own_exporter.py", "--speed", "200 mm/s", "--axis", "axis.toml")
-    found = bristle(*line, "--name", "knee", "--out", "out", "--json")
-    assert (found.code, found.data["target"], found.data["files"]) == (0, "acme", ["knee.toml"])
-    assert found.data["provenance"]["target"] == "own_exporter.py"
-    assert len(found.data["provenance"]["target_sha256"]) == 64
+    result = bristle(*line, "--name", "knee", "--out", "out", "--json")
+    assert (result.code, result.data["target"], result.data["files"]) == (0, "acme", ["knee.toml"])
+    assert result.data["provenance"]["target"] == "own_exporter.py"
+    assert len(result.data["provenance"]["target_sha256"]) == 64
     assert written_in("out") == {"knee.toml", "summary.json"}
-    told = bristle(*line, "--out", "other")
-    assert told.code == 0
-    assert "Note: the drive takes 16 entries" in told.out
+    message = bristle(*line, "--out", "other")
+    assert message.code == 0
+    assert "Note: the drive takes 16 entries" in message.out
     assert bristle(*line, "--out", "out").code == 2  # it is there already
     assert bristle(*line, "--tunable", "--out", "third").err.count("acme: has no parameters that may be changed") == 1
     assert not Path("third").exists()
@@ -54,8 +54,8 @@ def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, pl
 
 def test_check_runs_the_contract_of_a_target(bristle, place):
     own(place)
-    found = bristle("check", "mine.py", "--json")
-    assert (found.code, found.data["model"], found.data["passed"]) == (0, "mine", True)
+    result = bristle("check", "mine.py", "--json")
+    assert (result.code, result.data["model"], result.data["passed"]) == (0, "mine", True)
     own(place, "Product({'a.txt': 'a'}, ('note',))")
     failed = bristle("check", "mine.py")
     assert failed.code == 1

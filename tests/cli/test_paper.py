@@ -14,13 +14,13 @@ def here(tmp_path, monkeypatch):
 
 
 def test_one_figure_with_its_report(bristle):
-    found = bristle("paper", "--figure", "4", "--out", "results")
-    assert found.code == 0
-    assert "found in part" in found.out
-    assert "factor 2" in found.out
+    result = bristle("paper", "--figure", "4", "--out", "results")
+    assert result.code == 0
+    assert "found in part" in result.out
+    assert "factor 2" in result.out
     assert written_in("results") == {"report.html", "summary.json"}
     page = Page(Path("results/report.html").read_text(encoding="utf-8"))
-    assert [one["id"] for one in page.named("figure")] == ["fig-4"]
+    assert [item["id"] for item in page.named("figure")] == ["fig-4"]
     summary = json.loads(Path("results/summary.json").read_text())
     assert summary["provenance"]["fig_04"] == "fig_04.toml"
     assert summary["provenance"]["command"] == "bristle paper --figure 4 --out results"
@@ -47,7 +47,7 @@ def test_experiments_are_written_changed_and_run(bristle):
     path.write_text(path.read_text().replace('file = "set_a_rig.toml"\n\n', 'file = "set_a_rig.toml"\nscatter = 0.2\n\n'))
     as_it_is = bristle("paper", "--figure", "9", "--json").data["figures"]["9"]["numbers"]
     changed = bristle("paper", "--figure", "9", "--from", "mine", "--json").data["figures"]["9"]["numbers"]
-    before, after = (one["missing_at_return"]["virtual rig"]["B"] for one in (as_it_is, changed))
+    before, after = (item["missing_at_return"]["virtual rig"]["B"] for item in (as_it_is, changed))
     assert abs(after) > 2.0 * abs(before)
     assert bristle("paper", "--write", "mine").code == 2
     kept = bristle("paper", "--write", "mine", "--force")

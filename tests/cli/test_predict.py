@@ -9,9 +9,9 @@ from tests.cli.conftest import written_in
 
 @pytest.mark.parametrize(("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)])
 def test_each_mode_tells_what_it_predicts(bristle, place, mode, effort, position):
-    found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json")
-    assert found.code == 0
-    metrics = found.data["metrics"]
+    result = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json")
+    assert result.code == 0
+    metrics = result.data["metrics"]
     assert set(metrics) == {"force_error_percent", "force_rmse", "force_unit", "position_error_percent", "position_rmse", "position_unit"}
     for key, limit in (("force_error_percent", effort), ("position_error_percent", position)):
         assert (metrics[key] is None) == (limit is None)
@@ -27,10 +27,10 @@ def test_a_wrong_model_predicts_worse(bristle, place):
 
 
 def test_results_and_words(bristle, place):
-    found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run")
-    assert found.code == 0
-    assert found.out.startswith("The model holds")
-    assert "Effort error" in found.out
+    result = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run")
+    assert result.code == 0
+    assert result.out.startswith("The model holds")
+    assert "Effort error" in result.out
     assert written_in("run") == {"summary.json", "report.html"}
     assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"
 
@@ -57,10 +57,10 @@ def test_a_model_is_doubted_on_the_very_log_that_it_was_fitted_to_and_on_no_othe
     for name in head[1:]:
         other = other.replace(f'column = "{name}"', f'column = "{name}_b"')
     Path("other.toml").write_text(other)
-    asked = ("identify", "both.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
-    assert bristle(*asked).code == 0
-    told = {}
+    requested = ("identify", "both.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
+    assert bristle(*requested).code == 0
+    message = {}
     for name in ("axis.toml", "other.toml"):
-        found = bristle("predict", "fit/model.toml", "both.csv", "--axis", name, "--json")
-        told[name] = "this very log" in " ".join(found.data["verdict"]["reasons"])
-    assert told == {"axis.toml": True, "other.toml": False}
+        result = bristle("predict", "fit/model.toml", "both.csv", "--axis", name, "--json")
+        message[name] = "this very log" in " ".join(result.data["verdict"]["reasons"])
+    assert message == {"axis.toml": True, "other.toml": False}

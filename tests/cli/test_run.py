@@ -14,23 +14,23 @@ STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
 
 
 def test_variants_with_all_their_numbers(bristle, place):
-    found = bristle("run", "experiment.toml", "--json")
-    assert found.code == 0
-    variants = found.data["variants"]
+    result = bristle("run", "experiment.toml", "--json")
+    assert result.code == 0
+    variants = result.data["variants"]
     assert list(variants) == ["base", "none"]
-    for one in variants.values():
-        assert set(one["following_error"]) == set(one["true_error"]) == STATISTICS
-        assert set(one["by_direction"]) == {"forward", "backward"}
-        assert one["effort"]["peak"] >= one["effort"]["rms"] > 0.0
-        assert one["runs"] == 1
-    assert found.data["error_unit"] == "m"
+    for variant in variants.values():
+        assert set(variant["following_error"]) == set(variant["true_error"]) == STATISTICS
+        assert set(variant["by_direction"]) == {"forward", "backward"}
+        assert variant["effort"]["peak"] >= variant["effort"]["rms"] > 0.0
+        assert variant["runs"] == 1
+    assert result.data["error_unit"] == "m"
 
 
 def test_results_and_words(bristle, place):
-    found = bristle("run", "experiment.toml", "--out", "run")
-    assert found.code == 0
-    assert "base" in found.out
-    assert "none" in found.out
+    result = bristle("run", "experiment.toml", "--out", "run")
+    assert result.code == 0
+    assert "base" in result.out
+    assert "none" in result.out
     assert written_in("run") == {"summary.json", "report.html"}
     assert list(json.loads(Path("run/summary.json").read_text())["variants"]) == ["base", "none"]
 
@@ -56,9 +56,9 @@ def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle,
     assert ended.data["variants"]["base"]["completed"] is True
     assert "slow: unstable" in ended.err
     assert "nine samples of delay" in ended.data["variants"]["slow"]["status"]
-    told = ended.data["diagnostics"][-1]
-    assert (told["code"], told["severity"], told["numbers"]["variants"]) == ("loop_diverges", "error", ["slow"])
-    assert ended.data["variants"]["slow"]["status"] == told["message"]
+    message = ended.data["diagnostics"][-1]
+    assert (message["code"], message["severity"], message["numbers"]["variants"]) == ("loop_diverges", "error", ["slow"])
+    assert ended.data["variants"]["slow"]["status"] == message["message"]
 
 
 def test_a_small_margin_is_warned_of(bristle, place):
@@ -68,11 +68,11 @@ def test_a_small_margin_is_warned_of(bristle, place):
     assert ended.code == 0
     assert "base, none: warning: the phase margin is" in ended.err
     assert "the phase margin is" in ended.data["warnings"][0]
-    told = ended.data["diagnostics"][0]
-    assert (told["code"], told["severity"]) == ("small_margin", "warning")
-    assert told["numbers"]["variants"] == ["base", "none"]
-    assert ended.data["warnings"][0] == f"base, none: warning: {told['message']}"
-    assert 0.0 < told["numbers"]["phase"] < told["numbers"]["enough"]
+    message = ended.data["diagnostics"][0]
+    assert (message["code"], message["severity"]) == ("small_margin", "warning")
+    assert message["numbers"]["variants"] == ["base", "none"]
+    assert ended.data["warnings"][0] == f"base, none: warning: {message['message']}"
+    assert 0.0 < message["numbers"]["phase"] < message["numbers"]["enough"]
     assert "the phase margin is" in (Path("run") / "report.html").read_text()
 
 
@@ -84,11 +84,11 @@ def test_a_user_model_runs_from_its_file(bristle, place):
     assert refused.code == 2
     assert "not run unasked: own.py (SHA-256 " in refused.err
     assert "--allow-code" in refused.err
-    found = bristle("run", "experiment.toml", "--allow-code", "--json")
-    assert found.code == 0
-    assert found.data["variants"]["none"]["completed"] is True
-    assert found.data["provenance"]["code"] == "own.py"
-    assert found.err.startswith("bristle: warning: friction.file: the code in own.py (SHA-256 ")
+    result = bristle("run", "experiment.toml", "--allow-code", "--json")
+    assert result.code == 0
+    assert result.data["variants"]["none"]["completed"] is True
+    assert result.data["provenance"]["code"] == "own.py"
+    assert result.err.startswith("bristle: warning: friction.file: the code in own.py (SHA-256 ")
     assert bristle("run", "experiment.toml").code == 2  # asked for once, allowed once
     assert bristle("check", "own.py").code == 0
     assert bristle("run", "experiment.toml").code == 0
@@ -97,12 +97,12 @@ def test_a_user_model_runs_from_its_file(bristle, place):
 
 
 def test_what_the_drive_would_record_of_each_variant(bristle, place):
-    found = bristle("run", "experiment.toml", "--log", "--out", "run", "--json")
-    assert found.data["files"] == {"base": "log_base.csv", "none": "log_none.csv"}
+    result = bristle("run", "experiment.toml", "--log", "--out", "run", "--json")
+    assert result.data["files"] == {"base": "log_base.csv", "none": "log_none.csv"}
     log = read_log("run/log_base.csv")
     assert (log.effort.unit, log.position.unit) == ("N", "m")
     settled = np.abs(log.effort.values[log.time.values >= 2.0])
-    assert np.max(settled) == pytest.approx(found.data["variants"]["base"]["effort"]["peak"])
+    assert np.max(settled) == pytest.approx(result.data["variants"]["base"]["effort"]["peak"])
     # A folder with logs is one of results: it can be replaced.
     assert bristle("run", "experiment.toml", "--out", "run", "--force").code == 0
     assert not Path("run/log_base.csv").exists()
@@ -114,9 +114,9 @@ def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_follow
     rest = text.partition("[reference]")
     follow = '[reference]\nmodel = "recorded"\nfile = "motion.csv"\n'
     Path("follow.toml").write_text(f'{rest[0]}[axis]\nfile = "axis.toml"\n{follow}')
-    found = bristle("run", "follow.toml", "--log", "--out", "run", "--json")
-    assert found.code == 0, found.err
-    assert found.data["files"] == {"base": "log.csv"}
+    result = bristle("run", "follow.toml", "--log", "--out", "run", "--json")
+    assert result.code == 0, result.err
+    assert result.data["files"] == {"base": "log.csv"}
     log = read_log("run/log.csv", read_axis("axis.toml"))
     assert log.reference.values == pytest.approx(2e-2 * np.sin(6e-3 * np.arange(1000)), abs=1e-12)
     assert log.position.values == pytest.approx(log.reference.values, abs=2e-3)
@@ -134,12 +134,12 @@ def test_an_experiment_on_a_contact_is_told_which_command_runs_it(bristle, tmp_p
     assert bristle("paper", "--write", tmp_path / "my copy").code == 0
     contacts = sorted((tmp_path / "my copy").glob("fig_*.toml"))
     assert len(contacts) == 10
-    for one in contacts:
-        ended = bristle(command, one)
+    for contact in contacts:
+        ended = bristle(command, contact)
         assert ended.code == 2
         assert ended.err.count("\n") == 1
         assert "is an experiment on a contact" in ended.err
-        assert f"bristle paper --from '{one.parent}' --figure {int(one.stem[-2:])}\n" in ended.err
+        assert f"bristle paper --from '{contact.parent}' --figure {int(contact.stem[-2:])}\n" in ended.err
 
 
 def test_an_experiment_on_a_contact_is_known_by_its_tables(bristle, place):
@@ -156,8 +156,8 @@ def test_an_experiment_on_a_contact_is_known_by_its_tables(bristle, place):
 def test_the_best_variant_is_named_last(bristle, place):
     text = Path("experiment.toml").read_text().replace("[compare.none.", "[compare.base]\n\n[compare.none.")
     Path("experiment.toml").write_text(f"{text}\n[compare.half.controller.feedforward]\ngain = 0.5\n")
-    found = bristle("run", "experiment.toml")
-    words = " ".join(found.out.split())
+    result = bristle("run", "experiment.toml")
+    words = " ".join(result.out.split())
     assert "No variant errs less than base: " in words
     fed = 'friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }'
     text = text.replace(fed, "", 1).replace('friction = "none"', fed)
@@ -176,6 +176,6 @@ def test_a_compensator_that_was_identified_on_another_rig_says_so(bristle, tmp_p
     text = (tmp_path / "mine" / "set_c.toml").read_text(encoding="utf-8")
     brief = text.replace("seeds = 6", "seeds = 1").replace('duration = "28 s"', 'duration = "3 s"')
     short.write_text(brief, encoding="utf-8")
-    told = " ".join(bristle("run", short).err.split())
-    assert "identified: its compensator was identified on another friction than the one here" in told
-    assert "observer: its compensator" not in told
+    message = " ".join(bristle("run", short).err.split())
+    assert "identified: its compensator was identified on another friction than the one here" in message
+    assert "observer: its compensator" not in message

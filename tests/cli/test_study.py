@@ -21,10 +21,10 @@ def bench(tmp_path, monkeypatch):
 
 def test_a_study_is_run_and_told(bench, capsys):
     assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 0
-    said = capsys.readouterr()
-    assert "90 % of the runs from" in said.out
-    assert "rank correlation" in said.out
-    assert "open out/report.html" in said.err
+    text = capsys.readouterr()
+    assert "90 % of the runs from" in text.out
+    assert "rank correlation" in text.out
+    assert "open out/report.html" in text.err
     summary = json.loads((bench.folder / "out" / "summary.json").read_text())
     assert (summary["runs"], summary["done"], summary["statuses"]) == (12, 12, {"ok": 12})
     worst = summary["worst"]

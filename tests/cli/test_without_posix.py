@@ -37,8 +37,8 @@ def test_the_main_job_gives_the_same_numbers_and_results_are_replaced(bristle, p
     for force in ((), ("--force",)):
         ended = elsewhere(MAIN, *arguments, "--out", "run", *force)
         assert ended.returncode == 0, ended.stderr
-        there = json.loads(ended.stdout)
-        assert there["parameters"] == here["parameters"]
+        present = json.loads(ended.stdout)
+        assert present["parameters"] == here["parameters"]
     assert {"model.toml", "report.html", "summary.json"} <= written_in("run")
     refused = elsewhere(MAIN, *arguments, "--out", "run")
     assert (refused.returncode, refused.stdout) == (2, b"")
@@ -55,7 +55,7 @@ def test_binary_logs_are_read(tmp_path, kind):
     (tmp_path / "axis.toml").write_text(AXIS.replace('reference = { column = "r", unit = "m" }\n', ""))
     ended = elsewhere(MAIN, "log", str(path), "--axis", str(tmp_path / "axis.toml"), "--json")
     assert ended.stderr == b""
-    assert {one["name"] for one in json.loads(ended.stdout)["channels"]} == {"time", "position", "effort"}
+    assert {load["name"] for load in json.loads(ended.stdout)["channels"]} == {"time", "position", "effort"}
 
 
 REPLACE = """
@@ -89,7 +89,7 @@ def test_results_are_replaced_whole_and_come_back_after_a_kill(tmp_path):
     ended = elsewhere(PRELUDE + REPLACE.format(meanwhile="pass"), cwd=tmp_path)
     assert ended.returncode == 0, ended.stderr
     assert mark_of(out) == "new"
-    assert [one.name for one in tmp_path.iterdir()] == ["run"]
+    assert [item.name for item in tmp_path.iterdir()] == ["run"]
 
 
 def test_of_two_at_once_the_later_is_refused(tmp_path):
@@ -110,7 +110,7 @@ def test_a_link_is_not_followed_where_nothing_can_be_opened_without_following(tm
     assert not (mine / NOTE).exists()
 
 
-@pytest.mark.parametrize("encoding", [pytest.param(one, marks=pytest.mark.slow) for one in ("ascii", "cp1252", "cp437")])
+@pytest.mark.parametrize("encoding", [pytest.param(item, marks=pytest.mark.slow) for item in ("ascii", "cp1252", "cp437")])
 def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
     for arguments in (

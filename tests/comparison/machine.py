@@ -45,4 +45,4 @@ def log(seed, motion, *, gain=1.0, friction=8.0, gravity=0.0, step=STEP, scatter
     effort = MASS * a + friction * level * np.tanh(v / 0.002) + 20.0 * v + gravity
     effort += 0.8 * correlated(rng, x.size, 0.8)
     channels = {"reference": x, "position": x - error, "effort": effort} | changed
-    return Log(time=step * np.arange(x.size), **{name: one for name, one in channels.items() if one is not None})
+    return Log(time=step * np.arange(x.size), **{name: item for name, item in channels.items() if item is not None})

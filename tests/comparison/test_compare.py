@@ -11,8 +11,8 @@ from bristle.report.messages import message
 ERRORS = ("following_error.rms", "following_error.peak", "reversals.forward_to_backward", "reversals.backward_to_forward")
 
 
-def codes(found):
-    return {one.code for one in found.diagnostics}
+def codes(result):
+    return {diagnostic.code for diagnostic in result.diagnostics}
 
 
 def holds(change, value):
@@ -21,24 +21,24 @@ def holds(change, value):
 
 
 def test_a_smaller_error_and_less_friction_are_found_with_their_size():
-    found = br.compare(log(1, sine(12)), log(2, sine(10), gain=0.7, friction=7.0))
+    comparison = br.compare(log(1, sine(12)), log(2, sine(10), gain=0.7, friction=7.0))
     for name in ERRORS:
-        change = found.changes[name]
+        change = comparison.changes[name]
         assert change.verdict == "lower"
         assert change.interval_percent[0] - 3.0 < -30.0 < change.interval_percent[1] + 3.0
-    assert holds(found.changes["friction.level"], -1.0)
-    assert found.changes["effort.rms"].verdict == "lower"
-    assert found.helped is True
-    assert (found.shared.cycles_before, found.shared.cycles_after, found.shared.motions) == (11, 9, 1)
-    assert len(found.friction_curve) == 4
-    assert all(holds(change, -1.0) for _, change in found.friction_curve)
+    assert holds(comparison.changes["friction.level"], -1.0)
+    assert comparison.changes["effort.rms"].verdict == "lower"
+    assert comparison.helped is True
+    assert (comparison.shared.cycles_before, comparison.shared.cycles_after, comparison.shared.motions) == (11, 9, 1)
+    assert len(comparison.friction_curve) == 4
+    assert all(holds(change, -1.0) for _, change in comparison.friction_curve)
 
 
 def test_a_larger_error_did_not_help():
-    found = br.compare(log(1, sine(12)), log(2, sine(12), gain=1.3))
-    assert found.changes["following_error.rms"].verdict == "higher"
-    assert found.helped is False
-    assert found.changes["friction.level"].verdict == "no_change"
+    comparison = br.compare(log(1, sine(12)), log(2, sine(12), gain=1.3))
+    assert comparison.changes["following_error.rms"].verdict == "higher"
+    assert comparison.helped is False
+    assert comparison.changes["friction.level"].verdict == "no_change"
 
 
 def bumped(seed, times, *, forward):
@@ -54,10 +54,10 @@ def bumped(seed, times, *, forward):
 def test_a_glitch_behind_one_reversal_is_told_for_that_direction_alone():
     flat = log(1, sine(12), position=sine(12)[0] - 1e-6 * np.random.default_rng(9).standard_normal(sine(12)[0].size))
     for forward, lower, same in ((True, ERRORS[3], ERRORS[2]), (False, ERRORS[2], ERRORS[3])):
-        found = br.compare(bumped(2, 0.02, forward=forward), flat)
-        assert found.changes[lower].verdict == "lower"
-        assert found.changes[lower].before == pytest.approx(5e-5, rel=0.1)
-        assert abs(found.changes[same].change) < 1e-6
+        comparison = br.compare(bumped(2, 0.02, forward=forward), flat)
+        assert comparison.changes[lower].verdict == "lower"
+        assert comparison.changes[lower].before == pytest.approx(5e-5, rel=0.1)
+        assert abs(comparison.changes[same].change) < 1e-6
 
 
 def test_the_window_behind_a_reversal_is_as_long_as_told():
@@ -74,21 +74,21 @@ def test_a_log_sampled_faster_has_no_larger_peaks_for_it():
         motion = sine(12, step=step)
         noise = 1e-5 * np.random.default_rng(3).standard_normal(motion[0].size)
         peaks.append(log(1, motion, step=step, position=motion[0] - noise))
-    found = br.compare(*peaks)
-    assert found.changes["following_error.peak"].verdict == "no_change"
-    assert abs(found.changes["following_error.peak"].change_percent) < 10.0
-    assert found.changes["friction.level"].verdict == "no_change"
-    assert "sample_times_differ" in codes(found)
+    comparison = br.compare(*peaks)
+    assert comparison.changes["following_error.peak"].verdict == "no_change"
+    assert abs(comparison.changes["following_error.peak"].change_percent) < 10.0
+    assert comparison.changes["friction.level"].verdict == "no_change"
+    assert "sample_times_differ" in codes(comparison)
 
 
 def test_only_what_both_logs_move_alike_is_compared():
     slow, fast = sine(8), sine(16, period=0.5)
     before = log(1, [np.concatenate(pair) for pair in zip(slow, fast, strict=True)])
-    found = br.compare(before, log(2, sine(9)))
-    assert "motions_differ" in codes(found)
-    assert found.shared.before_percent == pytest.approx(50.0, abs=5.0)
-    assert found.shared.after_percent == 100.0
-    assert found.changes["effort.rms"].verdict == "no_change"  # the fast half takes four times the force
+    comparison = br.compare(before, log(2, sine(9)))
+    assert "motions_differ" in codes(comparison)
+    assert comparison.shared.before_percent == pytest.approx(50.0, abs=5.0)
+    assert comparison.shared.after_percent == 100.0
+    assert comparison.changes["effort.rms"].verdict == "no_change"  # the fast half takes four times the force
 
 
 @pytest.mark.parametrize("other", [sine(9, amplitude=0.04), sine(9, period=1.2)], ids=["amplitude", "period"])
@@ -98,11 +98,11 @@ def test_logs_without_a_motion_in_common_are_refused(other):
 
 
 def test_a_motion_that_never_repeats_is_compared_cycle_by_cycle_with_its_counterpart():
-    found = br.compare(log(1, wandering(30.0)), log(2, wandering(20.0), gain=0.8))
-    assert found.shared.paired
-    assert found.shared.motions == found.shared.cycles_after >= 8
-    assert found.shared.before_percent < 75.0
-    change = found.changes["following_error.rms"]
+    comparison = br.compare(log(1, wandering(30.0)), log(2, wandering(20.0), gain=0.8))
+    assert comparison.shared.paired
+    assert comparison.shared.motions == comparison.shared.cycles_after >= 8
+    assert comparison.shared.before_percent < 75.0
+    change = comparison.changes["following_error.rms"]
     assert change.interval_percent[0] < -20.0 < change.interval_percent[1]
     assert change.interval_percent[1] - change.interval_percent[0] < 10.0
 
@@ -111,11 +111,11 @@ def test_a_motion_in_one_direction_is_compared_in_pieces():
     t = STEP * np.arange(4000)
     slide = 0.1 * t + 0.002 * np.sin(2.0 * t), 0.1 + 0.004 * np.cos(2.0 * t), -0.008 * np.sin(2.0 * t)
     elsewhere = slide[0] + 1.3, *slide[1:]
-    found = br.compare(log(1, slide), log(2, elsewhere, gain=0.5))
-    assert not found.shared.complete
-    assert {"pieces_for_cycles", "friction_not_told"} <= codes(found)
-    assert not [name for name in found.changes if name.startswith(("reversals", "friction"))]
-    assert found.changes["following_error.rms"].verdict == "lower"
+    comparison = br.compare(log(1, slide), log(2, elsewhere, gain=0.5))
+    assert not comparison.shared.complete
+    assert {"pieces_for_cycles", "friction_not_told"} <= codes(comparison)
+    assert not [name for name in comparison.changes if name.startswith(("reversals", "friction"))]
+    assert comparison.changes["following_error.rms"].verdict == "lower"
 
 
 @pytest.mark.parametrize("cycles", [3, 4])
@@ -123,47 +123,47 @@ def test_a_motion_that_begins_and_ends_at_a_turn_gives_all_of_its_cycles(cycles)
     phase = 2.0 * np.pi * STEP * np.arange(round(cycles / STEP) + 1)
     w = 2.0 * np.pi
     motion = -0.05 * np.cos(phase), 0.05 * w * np.sin(phase), 0.05 * w * w * np.cos(phase)
-    found = br.compare(log(1, motion), log(2, motion))
-    assert found.shared.complete
-    assert (found.shared.cycles_before, found.shared.motions) == (cycles, 1)
+    comparison = br.compare(log(1, motion), log(2, motion))
+    assert comparison.shared.complete
+    assert (comparison.shared.cycles_before, comparison.shared.motions) == (cycles, 1)
 
 
 def test_a_peak_that_only_two_pieces_tell_has_no_narrow_interval():
-    found = br.compare(log(1, sine(2)), log(2, sine(2)))
-    assert found.shared.cycles_before > 10
+    comparison = br.compare(log(1, sine(2)), log(2, sine(2)))
+    assert comparison.shared.cycles_before > 10
     for name in ERRORS[2:]:
-        change = found.changes[name]
+        change = comparison.changes[name]
         assert change.interval is None or change.verdict == "no_change"
 
 
 def test_without_a_reference_effort_and_friction_are_told_and_that_is_said():
-    found = br.compare(log(1, sine(9), reference=None), log(2, sine(9), friction=7.0))
-    assert set(found.changes) == {"effort.rms", "effort.peak", "friction.level"}
-    assert found.helped is None
-    lacking = next(one for one in found.diagnostics if one.code == "no_reference")
+    comparison = br.compare(log(1, sine(9), reference=None), log(2, sine(9), friction=7.0))
+    assert set(comparison.changes) == {"effort.rms", "effort.peak", "friction.level"}
+    assert comparison.helped is None
+    lacking = next(diagnostic for diagnostic in comparison.diagnostics if diagnostic.code == "no_reference")
     assert lacking.numbers["sides"] == ("before",)
     assert "nothing is said of the following error" in message(lacking)
-    assert "without a reference" in found.sentences[0]
+    assert "without a reference" in comparison.sentences[0]
 
 
 def test_positions_without_a_reference_are_alike_though_noise_and_the_loop_differ():
     motion = sine(9)
     noise = 1e-4 * np.random.default_rng(5).standard_normal((2, motion[0].size))
     pair = [
-        log(seed, motion, reference=None, position=share * motion[0] + own)
-        for seed, share, own in zip((1, 2), (1.0, 0.97), noise, strict=True)
+        log(seed, motion, reference=None, position=share * motion[0] + custom)
+        for seed, share, custom in zip((1, 2), (1.0, 0.97), noise, strict=True)
     ]
-    found = br.compare(*pair)
-    assert (found.shared.cycles_before, found.shared.cycles_after) == (8, 8)
+    comparison = br.compare(*pair)
+    assert (comparison.shared.cycles_before, comparison.shared.cycles_after) == (8, 8)
     with pytest.raises(InputError, match="positions, compared because there is no reference, share no motion"):
         br.compare(pair[0], log(3, sine(9, amplitude=0.04), reference=None))
 
 
 def test_without_an_effort_the_following_error_is_told():
-    found = br.compare(log(1, sine(9), effort=None), log(2, sine(9), effort=None, gain=0.5))
-    assert set(found.changes) == set(ERRORS)
-    assert "no_effort" in codes(found)
-    assert found.helped
+    comparison = br.compare(log(1, sine(9), effort=None), log(2, sine(9), effort=None, gain=0.5))
+    assert set(comparison.changes) == set(ERRORS)
+    assert "no_effort" in codes(comparison)
+    assert comparison.helped
 
 
 def test_neither_gravity_nor_mass_counts_as_friction():
@@ -174,15 +174,15 @@ def test_neither_gravity_nor_mass_counts_as_friction():
     inertia = 6.0 * motion[2]
     loaded = log(2, motion, friction=7.0, gravity=30.0)
     loaded = log(2, motion, effort=loaded.effort.values + inertia)
-    found = br.compare(log(1, motion), loaded)
-    assert holds(found.changes["friction.level"], -1.0)
-    assert abs(found.changes["friction.level"].change + 1.0) < 0.3
+    comparison = br.compare(log(1, motion), loaded)
+    assert holds(comparison.changes["friction.level"], -1.0)
+    assert abs(comparison.changes["friction.level"].change + 1.0) < 0.3
 
 
 def strokes(*amplitudes):
     """A reference of one stroke after another, each a second long and with a standstill at both ends."""
     phase = 2.0 * np.pi * STEP * np.arange(round(1.0 / STEP))
-    w, amplitude = 2.0 * np.pi, np.concatenate([np.full(phase.size, own) for own in amplitudes])
+    w, amplitude = 2.0 * np.pi, np.concatenate([np.full(phase.size, custom) for custom in amplitudes])
     phase = np.tile(phase, len(amplitudes))
     return amplitude * (1.0 - np.cos(phase)), amplitude * w * np.sin(phase), amplitude * w * w * np.cos(phase)
 
@@ -191,18 +191,18 @@ def strokes(*amplitudes):
 def test_friction_is_told_at_no_speed_that_the_compared_strokes_lack(fast_after):
     tiny = np.repeat([0.001, 0.0014, 0.002, 0.0028], 2)  # below a tenth of the speed of the fast ones: near a reversal
     before = log(1, strokes(*tiny, 0.02, 0.02, 0.05))
-    found = br.compare(before, log(2, strokes(*tiny, 0.02, 0.02, *fast_after * [0.05])))
-    assert found.friction_curve
-    for speed, change in found.friction_curve:
+    comparison = br.compare(before, log(2, strokes(*tiny, 0.02, 0.02, *fast_after * [0.05])))
+    assert comparison.friction_curve
+    for speed, change in comparison.friction_curve:
         assert speed < 0.02 * 2.0 * np.pi * 1.01
         assert change.before == pytest.approx(8.0 + 20.0 * speed, rel=0.15)
-    assert found.changes["friction.level"].before == pytest.approx(9.0, rel=0.15)
+    assert comparison.changes["friction.level"].before == pytest.approx(9.0, rel=0.15)
 
 
 def test_several_logs_of_a_side_are_taken_together():
-    found = br.compare([log(1, sine(5)), log(2, sine(6))], [log(3, sine(5)), log(4, sine(5))])
-    assert (found.shared.cycles_before, found.shared.cycles_after) == (9, 8)
-    assert "one_recording" not in codes(found)
+    comparison = br.compare([log(1, sine(5)), log(2, sine(6))], [log(3, sine(5)), log(4, sine(5))])
+    assert (comparison.shared.cycles_before, comparison.shared.cycles_after) == (9, 8)
+    assert "one_recording" not in codes(comparison)
     assert "one_recording" in codes(br.compare(log(1, sine(9)), log(3, sine(9))))
 
 
@@ -216,30 +216,30 @@ def test_few_cycles_and_cycles_without_scatter_are_doubted():
 
 def test_units_are_those_of_the_axis():
     turning = [log(seed, sine(9), kind="rotational") for seed in (1, 2)]
-    found = br.compare(*turning)
-    assert found.changes["following_error.rms"].unit == "rad"
-    assert found.changes["friction.level"].unit == "N*m"
+    comparison = br.compare(*turning)
+    assert comparison.changes["following_error.rms"].unit == "rad"
+    assert comparison.changes["friction.level"].unit == "N*m"
     with pytest.raises(InputError, match="different kinds"):
         br.compare(turning[0], log(2, sine(9)))
 
 
 @pytest.mark.parametrize("other", ["itself", "a copy"])
 def test_the_same_log_on_both_sides_is_refused(other):
-    one = log(1, sine(9))
+    item = log(1, sine(9))
     with pytest.raises(InputError, match="same log on both sides"):
-        br.compare(one, one if other == "itself" else log(1, sine(9)))
+        br.compare(item, item if other == "itself" else log(1, sine(9)))
 
 
 def test_what_cannot_be_compared_is_refused():
-    one, columns = log(1, sine(9)), {"time": STEP * np.arange(400), "position": np.full(400, np.nan)}
+    item, columns = log(1, sine(9)), {"time": STEP * np.arange(400), "position": np.full(400, np.nan)}
     refusals = {
-        "names no log": lambda: br.compare([], one),
-        "NaN": lambda: br.compare(one, columns | {"effort": columns["time"]}),
-        "no such file": lambda: br.compare("gone.csv", one),
+        "names no log": lambda: br.compare([], item),
+        "NaN": lambda: br.compare(item, columns | {"effort": columns["time"]}),
+        "no such file": lambda: br.compare("gone.csv", item),
         "neither all a reference": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
-        "must be positive": lambda: br.compare(one, log(2, sine(9)), window=0.0),
-        "1 mm": lambda: br.compare(one, log(2, sine(9)), window="1 mm"),
-        "2 for 3 logs": lambda: br.compare(one, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),
+        "must be positive": lambda: br.compare(item, log(2, sine(9)), window=0.0),
+        "1 mm": lambda: br.compare(item, log(2, sine(9)), window="1 mm"),
+        "2 for 3 logs": lambda: br.compare(item, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),
     }
     for words, call in refusals.items():
         with pytest.raises(InputError, match=words):

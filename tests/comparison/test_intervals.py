@@ -28,7 +28,7 @@ TRUE = [np.sqrt(0.5 * level * level * 1.04 + 0.09) for level in LEVELS]
 
 def coverage(cycles, *, likeness=0.0, paired=False, single=False, repeats=200):
     """The share of intervals that hold the true change of the root mean square."""
-    held = 0
+    fixed = 0
     for seed in range(repeats):
         rng = np.random.default_rng(seed)
         sums = []
@@ -37,8 +37,8 @@ def coverage(cycles, *, likeness=0.0, paired=False, single=False, repeats=200):
             sums.append(np.stack([np.sum(error * error, axis=1), np.full(len(error), float(error.shape[1]))], axis=1))
         kinds = np.arange(len(sums[0])) if paired else np.zeros(len(sums[0]), dtype=int)
         low, high = changed(RMS, *sums, plan_of(kinds, kinds)).interval
-        held += low <= TRUE[1] - TRUE[0] <= high
-    return held / repeats
+        fixed += low <= TRUE[1] - TRUE[0] <= high
+    return fixed / repeats
 
 
 @pytest.mark.parametrize("cycles", [3, 8, 20])
@@ -66,8 +66,8 @@ def test_the_interval_of_a_change_of_means_is_that_of_students_t(cycles, neighbo
     kinds = np.zeros(cycles, dtype=int)
     low, high = changed(lambda sums: sums[..., 0] / sums[..., 1], *sums, plan_of(kinds, kinds)).interval
     squares = np.var(values, axis=1, ddof=1) * neighbours / cycles
-    own = cycles / neighbours - 1.0
-    freedom = squares.sum() ** 2 / np.sum(squares**2 / own)
+    custom = cycles / neighbours - 1.0
+    freedom = squares.sum() ** 2 / np.sum(squares**2 / custom)
     assert 0.5 * (high - low) == pytest.approx(stats.t.ppf(0.975, freedom) * np.sqrt(squares.sum()), rel=0.06)
 
 
@@ -78,19 +78,19 @@ def test_single_samples_drawn_as_if_independent_hold_nothing(monkeypatch):
 
 @pytest.mark.parametrize("motion", [sine(9), wandering(14.0)], ids=["repeats", "never repeats"])
 def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero(motion):
-    found = [br.compare(log(2 * seed, motion), log(2 * seed + 1, motion)) for seed in range(50)]
-    changes = [change for one in found for change in one.changes.values()]
-    assert len(changes) == 7 * len(found)
+    result = [br.compare(log(2 * seed, motion), log(2 * seed + 1, motion)) for seed in range(50)]
+    changes = [change for item in result for change in item.changes.values()]
+    assert len(changes) == 7 * len(result)
     assert 0.90 <= np.mean([change.verdict == "no_change" for change in changes]) <= 0.985
 
 
 def test_of_a_real_change_95_percent_of_the_intervals_hold_it():
-    held = []
+    fixed = []
     for seed in range(50):
-        found = br.compare(log(2 * seed, sine(9)), log(2 * seed + 1, sine(9), friction=7.6))
-        low, high = found.changes["friction.level"].interval
-        held.append(low <= -0.4 <= high)
-    assert 0.88 <= np.mean(held) <= 1.0
+        comparison = br.compare(log(2 * seed, sine(9)), log(2 * seed + 1, sine(9), friction=7.6))
+        low, high = comparison.changes["friction.level"].interval
+        fixed.append(low <= -0.4 <= high)
+    assert 0.88 <= np.mean(fixed) <= 1.0
 
 
 @pytest.mark.parametrize(("signs", "told"), [((1.0, -1.0), True), ((1.0, 1.0), False), ((-1.0, -1.0), False)])

@@ -97,8 +97,8 @@ def let_kernels_measure(monkeypatch: Any) -> None:
     """Let the kernels compute with `Measured` numbers."""
     stand_ins = {"math": (math, Mathematics), "NOMINAL_TEMPERATURE": (NOMINAL_TEMPERATURE, Measured(293.15, "K"))}
     for function in kernels():
-        for name, (own, measuring) in stand_ins.items():
-            if function.__globals__.get(name) is own:
+        for name, (custom, measuring) in stand_ins.items():
+            if function.__globals__.get(name) is custom:
                 monkeypatch.setitem(function.__globals__, name, measuring)
 
 
@@ -111,7 +111,7 @@ def measured(value: Any, variable: Variable) -> Any:
 
 def measured_fields(cls: type, values: Mapping[str, Any], declared: Mapping[str, Variable] | None = None) -> Any:
     """A NamedTuple with these values, each with the unit that its field is declared to have."""
-    return cls(**{name: measured(values[name], one) for name, one in (declared or variables_of(cls)).items()})
+    return cls(**{name: measured(values[name], item) for name, item in (declared or variables_of(cls)).items()})
 
 
 def measured_parameters(component: Component, values: Mapping[str, Any], declared: Mapping[str, Variable]) -> Any:
@@ -122,7 +122,7 @@ def measured_parameters(component: Component, values: Mapping[str, Any], declare
         if variable.choices:
             numbers[name] = variable.code(value, name)
         elif component.is_array(name):
-            numbers[name] = Several(measured(one, variable) for one in value)
+            numbers[name] = Several(measured(item, variable) for item in value)
         else:
             numbers[name] = measured(value, variable)
     return component.assemble(numbers)

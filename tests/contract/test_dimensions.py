@@ -30,15 +30,15 @@ SPEEDS = (1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3)
 # Values that lead along other ways through the kernels than those of the example.
 OTHER_WAYS = {
     "stribeck": [{"delta_S": 1.3}],
-    "dahl": [{"exponent": one} for one in (0.5, 1.0, 2.0, 3.0)],
+    "dahl": [{"exponent": kernel} for kernel in (0.5, 1.0, 2.0, 3.0)],
     "bouc_wen": [{"alpha": 0.1, "exponent": 1.7}],
     "bouc_wen_classic": [{"delta": -3.0}, {"nu": 1.7}],
     "lugre": [{"v_d": math.inf}],
     "gap_slider": [{"n": 2.7}],
     "maxwell_stribeck": [{"v_r": 1e-3}],
-    "preisach_contact": [{"kernel": one} for one in KERNELS],
-    "preisach_lugre": [{"kernel": "dahl_masing", "transition": one, "exponent": 1.5} for one in ("paper", "leuven")]
-    + [{"kernel": one} for one in KERNELS],
+    "preisach_contact": [{"kernel": kernel} for kernel in KERNELS],
+    "preisach_lugre": [{"kernel": "dahl_masing", "transition": kernel, "exponent": 1.5} for kernel in ("paper", "leuven")]
+    + [{"kernel": kernel} for kernel in KERNELS],
 }
 CANNOT = {"bouc_wen_classic nu=1.7": "its exponent is on a force, counted in units of 1 N"}
 """What cannot run on numbers with units, and why."""
@@ -82,8 +82,8 @@ def move_along(component, change, parameters=None, states=None):
         if component.rate is not None:
             force_now, d_state = component.rate(state, motion, p)
             hold(force_now, "N", "force of rate")
-            for name, one in states.items():
-                hold(getattr(d_state, name) * second, one.unit(), f"rate of {name}")
+            for name, item in states.items():
+                hold(getattr(d_state, name) * second, item.unit(), f"rate of {name}")
         if component.flow is not None:
             contact, piece = component.piece(state, memory, motion, p)
             force_now, d_contact, _ = component.flow(contact, piece, motion, p)
@@ -93,8 +93,8 @@ def move_along(component, change, parameters=None, states=None):
                 hold(getattr(d_contact, name) * second, states[name].unit(), f"rate of {name}")
             component.arrival(state, memory, contact, p)
         state = component.commit(state, memory, move, p)
-        for name, one in states.items():
-            hold(getattr(state, name), one.unit(), name)
+        for name, item in states.items():
+            hold(getattr(state, name), item.unit(), name)
         forces.append(plain(force))
     return forces
 
@@ -128,11 +128,11 @@ def test_numbers_with_units_are_the_numbers_without(monkeypatch, name):
 def unseen(variables, run):
     """Which of these may be declared with a quantity of another dimension, and nothing of it is seen in a run."""
     names = []
-    for name, one in variables.items():
-        if one.quantity == "1":
+    for name, item in variables.items():
+        if item.quantity == "1":
             continue
         try:
-            run({**variables, name: replace(one, quantity=f"{one.quantity}*temperature")})
+            run({**variables, name: replace(item, quantity=f"{item.quantity}*temperature")})
         except pint.DimensionalityError:
             continue
         names.append(name)
@@ -145,8 +145,8 @@ def test_a_wrong_unit_of_any_parameter_or_state_is_seen(measuring, name):
     states = variables_of(component.State)
     if "v_d" in component.variables:
         change = {**change, "v_d": 0.05}  # at infinity it acts on nothing
-    assert unseen(component.variables, lambda those: move_along(component, change, parameters=those)) == []
-    assert unseen(states, lambda those: move_along(component, change, states=those)) == []
+    assert unseen(component.variables, lambda selected: move_along(component, change, parameters=selected)) == []
+    assert unseen(states, lambda selected: move_along(component, change, states=selected)) == []
 
 
 FORMULA = "p.F_C * direction(v) + p.F_q * v * abs(v)"
@@ -167,10 +167,10 @@ def test_a_wrong_formula_is_seen(tmp_path, monkeypatch, formula):
     text = EXAMPLE.read_text(encoding="utf-8").replace(FORMULA, formula)
     text = text.replace("import direction", "import direction, power, tanh")
     (tmp_path / "own.py").write_text(text, encoding="utf-8")
-    own = load_code(tmp_path / "own.py")
+    custom = load_code(tmp_path / "own.py")
     let_kernels_measure(monkeypatch)
     with pytest.raises(pint.DimensionalityError):
-        move_along(own, {})
+        move_along(custom, {})
 
 
 # --- control laws -----------------------------------------------------------------------------------------------
@@ -204,11 +204,11 @@ def control_along(component, values, parameters=None, states=None):
         reference = measured_fields(Reference, desired)
         effort, state = law(state, reference, Measured(measurement, "m"), injected, limit, dt, p)
         hold(effort, "N", "effort")
-        for name, one in states.items():
-            hold(getattr(state, name), one.unit(), name)
+        for name, item in states.items():
+            hold(getattr(state, name), item.unit(), name)
     begun = component.start(*(Measured(1e-3, unit) for unit in ("m", "m/s", "m/s^2")), dt, p)
-    for name, one in states.items():
-        hold(getattr(begun, name), one.unit(), name)
+    for name, item in states.items():
+        hold(getattr(begun, name), item.unit(), name)
 
 
 def test_every_control_law_is_among_those_that_are_run():
@@ -224,8 +224,8 @@ def test_every_formula_of_a_control_law_has_one_dimension(measuring, name):
 def test_a_wrong_unit_of_any_gain_or_state_is_seen(measuring, name):
     component, values = LAWS[name]
     states = variables_of(component.State)
-    assert unseen(component.variables, lambda those: control_along(component, values, parameters=those)) == []
-    assert unseen(states, lambda those: control_along(component, values, states=those)) == []
+    assert unseen(component.variables, lambda selected: control_along(component, values, parameters=selected)) == []
+    assert unseen(states, lambda selected: control_along(component, values, states=selected)) == []
 
 
 def test_what_is_fed_forward_has_the_dimension_of_a_force(measuring):
@@ -251,14 +251,14 @@ def test_every_formula_of_an_operator_has_one_dimension(measuring, name):
         output, move = operator.trial(state, memory, Measured(place, unit_of(operator.input)), p)
         hold(output, unit_of(operator.output), "output")
         state = operator.commit(state, memory, move, p)
-        for field, one in variables_of(operator.State).items():
-            hold(getattr(state, field), one.unit(), field)
+        for field, item in variables_of(operator.State).items():
+            hold(getattr(state, field), item.unit(), field)
 
 
 @pytest.mark.parametrize("name", plants.PLANTS)
 def test_every_formula_of_a_plant_has_one_dimension(measuring, name):
     plant = plants.PLANTS[name]
-    values = {key: plant.example.get(key, one.nominal) for key, one in plant.variables.items()}
+    values = {key: plant.example.get(key, item.nominal) for key, item in plant.variables.items()}
     p, dt = measured_parameters(plant, values, plant.variables), Measured(DT, "s")
     states = variables_of(plant.State)
     state = measured_fields(plant.State, dict.fromkeys(states, 1e-3))
@@ -268,8 +268,8 @@ def test_every_formula_of_a_plant_has_one_dimension(measuring, name):
     hold(compliance, "m/(s*N)", "velocity by force")
     output, after = plant.step(state, effort, force, dt, p)
     hold(output, "m", "output")
-    for field, one in states.items():
-        hold(getattr(after, field), one.unit(), field)
-        hold(getattr(plant.rest(state, effort, dt, p), field), one.unit(), field)
+    for field, item in states.items():
+        hold(getattr(after, field), item.unit(), field)
+        hold(getattr(plant.rest(state, effort, dt, p), field), item.unit(), field)
         if plant.rate is not None:
-            hold(getattr(plant.rate(state, effort, force, p), field) * Measured(1.0, "s"), one.unit(), field)
+            hold(getattr(plant.rate(state, effort, force, p), field) * Measured(1.0, "s"), item.unit(), field)

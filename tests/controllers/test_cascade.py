@@ -56,7 +56,7 @@ def test_a_cascade_that_takes_over_an_acceleration_goes_on_as_one_that_was_there
     for k in range(-5, 0):
         _, state = c.component.step(state, Reference(0.0, 0.0, 0.0), position(k), DT, c.parameters)
     fresh = c.component.start(position(0), 0.05, 3.0, DT, c.parameters)
-    efforts = [c.component.step(one, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0] for one in (state, fresh)]
+    efforts = [c.component.step(item, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0] for item in (state, fresh)]
     assert efforts[1] == pytest.approx(efforts[0], rel=1e-9)
 
 
@@ -78,10 +78,10 @@ def test_a_loop_that_goes_on_holds_the_weight():
     weight, still = 300.0, np.full(2000, 0.1)
     c = controllers.cascade(k_p=60.0, k_v=8000.0, k_i=2e5)
     axis = {"model": friction.viscous(F_v=50.0), "x": 0.1, "disturbance": np.full(2000, weight)}
-    dropped, held = (drive(c, still, resumed_effort=effort, **axis) for effort in (None, weight))
+    dropped, fixed = (drive(c, still, resumed_effort=effort, **axis) for effort in (None, weight))
     assert np.ptp(dropped.position) > 1e-5
-    assert np.ptp(held.position) < 1e-12
-    assert held.command == pytest.approx(weight, rel=1e-9)
+    assert np.ptp(fixed.position) < 1e-12
+    assert fixed.command == pytest.approx(weight, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -168,11 +168,11 @@ def test_gain_asymmetry_and_offset_scale_and_shift():
 
 def test_amplitude_and_rate_are_limited():
     shape = Shape(limit=4.0, rate_limit=1000.0)
-    before, found = 0.0, []
+    before, result = 0.0, []
     for _ in range(6):
         before = shaped(10.0, before, DT, shape)
-        found.append(before)
-    assert found == pytest.approx([1.0, 2.0, 3.0, 4.0, 4.0, 4.0])
+        result.append(before)
+    assert result == pytest.approx([1.0, 2.0, 3.0, 4.0, 4.0, 4.0])
 
 
 def test_friction_along_the_measured_motion_is_that_of_the_model_there():

@@ -40,7 +40,7 @@ PID = Controller(name="pid", description="a law of one's own", Parameters=Gains,
 
 
 def test_the_gains_have_units_on_either_kind_of_axis():
-    assert [one.unit() for one in PID.variables.values()] == ["N/m", "N/(m*s)", "N*s/m"]
+    assert [variable.unit() for variable in PID.variables.values()] == ["N/m", "N/(m*s)", "N*s/m"]
     assert PID.variables["K_I"].unit("rotational") == "N*m/(rad*s)"
     assert repr(PID(K_P=1.0, K_I=2.0, K_D=3.0)) == "pid(K_P=1 N/m, K_I=2 N/(m*s), K_D=3 N*s/m)"
 

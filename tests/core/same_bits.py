@@ -19,11 +19,11 @@ def bits_of(thing):
     if isinstance(thing, (float, np.floating)):
         return type(thing), float(thing).hex()
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-        return type(thing), {one.name: bits_of(getattr(thing, one.name)) for one in dataclasses.fields(thing)}
+        return type(thing), {field.name: bits_of(getattr(thing, field.name)) for field in dataclasses.fields(thing)}
     if isinstance(thing, Mapping):
         return type(thing), [(key, bits_of(value)) for key, value in thing.items()]
     if isinstance(thing, (tuple, list)):
-        return type(thing), [bits_of(one) for one in thing]
+        return type(thing), [bits_of(field) for field in thing]
     if isinstance(thing, (types.FunctionType, enum.Enum, type)) or not hasattr(thing, "__dict__"):
         return thing
     return type(thing), {name: bits_of(value) for name, value in vars(thing).items()}

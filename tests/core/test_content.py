@@ -29,27 +29,27 @@ def test_what_can_be_read(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(b"a log")
     text = io.StringIO("a log")
-    for given in (path, str(path), b"a log", bytearray(b"a log"), memoryview(b"a log"), io.BytesIO(b"a log"), text):
-        assert content_of(given).data == b"a log"
+    for values in (path, str(path), b"a log", bytearray(b"a log"), memoryview(b"a log"), io.BytesIO(b"a log"), text):
+        assert content_of(values).data == b"a log"
     with path.open("rb") as opened:
-        found = content_of(opened)
-    assert found.origin == content_of(path).origin
-    assert content_of(found) is found
-    assert pickle.loads(pickle.dumps(found)).origin == found.origin
+        result = content_of(opened)
+    assert result.origin == content_of(path).origin
+    assert content_of(result) is result
+    assert pickle.loads(pickle.dumps(result)).origin == result.origin
 
 
 def test_a_content_stays_what_it_was(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(b"a log")
-    found = content_of(path)
+    result = content_of(path)
     path.write_bytes(b"another")
-    assert found.data == b"a log"
-    assert found.checksum != content_of(path).checksum
+    assert result.data == b"a log"
+    assert result.checksum != content_of(path).checksum
 
 
 def bound(path):
-    with socket.socket(socket.AF_UNIX) as one:
-        one.bind(str(path))
+    with socket.socket(socket.AF_UNIX) as item:
+        item.bind(str(path))
 
 
 @pytest.mark.parametrize(
@@ -85,24 +85,24 @@ def test_a_device_is_refused_at_once(name):
         content_of(name)
 
 
-@pytest.mark.parametrize("given", ["a\0b", "x" * 300, "x/" * 3000, ""])
-def test_what_names_no_file(given):
+@pytest.mark.parametrize("values", ["a\0b", "x" * 300, "x/" * 3000, ""])
+def test_what_names_no_file(values):
     with pytest.raises(InputError):
-        content_of(given)
+        content_of(values)
 
 
-@pytest.mark.parametrize("given", [None, 3, 2.5, [1, 2], object(), {"a": 1}])
-def test_what_is_nothing_to_read(given):
+@pytest.mark.parametrize("values", [None, 3, 2.5, [1, 2], object(), {"a": 1}])
+def test_what_is_nothing_to_read(values):
     with pytest.raises(InputError, match="axis: must be an axis or its file"):
-        content_of(given, path="axis", what="an axis or its file")
+        content_of(values, path="axis", what="an axis or its file")
 
 
 def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(bytes(1001))
-    for given in (path, bytes(1001), io.BytesIO(bytes(1001))):
+    for values in (path, bytes(1001), io.BytesIO(bytes(1001))):
         with pytest.raises(InputError, match=r"holds more than 1 kB, which is more.*up to 1 kB.*BRISTLE_SIZE_LIMIT") as caught:
-            content_of(given, limit=1000)
+            content_of(values, limit=1000)
         assert size_of(caught.value.mend.split('"')[1]) > 1001
         assert len(content_of(path, limit=1001).data) == 1001
     with pytest.raises(InputError, match=r"holds more than 1 kB, which is more than is read; .*right file") as caught:
@@ -112,8 +112,8 @@ def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
     os.write(write, bytes(2000))
     with pytest.raises(InputError, match="more than is read"):
         content_of(f"/dev/fd/{read}", limit=1000)
-    for one in (read, write):
-        os.close(one)
+    for item in (read, write):
+        os.close(item)
 
 
 def test_of_an_open_file_no_more_is_read_than_the_limit():
@@ -153,10 +153,10 @@ def test_a_pipe_that_nobody_writes_to_or_that_falls_silent_is_given_up(tmp_path,
     assert time.monotonic() - began < 30.0
 
 
-@pytest.mark.parametrize("there", [None, "closed", "notebook"])
-def test_a_standard_input_that_is_not_there(monkeypatch, there):
-    stream = None if there is None else io.StringIO("t,x")
-    if stream is not None and there == "closed":
+@pytest.mark.parametrize("present", [None, "closed", "notebook"])
+def test_a_standard_input_that_is_not_there(monkeypatch, present):
+    stream = None if present is None else io.StringIO("t,x")
+    if stream is not None and present == "closed":
         stream.close()
     monkeypatch.setattr(sys, "stdin", stream)
     with pytest.raises(InputError, match=r"<stdin>: there is nothing to read.*bristle log -"):
@@ -198,7 +198,7 @@ def test_a_content_is_told_by_its_name_without_its_folder(tmp_path):
 def test_the_limits_are_those_of_the_documentation():
     page = (Path(__file__).parents[2] / "docs" / "how-to" / "safe-in-any-hands.md").read_text(encoding="utf-8")
     for limit, what in ((SIZE_LIMIT, "a log, and"), (TOML_LIMIT, "a file of settings"), (CODE_LIMIT, "a model of your")):
-        (line,) = (one for one in page.splitlines() if one.startswith(f"| {what}"))
+        (line,) = (splitline for splitline in page.splitlines() if splitline.startswith(f"| {what}"))
         assert size_of(line.split("|")[2].strip()) == limit
 
 

@@ -10,7 +10,7 @@ from bristle.identification import identify
 
 
 def threads():
-    return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+    return [item["num_threads"] for item in threadpool_info() if item["user_api"] == "blas"]
 
 
 @pytest.fixture(autouse=True)
@@ -58,9 +58,9 @@ class Other:
 
 @pytest.fixture
 def other():
-    found = Other()
-    yield found
-    found.pool.shutdown()
+    result = Other()
+    yield result
+    result.pool.shutdown()
 
 
 def test_a_block_holds_whoever_set_the_threads_before(other):

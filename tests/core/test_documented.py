@@ -20,9 +20,9 @@ FAMILIES = {
     sensors: sensors.SENSORS,
     references: references.REFERENCES,
 }
-COMPONENTS = [one for members in FAMILIES.values() for one in members.values()]
+COMPONENTS = [member for members in FAMILIES.values() for member in members.values()]
 SLOTTED = [friction.find("lugre+asymmetry+position"), friction.find("gms+load"), friction.find("stribeck+asymmetry")]
-EVERY = pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda one: f"{one.family} {one.name}")
+EVERY = pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda member: f"{member.family} {member.name}")
 LUGRE = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7}
 
 
@@ -34,19 +34,19 @@ def section_of(text, head):
 def test_the_help_tells_equations_and_every_parameter_with_unit_and_range(component):
     shown = pydoc.render_doc(component, renderer=pydoc.plaintext)
     assert all(line.split()[0] in shown for line in component.equations)
-    told = section_of(component.__doc__, "Parameters")
+    message = section_of(component.__doc__, "Parameters")
     for name, variable in component.variables.items():
-        line, said = told.split(f"\n{name} : ")[-1].removeprefix(f"{name} : ").splitlines()[:2]
-        assert variable.description in said
+        line, text = message.split(f"\n{name} : ")[-1].removeprefix(f"{name} : ").splitlines()[:2]
+        assert variable.description in text
         assert all(f"{variable.unit(kind)}" in line for kind in br.core.variable.KINDS if variable.unit(kind) != "1")
         assert ("default" in line) == (name in component.defaults)
         if variable.min == 0.0 and variable.max == float("inf"):
-            assert ">= 0" in said
+            assert ">= 0" in text
     for relation in component.relations:
         assert relation.condition in section_of(component.__doc__, "Notes")
 
 
-@pytest.mark.parametrize("component", COMPONENTS, ids=lambda one: f"{one.family} {one.name}")
+@pytest.mark.parametrize("component", COMPONENTS, ids=lambda member: f"{member.family} {member.name}")
 def test_what_the_file_says_first_is_what_the_help_says_first(component):
     first = inspect.getmodule(component.Parameters).__doc__.splitlines()[0]
     assert " ".join(component.__doc__.split()).replace("`", "").startswith(first.split(":")[0].replace("`", ""))
@@ -56,20 +56,20 @@ def test_what_the_file_says_first_is_what_the_help_says_first(component):
 def test_the_signature_takes_what_a_call_takes(component):
     parameters = inspect.signature(component).parameters
     assert list(parameters) == [*component.variables, "kind", "validate"]
-    assert {name for name, one in parameters.items() if one.default is one.empty} == {
+    assert {name for name, parameter in parameters.items() if parameter.default is parameter.empty} == {
         name for name in component.variables if name not in component.defaults
     }
-    assert all(one.kind is one.KEYWORD_ONLY for one in parameters.values())
+    assert all(parameter.kind is parameter.KEYWORD_ONLY for parameter in parameters.values())
 
 
 def test_the_signature_tells_units_and_defaults():
-    told = str(inspect.signature(friction.lugre))
-    assert "F_C: 'N or N*m', " in told
-    assert "sigma_1: 'N*s/m or N*m*s/rad' = 0.0" in told
+    message = str(inspect.signature(friction.lugre))
+    assert "F_C: 'N or N*m', " in message
+    assert "sigma_1: 'N*s/m or N*m*s/rad' = 0.0" in message
     assert "k_i: 'a list, N/m or N*m/rad'" in str(inspect.signature(friction.gms))
 
 
-@pytest.mark.parametrize("component", [one for one in COMPONENTS if one.example], ids=lambda one: one.name)
+@pytest.mark.parametrize("component", [member for member in COMPONENTS if member.example], ids=lambda member: member.name)
 def test_the_example_can_be_typed(component):
     line = section_of(component.__doc__, "Examples").removeprefix(">>> model = ")
     assert isinstance(eval(line, {component.name: component}), Model)
@@ -84,7 +84,7 @@ def test_a_class_keeps_its_own_docstring_and_signature():
 def test_a_component_is_shown_in_a_line():
     assert repr(plants.inertia) == "<plant inertia(M)>"
     assert repr(friction.lugre) == "<friction lugre(F_C, F_S, v_S, sigma_0, sigma_1=0, sigma_2=0, v_d=inf)>"
-    assert max(len(repr(one)) for one in COMPONENTS) < 300
+    assert max(len(repr(component)) for component in COMPONENTS) < 300
 
 
 def test_slots_are_told_behind_the_model_that_has_them():
@@ -166,11 +166,11 @@ def test_models_travel_as_before():
 
 
 def test_no_parameter_hides_behind_what_a_model_has():
-    own = {name for name in dir(Model) if not name.startswith("_")} | {"component", "parameters", "kind"}
-    assert [one.name for one in [*COMPONENTS, *SLOTTED] if own & set(one.variables)] == []
+    custom = {name for name in dir(Model) if not name.startswith("_")} | {"component", "parameters", "kind"}
+    assert [item.name for item in [*COMPONENTS, *SLOTTED] if custom & set(item.variables)] == []
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda member: member.__name__)
 def test_a_family_shows_what_people_ask_for_and_nothing_else(family):
     shown = set(dir(family))
     assert set(FAMILIES[family]) <= shown <= set(family.__all__)

@@ -32,8 +32,8 @@ def steep(alpha, beta, q):
 
 
 def test_a_change_behind_the_dispatch_is_a_change():
-    (first, one), (again, same), (other, another) = measured(flat), measured(flat), measured(steep)
-    assert (one, same, another) == (4.0, 4.0, 8.0)
+    (first, item), (again, same), (other, another) = measured(flat), measured(flat), measured(steep)
+    assert (item, same, another) == (4.0, 4.0, 8.0)
     assert first == again
     assert first != other
 

@@ -63,7 +63,7 @@ def test_nothing_of_the_source_is_left_in_what_a_component_tells(component):
 
 
 def test_an_equation_breaks_between_its_terms_only():
-    (equation,) = [one for one in paragraphs_of(friction.variation.__doc__) if one.kind == EQUATION]
+    (equation,) = [item for item in paragraphs_of(friction.variation.__doc__) if item.kind == EQUATION]
     lines = laid_out([equation], 75).splitlines()
     assert len(lines) > 1
     assert all(line.lstrip()[0] in "+−=" for line in lines[1:])

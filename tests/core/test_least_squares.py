@@ -34,23 +34,23 @@ def test_no_scale_costs_a_digit(name, of_columns, of_target):
         def solve(A, b):
             return bounded(A, b, LOW * (of_target / of_columns), HIGH * (of_target / of_columns))[0]
 
-    found = solve(A * of_columns, (A @ TRUTH) * of_target)
-    np.testing.assert_allclose(found * of_columns / of_target, reference, rtol=1e-12)
+    result = solve(A * of_columns, (A @ TRUTH) * of_target)
+    np.testing.assert_allclose(result * of_columns / of_target, reference, rtol=1e-12)
 
 
 def test_what_is_at_a_bound_is_told():
-    found, active = bounded(A, A @ TRUTH, LOW, HIGH)
+    result, active = bounded(A, A @ TRUTH, LOW, HIGH)
     assert active[0] == 1
-    assert found[0] == 1.0
+    assert result[0] == 1.0
     assert active[3] == 0
-    assert np.all(found <= HIGH)
+    assert np.all(result <= HIGH)
 
 
 def test_no_part_is_negative_and_the_rest_fits_best():
-    found = non_negative(A, A @ TRUTH)
-    assert np.all(found >= 0.0)
-    assert found[1] == 0.0
-    np.testing.assert_allclose(found[[0, 2, 3]], unbounded(A[:, [0, 2, 3]], A @ TRUTH), rtol=1e-10)
+    result = non_negative(A, A @ TRUTH)
+    assert np.all(result >= 0.0)
+    assert result[1] == 0.0
+    np.testing.assert_allclose(result[[0, 2, 3]], unbounded(A[:, [0, 2, 3]], A @ TRUTH), rtol=1e-10)
 
 
 @pytest.mark.parametrize("name", SOLVERS)
@@ -58,13 +58,13 @@ def test_no_part_is_negative_and_the_rest_fits_best():
 def test_what_is_not_finite_never_reaches_a_solver(name, bad):
     solve, _ = SOLVERS[name]
     for spoiled in (A, TRUTH @ A.T):
-        one = spoiled.copy()
-        one[(3,) * one.ndim] = bad
+        item = spoiled.copy()
+        item[(3,) * item.ndim] = bad
         with pytest.raises(InputError, match="leaves the range of numbers"):
-            solve(*((one, A @ TRUTH) if one.ndim == 2 else (A, one)))
+            solve(*((item, A @ TRUTH) if item.ndim == 2 else (A, item)))
 
 
 def test_solvers_are_called_nowhere_else():
     calls = re.compile(r"\b(lstsq|nnls|lsq_linear)\(")
-    found = {file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))}
-    assert found == {"least_squares.py"}
+    result = {file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))}
+    assert result == {"least_squares.py"}

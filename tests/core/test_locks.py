@@ -93,9 +93,9 @@ print(json.dumps(found))
 def test_a_fork_finds_nothing_held():
     done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert len(found) == 2 * len(locks._ORDER) + 2
-    assert [name for name, fine in found.items() if not fine] == []
+    data = json.loads(done.stdout)
+    assert len(data) == 2 * len(locks._ORDER) + 2
+    assert [name for name, fine in data.items() if not fine] == []
 
 
 def test_a_property_is_computed_once_and_kept():
@@ -111,6 +111,6 @@ def test_a_property_is_computed_once_and_kept():
             self.count += 1
             return self.count
 
-    one = Counted()
-    assert (one.value, one.value, one.count, vars(one)["value"]) == (1, 1, 1, 1)
+    item = Counted()
+    assert (item.value, item.value, item.count, vars(item)["value"]) == (1, 1, 1, 1)
     assert Counted.value.__doc__ == "How often it was asked for."

@@ -42,8 +42,8 @@ def errors(name, x):
     """Return how far each value is from the true one, in units of the last place of that."""
     function = getattr(mathematics, name)
     with mpmath.workprec(200):
-        true = [getattr(mpmath, name)(mpmath.mpf(one)) for one in x]
-        return [float(abs(mpmath.mpf(function(one)) - t) / math.ulp(float(t))) for one, t in zip(x, true, strict=True)]
+        true = [getattr(mpmath, name)(mpmath.mpf(item)) for item in x]
+        return [float(abs(mpmath.mpf(function(item)) - t) / math.ulp(float(t))) for item, t in zip(x, true, strict=True)]
 
 
 def decades(low, high, count=1500, seed=3):
@@ -116,7 +116,7 @@ def test_compiled_functions_give_the_same_bits(name):
     x = np.abs(x[np.isfinite(x)]) if name in ("relaxation", "fitted_weight", "hyperbolic_mean") else x
     compiled = np.empty(x.size)
     over(x, compiled)
-    plain = np.array([function(one) for one in x.tolist()])
+    plain = np.array([function(item) for item in x.tolist()])
     assert np.array_equal(compiled, plain, equal_nan=True)
 
 
@@ -128,11 +128,11 @@ def test_a_decay_has_the_bits_of_the_exponential():
 def test_the_smooth_step_rises_as_half_a_sine():
     y = np.linspace(0.0, 1.0, 1001)
     with mpmath.workprec(200):
-        true = [(1 + mpmath.sin(mpmath.pi * (mpmath.mpf(one) - 0.5))) / 2 for one in y.tolist()]
-        slope = [mpmath.pi * mpmath.cos(mpmath.pi * (mpmath.mpf(one) - 0.5)) / 2 for one in y.tolist()]
-    ours = [mathematics.smooth_step(one) for one in y.tolist()]
+        true = [(1 + mpmath.sin(mpmath.pi * (mpmath.mpf(item) - 0.5))) / 2 for item in y.tolist()]
+        slope = [mpmath.pi * mpmath.cos(mpmath.pi * (mpmath.mpf(item) - 0.5)) / 2 for item in y.tolist()]
+    ours = [mathematics.smooth_step(item) for item in y.tolist()]
     assert max(abs(a - b) for a, b in zip(ours, true, strict=True)) < 2 * UNIT
-    points = [mathematics.smooth_step_point(one) for one in y.tolist()]
+    points = [mathematics.smooth_step_point(item) for item in y.tolist()]
     assert [point[0] for point in points] == ours
     ours = [point[1] for point in points]
     assert max(abs(a - b) for a, b in zip(ours, slope, strict=True)) < 4 * UNIT
@@ -141,12 +141,12 @@ def test_the_smooth_step_rises_as_half_a_sine():
 def test_means_of_a_decay_are_exact_to_rounding_for_every_argument():
     rates = np.abs(np.concatenate([decades(-300.0, 2.5), decades(-3.0, 0.0), [0.03, 0.01, np.nextafter(0.01, 1.0)]]))
     with mpmath.workprec(300):
-        for one in rates.tolist():
-            y = mpmath.mpf(one)
-            assert abs(mathematics.relaxation(one) / (-mpmath.expm1(-y) / y) - 1) < 4 * UNIT
-            assert abs(mathematics.hyperbolic_mean(one) / (mpmath.log1p(y) / y) - 1) < 3 * UNIT
-            if one < 1.0:
-                assert abs(mathematics.hyperbolic_mean(-one) / (mpmath.log1p(-y) / -y) - 1) < 3 * UNIT
+        for item in rates.tolist():
+            y = mpmath.mpf(item)
+            assert abs(mathematics.relaxation(item) / (-mpmath.expm1(-y) / y) - 1) < 4 * UNIT
+            assert abs(mathematics.hyperbolic_mean(item) / (mpmath.log1p(y) / y) - 1) < 3 * UNIT
+            if item < 1.0:
+                assert abs(mathematics.hyperbolic_mean(-item) / (mpmath.log1p(-y) / -y) - 1) < 3 * UNIT
 
 
 def test_powers_of_a_half_are_square_roots():

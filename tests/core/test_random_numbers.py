@@ -14,11 +14,11 @@ COUNT = 20_000
 
 @pytest.mark.parametrize("seed", [0, 1, 12345, SEED_MAX])
 def test_uniform_numbers_are_uniform_and_uncorrelated(seed):
-    found = np.array([uniform(seed, k) for k in range(COUNT)])
-    assert stats.kstest(found, "uniform").pvalue > 1e-3
+    result = np.array([uniform(seed, k) for k in range(COUNT)])
+    assert stats.kstest(result, "uniform").pvalue > 1e-3
     for lag in (1, 2, 7):
-        assert abs(np.corrcoef(found[lag:], found[:-lag])[0, 1]) < 4.0 / np.sqrt(COUNT)
-    cells = np.histogram2d(found[::2], found[1::2], bins=16)[0]
+        assert abs(np.corrcoef(result[lag:], result[:-lag])[0, 1]) < 4.0 / np.sqrt(COUNT)
+    cells = np.histogram2d(result[::2], result[1::2], bins=16)[0]
     assert stats.chisquare(cells.ravel()).pvalue > 1e-3
 
 
@@ -34,7 +34,7 @@ def test_counts_beyond_32_bits_go_on():
 
 
 def test_the_numbers_can_be_exported():
-    assert [one for kernel in reachable_kernels(normal) for one in violations_of(kernel)] == []
+    assert [item for kernel in reachable_kernels(normal) for item in violations_of(kernel)] == []
 
 
 def test_one_seed_gives_one_record_compiled_or_not():
@@ -58,7 +58,7 @@ def test_the_noise_of_an_encoder_is_as_large_as_told():
     encoder = sensors.encoder(noise=2e-6, seed=5)
     state, read = encoder.component.initial_state(encoder.parameters), []
     for _ in range(4000):
-        one, state = encoder.component.step(state, 1e-3, 1e-3, encoder.parameters)
-        read.append(one)
+        item, state = encoder.component.step(state, 1e-3, 1e-3, encoder.parameters)
+        read.append(item)
     assert np.mean(read) == pytest.approx(1e-3, abs=4 * 2e-6 / np.sqrt(4000))
     assert np.std(read) == pytest.approx(2e-6, rel=0.05)

@@ -35,19 +35,19 @@ TOLD = {
 
 
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-@pytest.mark.parametrize("told", TOLD.values(), ids=TOLD)
-def test_a_change_is_refused_and_says_what_to_do(told, change):
-    before = list(told)
+@pytest.mark.parametrize("message", TOLD.values(), ids=TOLD)
+def test_a_change_is_refused_and_says_what_to_do(message, change):
+    before = list(message)
     with pytest.raises(TypeError, match=r"read-only.*dict\(\.\.\.\).*with_values"):
-        change(told)
-    assert list(told) == before
+        change(message)
+    assert list(message) == before
 
 
 def test_numbers_inside_are_copies_that_nobody_writes_to():
-    for held in (ELEMENTS.values["k_i"], ReadOnly({"k_i": ELEMENTS.parameters.forward.k_i})["k_i"]):
-        assert not np.shares_memory(held, ELEMENTS.parameters.forward.k_i)
+    for fixed in (ELEMENTS.values["k_i"], ReadOnly({"k_i": ELEMENTS.parameters.forward.k_i})["k_i"]):
+        assert not np.shares_memory(fixed, ELEMENTS.parameters.forward.k_i)
         with pytest.raises(ValueError, match="read-only"):
-            held[0] = 1.0
+            fixed[0] = 1.0
     assert isinstance(hysteresis.everett_table.example["E"], tuple)
 
 
@@ -58,11 +58,11 @@ def test_with_values_is_the_way():
 
 
 def test_it_stays_a_dictionary():
-    told = friction.lugre.example
-    mine = told | {"F_C": 1.0}
+    message = friction.lugre.example
+    mine = message | {"F_C": 1.0}
     mine["F_S"] = 2.0
-    assert type(mine) is type({"F_C": 1.0} | told) is type(told.copy()) is dict
-    assert json.loads(json.dumps(told)) == told == dict(told)
-    for other in (pickle.loads(pickle.dumps(told)), copy.deepcopy(told), copy.copy(told)):
+    assert type(mine) is type({"F_C": 1.0} | message) is type(message.copy()) is dict
+    assert json.loads(json.dumps(message)) == message == dict(message)
+    for other in (pickle.loads(pickle.dumps(message)), copy.deepcopy(message), copy.copy(message)):
         assert type(other) is ReadOnly
-        assert other == told
+        assert other == message

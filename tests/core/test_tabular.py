@@ -36,13 +36,13 @@ def test_signals_are_the_arrays_of_one_length_that_are_known():
 
 
 def test_plain_data_is_plain():
-    told = FOUND.to_dict()
-    assert json.loads(json.dumps(told)) == told
-    assert told["signals"]["friction"] == (2.0 * T).tolist()
-    assert told["status"] == Status.NOT_FINITE.sentence
-    assert told["table"] == {"a": [1, 2.0]}
-    assert told["kind"] == "rotational"
-    assert "velocity" not in told
+    message = FOUND.to_dict()
+    assert json.loads(json.dumps(message)) == message
+    assert message["signals"]["friction"] == (2.0 * T).tolist()
+    assert message["status"] == Status.NOT_FINITE.sentence
+    assert message["table"] == {"a": [1, 2.0]}
+    assert message["kind"] == "rotational"
+    assert "velocity" not in message
 
 
 @pytest.mark.parametrize(
@@ -74,13 +74,13 @@ def test_a_data_frame_has_the_numbers_and_their_units():
 
 def test_a_data_set_has_units_and_names_for_its_axes():
     pytest.importorskip("xarray")
-    found = FOUND.to_xarray()
-    assert np.array_equal(found["friction"].values, FOUND.friction)
-    assert np.array_equal(found["time"].values, T)
-    assert found["friction"].attrs == {"units": "N*m", "long_name": SIGNALS["friction"].description}
-    assert found["time"].attrs["units"] == "s"
-    assert found.attrs == {"kind": "rotational", "status": Status.NOT_FINITE.sentence}
-    found["friction"][:] = 0.0
+    result = FOUND.to_xarray()
+    assert np.array_equal(result["friction"].values, FOUND.friction)
+    assert np.array_equal(result["time"].values, T)
+    assert result["friction"].attrs == {"units": "N*m", "long_name": SIGNALS["friction"].description}
+    assert result["time"].attrs["units"] == "s"
+    assert result.attrs == {"kind": "rotational", "status": Status.NOT_FINITE.sentence}
+    result["friction"][:] = 0.0
     assert FOUND.friction[1] > 0.0
 
 

@@ -35,7 +35,7 @@ COMPONENTS = [
     *sensors.SENSORS.values(),
     *references.REFERENCES.values(),
 ]
-SLOTTED = [with_slots(model, list(slots)) for model in friction.MODELS.values() for slots in ((), *((one,) for one in SLOTS), SLOTS)]
+SLOTTED = [with_slots(model, list(slots)) for model in friction.MODELS.values() for slots in ((), *((slot,) for slot in SLOTS), SLOTS)]
 ELEMENTS = example_of(friction.maxwell_slip)
 
 
@@ -46,10 +46,10 @@ def copies_of(thing):
 
 def model_of(component):
     """A model with the example parameters of a component, and some number for each that it gives none for."""
-    there = {**component.defaults, **component.example}
-    rest = [name for name in component.variables if name not in there]
-    some = {name: [0.1, 0.2, 0.3] if component.is_array(name) else 0.1 for name in rest}
-    return component(validate=False, **component.example, **some)
+    present = {**component.defaults, **component.example}
+    rest = [name for name in component.variables if name not in present]
+    sample = {name: [0.1, 0.2, 0.3] if component.is_array(name) else 0.1 for name in rest}
+    return component(validate=False, **component.example, **sample)
 
 
 def name_of(component):
@@ -58,7 +58,7 @@ def name_of(component):
 
 @pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=name_of)
 def test_a_component_stays_the_one_that_it_is(component):
-    assert [one for one in (*copies_of(component), copy.copy(component)) if one is not component] == []
+    assert [item for item in (*copies_of(component), copy.copy(component)) if item is not component] == []
 
 
 @pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=name_of)
@@ -69,7 +69,7 @@ def test_a_model_arrives_to_the_bit(component):
         assert bits_of(other) == bits_of(model)
 
 
-@pytest.mark.parametrize("component", [one for one in SLOTTED if is_static(model_of(one))], ids=lambda component: component.name)
+@pytest.mark.parametrize("component", [slot for slot in SLOTTED if is_static(model_of(slot))], ids=lambda component: component.name)
 def test_so_does_one_with_presliding(component):
     model = with_presliding(model_of(component), 2e-6)
     assert model.component is not component
@@ -110,9 +110,9 @@ def test_a_contact_goes_on_from_where_it_was():
     contact.move(3e-6, 1e-6, 10)
     contact.move(-1e-6, 1e-6, 10)
     assert b"numba" not in pickle.dumps(contact)
-    others = copies_of(contact)
+    rest = copies_of(contact)
     expected = contact.move(5e-6, 1e-6, 50)
-    for other in others:
+    for other in rest:
         assert np.array_equal(other.move(5e-6, 1e-6, 50), expected)
         assert other.x == contact.x
 
@@ -140,7 +140,7 @@ def test_each_component_is_found_in_a_process_that_has_imported_nothing():
 
 
 def test_models_come_back_from_there_to_the_bit():
-    models = [model_of(one) for one in (*COMPONENTS, *SLOTTED)]
+    models = [model_of(item) for item in (*COMPONENTS, *SLOTTED)]
     assert bits_of(there_and_back(models)) == bits_of(models)
 
 
@@ -185,9 +185,9 @@ print(json.dumps([own.module, sys.modules[own.module].MODEL is own, again, trace
 
 @pytest.fixture
 def file(tmp_path):
-    found = tmp_path / "mine.py"
-    found.write_text(USER.format(factor=3.0))
-    return found
+    result = tmp_path / "mine.py"
+    result.write_text(USER.format(factor=3.0))
+    return result
 
 
 def test_a_model_of_ones_own_travels_with_its_text(file):
@@ -217,7 +217,7 @@ def test_a_state_of_it_travels_alone_too(file):
 def test_a_file_that_two_threads_load_is_run_once(file):
     file.write_text("import time\ntime.sleep(0.05)\n" + USER.format(factor=2.0))
     with Abreast(4) as pool:
-        assert len({id(one) for one in pool.map(load_code, [file] * 4)}) == 1
+        assert len({id(item) for item in pool.map(load_code, [file] * 4)}) == 1
 
 
 class Parameters(NamedTuple):
@@ -244,11 +244,11 @@ def test_one_that_stands_in_a_module_is_found_there(component, monkeypatch):
     # A script or a session that has it under a name of its own is none that another process can import.
     monkeypatch.setattr(sys.modules["__main__"], "mine", component, raising=False)
     assert whereabouts(component)[0] == __name__
-    assert [one for one in copies_of(component) if one is not component] == []
+    assert [item for item in copies_of(component) if item is not component] == []
 
 
 def test_each_of_bristles_own_is_found_where_it_is_defined():
-    assert {whereabouts(one)[1] for one in COMPONENTS} == {"MODEL"}
+    assert {whereabouts(component)[1] for component in COMPONENTS} == {"MODEL"}
 
 
 def test_one_made_inside_a_function_says_what_to_do():
@@ -286,7 +286,7 @@ def test_a_factory_makes_one_for_all_threads():
     with Abreast(8) as pool:
         made = list(pool.map(slow, [1, 2] * 8))
     assert sorted(calls) == [(1,), (2,)]
-    assert len({id(one) for one in made}) == 2
+    assert len({id(item) for item in made}) == 2
 
 
 def test_errors_arrive_with_all_that_they_say():

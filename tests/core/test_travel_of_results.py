@@ -34,8 +34,8 @@ def experiment(**changes):
 
 def operators():
     curves = recorded(TRUTH, to_and_fro(np.random.default_rng(11), turns=50, samples=800), np.random.default_rng(1))
-    found = br.identify_operator(curves, cells=12)
-    return curves, found, predict_operator(found.best.operator, curves, found.best.offset)
+    result = br.identify_operator(curves, cells=12)
+    return curves, result, predict_operator(result.best.operator, curves, result.best.offset)
 
 
 def runs():
@@ -69,7 +69,7 @@ RESULTS = {
     "of elements": lambda stage: br.identify(slow_log(ELEMENTS, duration=6.0), "maxwell_slip", draws=20, blocks=2),
     "predictions": predictions,
     "operators": lambda stage: operators(),
-    "certificates": lambda stage: [br.check(one) for one in (example_of(friction.lugre), hysteresis.stop(r=1.0))],
+    "certificates": lambda stage: [br.check(item) for item in (example_of(friction.lugre), hysteresis.stop(r=1.0))],
     "design": lambda stage: br.design(experiment()),
     "motion to run": lambda stage: br.excite(STAGE, duration="15 s", purposes="presliding", draws=0),
     "runs": lambda stage: runs(),
@@ -78,26 +78,26 @@ RESULTS = {
 
 @pytest.mark.parametrize("result", RESULTS.values(), ids=RESULTS)
 def test_results_travel_to_the_bit(result, stage):
-    found = result(stage)
-    expected = bits_of(found)
+    actual = result(stage)
+    expected = bits_of(actual)
     for protocol in (2, pickle.HIGHEST_PROTOCOL):
-        assert bits_of(pickle.loads(pickle.dumps(found, protocol))) == expected
-    assert bits_of(copy.deepcopy(found)) == expected
-    assert bits_of(there_and_back(found)) == expected
+        assert bits_of(pickle.loads(pickle.dumps(actual, protocol))) == expected
+    assert bits_of(copy.deepcopy(actual)) == expected
+    assert bits_of(there_and_back(actual)) == expected
 
 
 def test_what_files_describe_travels(stage):
     experiments = [file for pattern in ("set_[ab].toml", "past_*", "low*", "faster*") for file in PAPER.glob(pattern)]
     models = [*PAPER.glob("*_rig.toml"), *PAPER.glob("*_identified.toml")]
-    held = [
+    fixed = [
         *(br.read_experiment(file) for file in experiments),
         *(br.read_model(file) for file in models),
         *(br.read_axis(file) for file in AXES),
         stage.axis,
     ]
-    assert len(held) > 12
-    assert bits_of(there_and_back(held)) == bits_of(held)
-    assert bits_of(copy.deepcopy(held)) == bits_of(held)
+    assert len(fixed) > 12
+    assert bits_of(there_and_back(fixed)) == bits_of(fixed)
+    assert bits_of(copy.deepcopy(fixed)) == bits_of(fixed)
 
 
 def test_one_bit_is_told():

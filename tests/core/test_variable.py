@@ -24,8 +24,8 @@ def test_the_kind_of_axis_decides_the_unit():
 
 
 def test_an_unknown_excitation_is_refused_with_those_that_are_known():
-    said = r"excitation of 'a force': is no excitation; found 'slide', allowed sliding, .* Did you mean 'sliding'"
-    with pytest.raises(InputError, match=said):
+    text = r"excitation of 'a force': is no excitation; found 'slide', allowed sliding, .* Did you mean 'sliding'"
+    with pytest.raises(InputError, match=text):
         Variable("force", "a force", excitation="slide")
 
 

@@ -34,13 +34,13 @@ class Block:
 
 def blocks(*infos: str) -> list[Block]:
     """Every block of these kinds, in all pages."""
-    found = []
+    result = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        for one in _BLOCK.finditer(text):
-            line = text.count("\n", 0, one.start()) + 1
-            found.append(Block(page, line, one["info"].strip(), one["text"]))
-    return [one for one in found if one.info in infos]
+        for item in _BLOCK.finditer(text):
+            line = text.count("\n", 0, item.start()) + 1
+            result.append(Block(page, line, item["info"].strip(), item["text"]))
+    return [item for item in result if item.info in infos]
 
 
 def write_followed(folder):

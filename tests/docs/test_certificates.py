@@ -14,12 +14,12 @@ _spec.loader.exec_module(pictures)
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return pictures.certificates()
 
 
-def test_the_table_is_what_comes_out(found):
-    assert pictures.table(found) in PAGE, "run: python docs/images/certificates.py"
+def test_the_table_is_what_comes_out(result):
+    assert pictures.table(result) in PAGE, "run: python docs/images/certificates.py"
 
 
 def test_the_setting_is_what_the_page_says():
@@ -28,9 +28,9 @@ def test_the_setting_is_what_the_page_says():
 
 
 @pytest.mark.parametrize("draw", ["drift", "closure", "loops"])
-def test_pictures_are_drawn_from_every_model(draw, found):
+def test_pictures_are_drawn_from_every_model(draw, result):
     function = getattr(pictures, draw)
-    figure = function(found) if draw != "loops" else function()
+    figure = function(result) if draw != "loops" else function()
     titles = [axes.get_title(loc="right").partition(":")[0] for axes in figure.axes]
     assert titles == list(pictures.MODELS)
     assert (DOCS / "images" / f"certificates-{draw}.svg").is_file()

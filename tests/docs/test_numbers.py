@@ -36,17 +36,17 @@ def log(axis):
 
 @pytest.fixture(scope="module")
 def fits(log, axis):
-    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
-    return {fit.name: fit for fit in found.fits}
+    identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
+    return {fit.name: fit for fit in identification.fits}
 
 
 def rows(page, first=""):
     """The numbers in each row of the tables of a page whose first cell begins so."""
-    found = []
+    result = []
     for line in page.read_text().replace("−", "-").splitlines():
         if line.startswith(f"| {first}") and re.search(r"\d", line):
-            found.append([float(one) for one in re.findall(r"(?<![\w+])-?\d+\.?\d*", line.partition("|")[2])])
-    return found
+            result.append([float(item) for item in re.findall(r"(?<![\w+])-?\d+\.?\d*", line.partition("|")[2])])
+    return result
 
 
 def test_the_symmetric_table(fits):
@@ -70,11 +70,11 @@ def test_the_table_by_direction(fits):
 
 
 def test_the_effort_taken_as_held(log, axis):
-    held = replace(axis, held=True)
-    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=held, blocks=0, draws=0)
-    fits = {fit.name: fit for fit in found.fits}
-    told = (EMPS / "README.md").read_text().partition("With it,")[2].partition("beyond the published")[0]
-    numbers = [float(one) for one in re.findall(r"\d+\.\d+", told)]
+    fixed = replace(axis, held=True)
+    identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=fixed, blocks=0, draws=0)
+    fits = {fit.name: fit for fit in identification.fits}
+    message = (EMPS / "README.md").read_text().partition("With it,")[2].partition("beyond the published")[0]
+    numbers = [float(item) for item in re.findall(r"\d+\.\d+", message)]
     symmetric = fits["coulomb_viscous"]
     assert numbers == pytest.approx(
         [
@@ -92,23 +92,23 @@ def test_the_presliding_distance(fits, log, axis):
     for distance, symmetric, by_direction in table:
         at = replace(axis, presliding=1e-6 * distance)
         for name, error in (("coulomb_viscous", symmetric), ("coulomb_viscous+asymmetry", by_direction)):
-            found = predict(fits[name].plant, fits[name].friction, log, at, "closed-loop")
-            assert found.metrics["force_error_percent"] == pytest.approx(error, abs=1e-3)
+            prediction = predict(fits[name].plant, fits[name].friction, log, at, "closed-loop")
+            assert prediction.metrics["force_error_percent"] == pytest.approx(error, abs=1e-3)
     symmetric, by_direction = rows(DECISIONS / "0005-presliding-distance-in-loops.md", "none")[0]
     instant = replace(axis, presliding=None)
-    found = predict(fits["coulomb_viscous"].plant, fits["coulomb_viscous"].friction, log, instant, "closed-loop")
-    assert found.metrics["force_error_percent"] == pytest.approx(symmetric, abs=1e-3)
+    prediction = predict(fits["coulomb_viscous"].plant, fits["coulomb_viscous"].friction, log, instant, "closed-loop")
+    assert prediction.metrics["force_error_percent"] == pytest.approx(symmetric, abs=1e-3)
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", EMPS / "README.md"], ids=["README", "emps"])
 def test_the_errors_in_closed_loop(page, fits, log, axis):
     for name, fit in fits.items():
-        told = rows(page, f"`{name}` |")[0]
-        found = [
+        message = rows(page, f"`{name}` |")[0]
+        result = [
             predict(fit.plant, fit.friction, log, replace(axis, presliding=distance), "closed-loop").metrics
             for distance in (None, axis.presliding)
         ]
-        assert [one["force_error_percent"] for one in found] == pytest.approx(told, abs=0.006)
+        assert [item["force_error_percent"] for item in result] == pytest.approx(message, abs=0.006)
 
 
 @pytest.mark.parametrize("first", ["with the replay", "without"])
@@ -116,8 +116,8 @@ def test_the_replay_of_what_is_unexplained(first, fits, log, axis):
     fit = fits["coulomb_viscous"]
     loop = loop_of(fit.plant, fit.friction, log, axis)
     if first == "without":
-        loop = replace(loop, variants=tuple(replace(one, disturbance=None) for one in loop.variants))
-    peaks = [1e6 * one.following_error.peak_to_peak for one in simulate(loop).variants.values()]
+        loop = replace(loop, variants=tuple(replace(variant, disturbance=None) for variant in loop.variants))
+    peaks = [1e6 * variant.following_error.peak_to_peak for variant in simulate(loop).variants.values()]
     recorded, *simulated = rows(DECISIONS / "0006-unexplained-force-is-replayed.md", first)[0]
     assert peaks == pytest.approx(simulated, abs=0.06)
     error = (log.reference.values - log.position.values)[500:]

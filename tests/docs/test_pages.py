@@ -33,8 +33,8 @@ LEAST_AXIS = {
 
 
 def each(*infos):
-    found = blocks(*infos)
-    return pytest.mark.parametrize("block", found, ids=[one.name for one in found])
+    result = blocks(*infos)
+    return pytest.mark.parametrize("block", result, ids=[item.name for item in result])
 
 
 def page_ids(page):
@@ -53,10 +53,10 @@ def test_links_lead_somewhere(page):
         if target.startswith("https://"):
             continue
         file, _, anchor = target.partition("#")
-        there = (page.parent / file).resolve() if file else page
-        assert there.exists(), target
+        present = (page.parent / file).resolve() if file else page
+        assert present.exists(), target
         if anchor:
-            assert anchor in anchors_of(there), target
+            assert anchor in anchors_of(present), target
 
 
 def anchors_of(page):
@@ -82,20 +82,20 @@ def test_the_map_reaches_every_page():
             continue
         reached.add(page)
         links = re.findall(r"\]\(([^)\s#]+)", page.read_text())
-        waiting += [(page.parent / one).resolve() for one in links if not one.startswith("https://")]
+        waiting += [(page.parent / link).resolve() for link in links if not link.startswith("https://")]
     assert [page_ids(page) for page in PAGES if page not in reached] == []
 
 
 # --- code -------------------------------------------------------------------------------------------------------
 
-WITH_PYTHON = sorted({one.page for one in blocks("python")})
+WITH_PYTHON = sorted({item.page for item in blocks("python")})
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=page_ids)
 def test_python_in_pages_prints_what_is_written(page, at_the_reader):
-    mine = [one for one in blocks("python") if one.page == page]
-    assert all(one.text.startswith(">>>") for one in mine), "write Python as a session, so that its output is checked"
-    text = "\n".join(one.text for one in mine)
+    mine = [block for block in blocks("python") if block.page == page]
+    assert all(block.text.startswith(">>>") for block in mine), "write Python as a session, so that its output is checked"
+    text = "\n".join(block.text for block in mine)
     session = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
     report = []
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
@@ -149,7 +149,7 @@ def test_experiments_in_pages_are_read(block, at_the_reader):
 
 @each("toml experiment-part")
 def test_what_experiments_in_pages_identify_is_planned(block, at_the_reader):
-    whole = next(one for one in blocks("toml experiment") if one.page == block.page)
+    whole = next(item for item in blocks("toml experiment") if item.page == block.page)
     part = tomllib.loads(block.text)
     read = (merged(tomllib.loads(whole.text), part), at_the_reader / "experiment.toml", Sources(at_the_reader))
     assert planned_in(*read).keys() == part["identify"].keys()
@@ -161,8 +161,8 @@ def test_what_experiments_in_pages_identify_is_planned(block, at_the_reader):
 def test_friction_tables_in_pages_are_read(block, at_the_reader):
     table = tomllib.loads(block.text)["friction"]
     with pytest.warns(InputWarning, match="is run"):
-        found = friction_from(table, kind="translational", folder=at_the_reader, path="friction", allow_code=True)
-    assert found.name == table.get("file", table.get("model")).replace(".py", "")
+        result = friction_from(table, kind="translational", folder=at_the_reader, path="friction", allow_code=True)
+    assert result.name == table.get("file", table.get("model")).replace(".py", "")
 
 
 @each("toml loop")
@@ -193,7 +193,7 @@ def test_no_block_goes_unchecked():
 
 def keys_of(schema, prefix=""):
     for name, field in schema.model_fields.items():
-        inner = next((one for one in (field.annotation, *getattr(field.annotation, "__args__", ())) if is_table(one)), None)
+        inner = next((item for item in (field.annotation, *getattr(field.annotation, "__args__", ())) if is_table(item)), None)
         yield from keys_of(inner) if inner else [field.alias or name]
 
 
@@ -231,7 +231,7 @@ def test_commands_in_pages_exist(block):
         if "bristle" not in words or words[0] != "bristle" or words[1] not in COMMANDS:
             assert not line.startswith("bristle"), line
             continue
-        options = {option for one in COMMANDS[words[1]].params for option in one.opts}
+        options = {option for param in COMMANDS[words[1]].params for option in param.opts}
         assert [word for word in words if word.startswith("--") and word not in options] == [], line
 
 
@@ -239,7 +239,7 @@ def test_the_steps_of_the_main_job_work_as_written(at_the_reader, tmp_path, caps
     from bristle.cli.main import main
 
     page = ROOT / "docs/how-to/your-own-log.md"
-    lines = [line for one in blocks("sh") if one.page == page for line in one.text.splitlines()]
+    lines = [line for block in blocks("sh") if block.page == page for line in block.text.splitlines()]
     assert [line.split()[1] for line in lines] == ["log", "log", "identify", "predict"]
     for line in lines:
         # The results of the folder are there already; a second copy goes elsewhere. Two models stand for all of them.

@@ -30,12 +30,12 @@ def printed(arguments, capsys):
 
 def test_the_page_of_models_tells_what_the_command_tells(capsys):
     page = (REFERENCE / "models.md").read_text()
-    for one in printed(["models"], capsys)["models"]:
-        section = page.split(f"\n### {one['name']}\n")[1].split("\n#")[0]
-        for name, parameter in one["parameters"].items():
+    for item in printed(["models"], capsys)["models"]:
+        section = page.split(f"\n### {item['name']}\n")[1].split("\n#")[0]
+        for name, parameter in item["parameters"].items():
             assert f"| `{name}` | {parameter['description']}" in section
             assert parameter["unit_rotational"] in section
-        for relation in one["relations"]:
+        for relation in item["relations"]:
             assert f"`{relation}`" in section
 
 

@@ -53,15 +53,15 @@ class Composite:
 
     def events(self):
         end, over = self.end_of_branch(), self.side * self.way
-        found = [
+        result = [
             (lambda t, y: y[1], -self.side),
             (lambda t, y: self.ratio(y) - 1.0 - over * MARGIN, over),
             (lambda t, y: self.way * (y[2] - end), 1.0),
             (lambda t, y: self.ratio(y) - (self.rho or -1e300), -1.0 if self.is_open else 1.0),
         ]
-        for event, direction in found:
+        for event, direction in result:
             event.terminal, event.direction = True, direction
-        return [event for event, _ in found]
+        return [event for event, _ in result]
 
     def turn(self, y, way):
         if way != self.way:
@@ -82,7 +82,7 @@ class Composite:
             if np.any(within):
                 position[within] = part.sol(times[within])[0]
             t, y = part.t[-1], part.y[:, -1].copy()
-            stops, slides, wipes, gates = (one.size > 0 for one in part.t_events)
+            stops, slides, wipes, gates = (t_event.size > 0 for t_event in part.t_events)
             if wipes:
                 del self.turns[-2:]
             if gates:

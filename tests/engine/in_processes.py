@@ -91,10 +91,10 @@ def main(method: str, file: str) -> list[str]:
         "models": (returned, models),
         "identifications": (identify, ["coulomb_viscous", "stribeck+asymmetry"]),
     }
-    here = {name: bits_of([function(one) for one in each]) for name, (function, each) in work.items()}
+    here = {name: bits_of([function(item) for item in each]) for name, (function, each) in work.items()}
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method)) as pool:
-        there = {name: list(pool.map(function, each, chunksize=5)) for name, (function, each) in work.items()}
-    return [name for name, found in there.items() if bits_of(found) != here[name]]
+        present = {name: list(pool.map(function, each, chunksize=5)) for name, (function, each) in work.items()}
+    return [name for name, result in present.items() if bits_of(result) != here[name]]
 
 
 if __name__ == "__main__":

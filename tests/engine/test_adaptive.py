@@ -70,8 +70,8 @@ def stick_slip():
         return v, 2.0 * (0.1 * t - x) - sigma_0 * z - sigma_1 * z_dot - sigma_2 * v, z_dot
 
     times = 0.01 * np.arange(2000)
-    found = solve_ivp(rates, (0.0, times[-1]), np.zeros(3), method="LSODA", rtol=1e-11, atol=1e-14, t_eval=times)
-    return found.y
+    result = solve_ivp(rates, (0.0, times[-1]), np.zeros(3), method="LSODA", rtol=1e-11, atol=1e-14, t_eval=times)
+    return result.y
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])

@@ -46,9 +46,9 @@ def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name):
 
 def test_the_number_of_threads_changes_nothing():
     models, effort = mechanisms("lugre", 100)
-    one, two = (run_batch(inertia(M=2.0), models, effort, 1e-4, threads=threads) for threads in (1, 2))
+    item, two = (run_batch(inertia(M=2.0), models, effort, 1e-4, threads=threads) for threads in (1, 2))
     for field in FIELDS:
-        assert np.array_equal(getattr(one, field), getattr(two, field))
+        assert np.array_equal(getattr(item, field), getattr(two, field))
 
 
 WITHOUT_MEMORY = [

@@ -31,7 +31,7 @@ def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
     generator, M, dt = np.random.default_rng(0), 1.0, 0.1
     F_C, steps = generator.uniform(0.5, 2.0, 400), generator.integers(2, 6, 400)
     v = F_C * steps * dt / M
-    trace = run_batch(inertia(M=M), [friction.coulomb(F_C=one) for one in F_C], np.zeros(8), dt, v=v)
+    trace = run_batch(inertia(M=M), [friction.coulomb(F_C=item) for item in F_C], np.zeros(8), dt, v=v)
     assert np.all(trace.velocity >= 0.0)
     assert np.all(trace.velocity[:, 6:] == 0.0)
     assert trace.position[:, -1] == pytest.approx(0.5 * M * v**2 / F_C, rel=1e-12)
@@ -41,9 +41,9 @@ def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
 def test_an_effort_that_runs_straight_between_samples_gives_the_momentum_under_it(steps):
     effort, dt = np.random.default_rng(1).normal(0.0, 5.0, 30), 0.01
     trace = run_open_loop(inertia(M=2.0), friction.viscous(F_v=30.0), effort, dt, steps=steps, hold="linear")
-    given = np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))
+    values = np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))
     taken = np.cumsum(dt * trace.friction[:-1])
-    assert 2.0 * trace.velocity[1:] == pytest.approx(given - taken, abs=1e-12)
+    assert 2.0 * trace.velocity[1:] == pytest.approx(values - taken, abs=1e-12)
 
 
 def test_a_body_at_rest_stays_where_it_is_to_the_bit():

@@ -91,7 +91,7 @@ def test_sliding_at_high_speed_neither_rings_nor_fills_the_memory(kernel, transi
     body, contact = plants.inertia(M=J), model(transition, kernel=kernel)
     runs = [run_open_loop(body, contact, np.full(count, EFFORT), 1e-3) for count in range(1, 502)]
     assert runs[-1].velocity[-1] == pytest.approx(SETTLED, rel=1e-4)
-    assert max(one.state.depth for one in runs) <= 1
+    assert max(run.state.depth for run in runs) <= 1
 
 
 def test_an_explicit_method_at_the_same_step_is_finite_and_wrong():

@@ -44,21 +44,21 @@ def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
         def slope(of, up=up, down=down, step=step):
             return (of.residual(up) - of.residual(down)) / (2.0 * step)
 
-        held, anew = slope(near), slope(problem)
-        found = near.without_found(held[:, None], values, slice(None))[:, 0]
-        left, size = np.linalg.norm(found - anew), np.linalg.norm(anew)
+        fixed, anew = slope(near), slope(problem)
+        result = near.without_found(fixed[:, None], values, slice(None))[:, 0]
+        left, size = np.linalg.norm(result - anew), np.linalg.norm(anew)
         assert left < 0.05 * size
-        assert left < 0.4 * np.linalg.norm(held - anew)
+        assert left < 0.4 * np.linalg.norm(fixed - anew)
 
 
 def test_a_search_follows_the_start_too(problem):
     search = context_of(problem.dataset, PriorKnowledge(plant=inertia)).search(problem)
     theta = search.space.theta(TRUTH | {"M": 2.0, "offset": 0.0})
     solution = search.descend(theta, limit=1)
-    for step, found in zip(0.02 * np.eye(theta.size), solution.jacobian.T, strict=True):
+    for step, result in zip(0.02 * np.eye(theta.size), solution.jacobian.T, strict=True):
         low, high = (problem.residual(search.space.values(theta + side * step)) for side in (-1.0, 1.0))
         anew = (low - high) / 0.04
-        assert np.linalg.norm(found - anew) < 0.08 * np.linalg.norm(anew)
+        assert np.linalg.norm(result - anew) < 0.08 * np.linalg.norm(anew)
 
 
 def test_a_prediction_tells_where_the_contact_began(problem):
@@ -72,7 +72,7 @@ def test_a_prediction_tells_where_the_contact_began(problem):
         kind="translational",
     )
     notes = notes_of(br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log))
-    (told,) = [note for note in notes if note.startswith("the contact began at")]
-    assert float(told.split()[4]) == pytest.approx(60.0, abs=3.0)
+    (message,) = [note for note in notes if note.startswith("the contact began at")]
+    assert float(message.split()[4]) == pytest.approx(60.0, abs=3.0)
     static = br.predict(inertia(M=2.0), br.friction.coulomb(F_C=20.0), log)
     assert not any("began at" in note for note in notes_of(static))

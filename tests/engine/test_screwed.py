@@ -37,8 +37,8 @@ def test_free_vibration_has_the_frequency_of_two_masses_and_keeps_its_energy():
     trace = run_open_loop(screw(), FREE, effort, h)
     twist = trace.motor_position - trace.position
     rising = np.flatnonzero((twist[1:-1] <= 0.0) & (twist[2:] > 0.0))
-    found = 2.0 * math.pi * (rising.size - 1) / (h * (rising[-1] - rising[0]))
-    assert found == pytest.approx(ARM * math.sqrt(K * (1.0 / J + 1.0 / (M * ARM**2))), rel=2e-4)
+    result = 2.0 * math.pi * (rising.size - 1) / (h * (rising[-1] - rising[0]))
+    assert result == pytest.approx(ARM * math.sqrt(K * (1.0 / J + 1.0 / (M * ARM**2))), rel=2e-4)
     assert np.ptp(energy(trace)[1:]) < 1e-12 * energy(trace)[1]
 
 
@@ -99,9 +99,9 @@ def test_each_side_sticks_for_itself():
     # 40 N at the table are 32 mN*m at the motor: the motor winds the screw up, and the table stays.
     assert np.all(trace.position == 0.0)
     assert np.all(trace.velocity == 0.0)
-    held = trace.motor_position[150:200]
-    assert held[0] > 0.0
-    assert np.all(held == held[0])
+    fixed = trace.motor_position[150:200]
+    assert fixed[0] > 0.0
+    assert np.all(fixed == fixed[0])
     assert np.all(trace.motor_velocity[-100:] == 0.0)
 
 

@@ -23,10 +23,10 @@ from bristle.identification.least_squares import Differences
 
 def in_threads(*works):
     threads = [Thread(target=work) for work in works]
-    for one in threads:
-        one.start()
-    for one in threads:
-        one.join()
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
 
 
 def test_blocks_that_overlap_leave_nothing_behind():
@@ -150,18 +150,18 @@ print(json.dumps([len(compilation._compiled), numbers(), FunctionIdentity._uniqu
 def test_entries_that_threads_ask_for_at_once_are_those_that_one_asks_for_in_turn():
     environment = os.environ | {"BRISTLE_CACHE_DIR": ""}
     environment.pop("NUMBA_DISABLE_JIT", None)
-    found = []
+    result = []
     for way in ("in turn", "abreast"):
         done = subprocess.run([sys.executable, "-c", COMPILING, way], env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        found.append(json.loads(done.stdout))
-    assert found[0] == found[1]
-    count, numbers, as_before = found[0]
+        result.append(json.loads(done.stdout))
+    assert result[0] == result[1]
+    count, numbers, as_before = result[0]
     assert (count, len(numbers), as_before) == (2, 2, True)
 
 
 def test_a_model_gives_the_bits_of_one_thread_in_several():
     several = Experiment("small", "translational", (loop(run=Run(0.05, 1e-3, settle=0.0, seeds=4)),))
-    found = []
-    in_threads(*[lambda: found.append(bits_of(br.simulate(several)))] * 4)
-    assert found == [bits_of(br.simulate(several))] * 4
+    result = []
+    in_threads(*[lambda: result.append(bits_of(br.simulate(several)))] * 4)
+    assert result == [bits_of(br.simulate(several))] * 4

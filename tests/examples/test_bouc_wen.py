@@ -33,17 +33,17 @@ def folder() -> Path:
 @pytest.mark.measured
 def test_the_truth_comes_back_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
     out = tmp_path / "out"
-    found = bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json")
-    assert found.code == 0, found.err
-    known = found.data["parameters"] | found.data["combinations"]
+    result = bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json")
+    assert result.code == 0, result.err
+    known = result.data["parameters"] | result.data["combinations"]
     for name, true in TRUTH.items():
         percent = 1.0 if name == "c" else 0.5
         assert abs(known[name]["value"] / true - 1.0) < percent / 100.0, name
         assert abs(known[name]["value"] - true) < 3.5 * known[name]["std"], name
     assert known["beta"]["status"] == "unidentifiable"
-    assert any(one.startswith("beta cannot be identified") for one in found.data["warnings"])
-    assert 7.3e-6 < found.data["metrics"]["position_rmse"] < 7.5e-6
-    assert found.data["metrics"]["held_out_error_percent"] < 1.2
+    assert any(item.startswith("beta cannot be identified") for item in result.data["warnings"])
+    assert 7.3e-6 < result.data["metrics"]["position_rmse"] < 7.5e-6
+    assert result.data["metrics"]["held_out_error_percent"] < 1.2
     parts = [folder / f"{name}val_multisine.mat" for name in "uy"]
     subprocess.run([sys.executable, AXIS.with_name("join.py"), *parts, tmp_path / "test.npz"], check=True)
     for log, allowed in ((tmp_path / "test.npz", 1e-6), (swept(tmp_path / "sweep.mat"), 1e-6)):

@@ -25,10 +25,10 @@ def identified(bristle, tmp_path):  # noqa: F811
     """Identify a log into a folder, and return what is printed as JSON."""
 
     def run(log, model):
-        found = bristle("identify", log, "--axis", AXIS, "--model", model, "--out", tmp_path / "out", "--json")
-        assert found.code == 0, found.err
-        assert json.loads((tmp_path / "out" / "summary.json").read_text()) == found.data
-        return found.data
+        result = bristle("identify", log, "--axis", AXIS, "--model", model, "--out", tmp_path / "out", "--json")
+        assert result.code == 0, result.err
+        assert json.loads((tmp_path / "out" / "summary.json").read_text()) == result.data
+        return result.data
 
     return run
 
@@ -36,14 +36,14 @@ def identified(bristle, tmp_path):  # noqa: F811
 @pytest.mark.slow
 @pytest.mark.measured
 def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
-    found = identified(emps, "coulomb_viscous")
+    result = identified(emps, "coulomb_viscous")
     published = {"M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402)}
     for name, (value, percent) in published.items():
-        one = found["parameters"][name]
-        assert abs(one["value"] - value) < 0.5 * abs(value) * percent / 100.0, name
-        assert 1.0 / 1.5 < one["relative_std_percent"] / percent < 1.5, name
-        assert one["robust_std"] > one["std"]
-    assert 4.0 < found["metrics"]["force_error_percent"] < 4.2
+        item = result["parameters"][name]
+        assert abs(item["value"] - value) < 0.5 * abs(value) * percent / 100.0, name
+        assert 1.0 / 1.5 < item["relative_std_percent"] / percent < 1.5, name
+        assert item["robust_std"] > item["std"]
+    assert 4.0 < result["metrics"]["force_error_percent"] < 4.2
     looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] <= 4.5
     assert looped.data["metrics"]["position_error_percent"] <= 0.0012
@@ -52,11 +52,11 @@ def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  
 @pytest.mark.measured
 @pytest.mark.slow
 def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
-    found = identified(emps, "coulomb_viscous+asymmetry")
+    result = identified(emps, "coulomb_viscous+asymmetry")
     published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
     for name, value in published.items():
-        assert found["parameters"][name]["value"] == pytest.approx(value, rel=0.01), name
-    assert 3.1 < found["metrics"]["force_error_percent"] < 3.25
+        assert result["parameters"][name]["value"] == pytest.approx(value, rel=0.01), name
+    assert 3.1 < result["metrics"]["force_error_percent"] < 3.25
     looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] <= 3.6
     assert looped.data["metrics"]["position_error_percent"] <= 0.0012
@@ -66,9 +66,9 @@ def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path)
 def test_reversed_effort_is_told_though_the_mass_is_known(bristle, emps, tmp_path):  # noqa: F811
     text = AXIS.read_text().replace('column = "vir", unit = "V"', 'column = "vir", unit = "V", sign = -1')
     (tmp_path / "axis.toml").write_text(text.replace("[plant]\n", '[plant]\nmass = "95 kg"\n'))
-    told = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--draws", "0", "--json")
-    assert [found["code"] for found in told.data["diagnostics"] if found["severity"] == "error"] == ["sign_reversed"]
-    (parameter,) = [told.data["parameters"]["F_C"]]
+    message = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--draws", "0", "--json")
+    assert [result["code"] for result in message.data["diagnostics"] if result["severity"] == "error"] == ["sign_reversed"]
+    (parameter,) = [message.data["parameters"]["F_C"]]
     assert parameter["status"] != "identified"
 
 
@@ -130,11 +130,11 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
         halves.append(tmp_path / f"{name}.toml")
         halves[-1].write_text(REFINED.read_text().replace("[columns]", f"[log]\nspan = {span}\n\n[columns]", 1))
     out = tmp_path / "out"
-    found = bristle("identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json")
-    assert found.code == 0, found.err
-    known = found.data["parameters"]
+    result = bristle("identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json")
+    assert result.code == 0, result.err
+    known = result.data["parameters"]
     assert known["F_0_pos"]["value"] < 0.8 * known["F_C_pos"]["value"]
-    assert any("friction rises from" in one for one in found.data["warnings"])
+    assert any("friction rises from" in item for item in result.data["warnings"])
     assert math.hypot(known["c_1_pos"]["value"], known["s_1_pos"]["value"]) > 0.8
     predicted = bristle("predict", out / "model.toml", emps, "--axis", halves[1], "--mode", "closed-loop", "--json")
     assert predicted.data["metrics"]["force_error_percent"] <= percent
@@ -143,11 +143,11 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
 @pytest.mark.slow
 def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
-    asked = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")
-    found = bristle("identify", pulse_record, *asked, "--out", out, "--json")
-    assert found.code == 0, found.err
-    assert found.data["metrics"]["loop_error_percent"] < 1.0
-    known = found.data["parameters"]
+    requested = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")
+    result = bristle("identify", pulse_record, *requested, "--out", out, "--json")
+    assert result.code == 0, result.err
+    assert result.data["metrics"]["loop_error_percent"] < 1.0
+    known = result.data["parameters"]
     truth = {"M": 95.0, "F_C_pos": 20.1, "F_C_neg": 20.6, "F_v_pos": 167.0, "F_v_neg": 240.0}
     for name, value in truth.items():
         assert known[name]["value"] == pytest.approx(value, rel=0.01), name
@@ -159,7 +159,7 @@ def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path
 @pytest.mark.slow
 def test_the_refined_axis_file_knows_the_pulses_too(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
-    asked = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")
-    assert bristle("identify", pulse_record, *asked).code == 0
+    requested = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")
+    assert bristle("identify", pulse_record, *requested).code == 0
     looped = bristle("predict", out / "model.toml", pulse_record, "--axis", REFINED, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] < 2.0

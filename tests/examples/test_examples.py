@@ -23,9 +23,9 @@ def number_after(text, output):
 
 def test_every_example_is_short_and_asserted_here():
     asserted = Path(__file__).read_text()
-    assert [one.name for one in SCRIPTS if one.name not in asserted] == []
+    assert [script.name for script in SCRIPTS if script.name not in asserted] == []
     assert len(SCRIPTS) >= 4
-    assert max(len(one.read_text().splitlines()) for one in SCRIPTS) < 40
+    assert max(len(script.read_text().splitlines()) for script in SCRIPTS) < 40
 
 
 def test_response():

@@ -39,7 +39,7 @@ def fetch(tmp_path):
 
     def run(url):
         done = subprocess.run([sys.executable, SCRIPT, "--url", url, "--to", target], capture_output=True, text=True, check=False)
-        return done, sorted(one.name for one in target.iterdir())
+        return done, sorted(item.name for item in target.iterdir())
 
     return run
 
@@ -50,15 +50,15 @@ def test_an_archive_without_the_right_file_is_refused(site, fetch, content):
     with zipfile.ZipFile(folder / "EMPS.zip", "w") as archive:
         for name, data in content.items():
             archive.writestr(name, data)
-    done, there = fetch(f"{url}/EMPS.zip")
-    assert (done.returncode, there) == (2, [])
+    done, present = fetch(f"{url}/EMPS.zip")
+    assert (done.returncode, present) == (2, [])
     assert "checksum differs" in done.stderr
     assert "nonlinearbenchmark.org" in done.stderr
 
 
 def test_an_address_that_does_not_answer_is_told(site, fetch):
-    done, there = fetch(f"{site[1]}/moved.zip")
-    assert (done.returncode, there) == (2, [])
+    done, present = fetch(f"{site[1]}/moved.zip")
+    assert (done.returncode, present) == (2, [])
     assert "cannot be fetched" in done.stderr
     assert "Traceback" not in done.stderr
 
@@ -76,5 +76,5 @@ def test_the_right_file_is_taken(site, fetch, archived):
             archive.writestr(f"EMPS/{FILE}", record)
     else:
         (folder / "log").write_bytes(record)
-    done, there = fetch(f"{url}/log")
-    assert (done.returncode, there) == (0, [FILE]), done.stderr
+    done, present = fetch(f"{url}/log")
+    assert (done.returncode, present) == (0, [FILE]), done.stderr

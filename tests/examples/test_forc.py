@@ -39,28 +39,28 @@ def test_the_curves_are_those_of_the_sample(recorded):
 @pytest.mark.slow
 @pytest.mark.measured
 def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_file, tmp_path):  # noqa: F811
-    asked = ("--model", "reversal_table,preisach_grid", "--out", tmp_path / "out")
-    found = bristle("identify", curves_file, "--axis", AXIS, *asked, "--json")
-    assert found.code == 0, found.err
-    table, grid = found.data["models"]
+    requested = ("--model", "reversal_table,preisach_grid", "--out", tmp_path / "out")
+    result = bristle("identify", curves_file, "--axis", AXIS, *requested, "--json")
+    assert result.code == 0, result.err
+    table, grid = result.data["models"]
     assert (table["name"], grid["name"]) == ("reversal_table", "preisach_grid")
     assert table["metrics"]["held_out_error_percent"] <= 0.021
     assert grid["metrics"]["held_out_error_percent"] <= 0.2
     assert any("the sign of a magnet" in note for note in grid["notes"])
     # What is left is what neighbouring curves differ by.
-    assert found.data["congruency"]["alike"] == pytest.approx(0.0002 * found.data["log"]["full_scale"], rel=0.3)
-    said = bristle("predict", tmp_path / "out" / "model.toml", curves_file, "--axis", AXIS, "--json")
-    assert said.code == 0, said.err
+    assert result.data["congruency"]["alike"] == pytest.approx(0.0002 * result.data["log"]["full_scale"], rel=0.3)
+    text = bristle("predict", tmp_path / "out" / "model.toml", curves_file, "--axis", AXIS, "--json")
+    assert text.code == 0, text.err
     # What was smoothed away is the noise of a sample.
-    assert said.data["metrics"]["error_percent"] == pytest.approx(table["metrics"]["error_percent"])
-    assert said.data["metrics"]["error_percent"] < 0.015
+    assert text.data["metrics"]["error_percent"] == pytest.approx(table["metrics"]["error_percent"])
+    assert text.data["metrics"]["error_percent"] < 0.015
 
 
 @pytest.mark.measured
 def test_every_fifth_curve_is_told_by_the_others_whichever_fifth_it_is(recorded):
-    found = identify_operator(recorded, "reversal_table").best.held_out.block_errors_percent
-    assert len(found) == 5
-    assert max(found) <= 0.021
+    block_errors_percent = identify_operator(recorded, "reversal_table").best.held_out.block_errors_percent
+    assert len(block_errors_percent) == 5
+    assert max(block_errors_percent) <= 0.021
 
 
 @pytest.mark.measured
@@ -74,6 +74,6 @@ def test_the_measure_of_cells_as_it_is_written(recorded, tmp_path):
 
 @pytest.mark.measured
 def test_the_sign_of_friction_does_not_fit_a_magnet(recorded):
-    some = Curves(recorded.curves[::5], recorded.start, recorded.kind)
-    friction, magnet = (fit_grid(some, cells=20, sign=sign) for sign in ("friction", "magnet"))
+    sample = Curves(recorded.curves[::5], recorded.start, recorded.kind)
+    friction, magnet = (fit_grid(sample, cells=20, sign=sign) for sign in ("friction", "magnet"))
     assert friction.rms > 20.0 * magnet.rms

@@ -28,8 +28,8 @@ def folder(tmp_path) -> Path:
 def test_its_code_asks_before_it_runs(folder, capsys):
     assert main(["run", str(folder / "rig.toml")]) == 2
     assert "sensor.file: names code, which is not run unasked: resolver.py" in capsys.readouterr().err
-    for own in ("pid.py", "resolver.py"):
-        assert main(["check", str(folder / own)]) == 0
+    for custom in ("pid.py", "resolver.py"):
+        assert main(["check", str(folder / custom)]) == 0
     assert main(["run", str(folder / "rig.toml"), "--json"]) == 0
 
 

@@ -72,9 +72,9 @@ def fed_forward_by_hand(operator, offset, position):
 
 @pytest.mark.slow
 def test_a_hundred_branches_become_a_compensator_by_commands(bristle, folder):  # noqa: F811
-    asked = ("--axis", folder / "branches.toml", "--model", "reversal_table", "--out", folder / "table", "--json")
-    found = bristle("identify", folder / "branches.csv", *asked)
-    assert found.code == 0, found.err
+    requested = ("--axis", folder / "branches.toml", "--model", "reversal_table", "--out", folder / "table", "--json")
+    result = bristle("identify", folder / "branches.csv", *requested)
+    assert result.code == 0, result.err
     operator, offset, _ = read_operator(folder / "table" / "model.toml")
     assert operator.name == "reversal_table"
     assert operator.reversals.size >= 90
@@ -117,11 +117,11 @@ def test_the_page_works_as_written_and_says_what_comes_out(folder, monkeypatch, 
                 assert main([*words[1:], "--force"] if "--out" in words and "export" not in words else words[1:]) == 0
     capsys.readouterr()
     summary = json.loads(Path("results/summary.json").read_text())
-    found = {name: data["following_error"]["peak_to_peak"] for name, data in summary["variants"].items()}
+    result = {name: data["following_error"]["peak_to_peak"] for name, data in summary["variants"].items()}
     rows = re.findall(r"^\| `(\w+)` \|.*\| ([\d.]+) ± [\d.]+ \|$", page, re.MULTILINE)
-    told = {name: float(error) for name, error in rows}
-    assert told.keys() == found.keys()
-    assert {name: round(1e6 * value, 2) for name, value in found.items()} == told
+    message = {name: float(error) for name, error in rows}
+    assert message.keys() == result.keys()
+    assert {name: round(1e6 * value, 2) for name, value in result.items()} == message
 
 
 @pytest.mark.slow
@@ -132,9 +132,9 @@ def test_measured_loops_become_friction_and_compensator_by_commands(bristle, tmp
     record = Path(os.environ["BRISTLE_DATA"]) / "friction_damper" / "brfd_all.npz"
     for name in ("loops.toml", "moved.toml"):
         shutil.copyfile(ROOT / "examples" / "friction_damper" / name, tmp_path / name)
-    asked = ("--axis", tmp_path / "loops.toml", "--model", "prandtl_ishlinskii", "--out", tmp_path / "damper")
-    found = bristle("identify", record, *asked, "--json")
-    assert found.code == 0, found.err
+    requested = ("--axis", tmp_path / "loops.toml", "--model", "prandtl_ishlinskii", "--out", tmp_path / "damper")
+    result = bristle("identify", record, *requested, "--json")
+    assert result.code == 0, result.err
     ran = bristle("run", tmp_path / "moved.toml", "--out", tmp_path / "results", "--json")
     assert ran.code == 0, ran.err
     error = {name: data["following_error"]["peak_to_peak"] for name, data in ran.data["variants"].items()}

@@ -17,8 +17,8 @@ def test_the_numbers_of_the_page(tmp_path):
     run_study(study, tmp_path / "out", workers=1)
     runs = runs_in(tmp_path / "out")
     page = (EXAMPLE / "README.md").read_text()
-    told = re.search(r"\| Following error.*", page)[0]
-    for point, cell in enumerate(told.split("|")[2:5]):
+    message = re.search(r"\| Following error.*", page)[0]
+    for point, cell in enumerate(message.split("|")[2:5]):
         errors = 1e3 * runs.columns["following_error.peak_to_peak"][runs.columns["run"].astype(int) % 3 == point]
         mean, std = (float(text) for text in re.findall(r"[\d.]+", cell))
         assert (round(float(errors.mean()), 4), round(float(np.std(errors, ddof=1)), 4)) == (mean, std)

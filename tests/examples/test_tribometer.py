@@ -26,7 +26,7 @@ def log_file() -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(log_file):
+def result(log_file):
     axis = read_axis(AXIS)
     log = read_log(log_file, axis)
     models = "dahl,maxwell_slip,maxwell_slip+position"
@@ -35,40 +35,40 @@ def found(log_file):
 
 @pytest.mark.measured
 @pytest.mark.parametrize(("name", "most"), [("dahl", 0.121), ("maxwell_slip", 0.112), ("maxwell_slip+position", 0.085)])
-def test_the_second_half_is_predicted_from_the_first(found, name, most):
-    identification, second, axis = found
-    fit = next(one for one in identification.fits if one.name == name)
+def test_the_second_half_is_predicted_from_the_first(result, name, most):
+    identification, second, axis = result
+    fit = next(item for item in identification.fits if item.name == name)
     assert predict(fit.plant, fit.friction, second, axis).metrics["force_rmse"] <= most
 
 
 @pytest.mark.measured
-def test_break_away_repeats_from_stroke_to_stroke(found):
-    identification, _, _ = found
-    (one,) = identification.break_aways
-    assert one.legs == 48
-    assert one.force == pytest.approx(2.333, abs=0.005)
-    assert one.force_interval == pytest.approx((2.326, 2.339), abs=0.003)
-    assert 1e6 * one.distance == pytest.approx(103.2, abs=0.5)
+def test_break_away_repeats_from_stroke_to_stroke(result):
+    identification, _, _ = result
+    (item,) = identification.break_aways
+    assert item.legs == 48
+    assert item.force == pytest.approx(2.333, abs=0.005)
+    assert item.force_interval == pytest.approx((2.326, 2.339), abs=0.003)
+    assert 1e6 * item.distance == pytest.approx(103.2, abs=0.5)
 
 
 @pytest.mark.measured
-def test_what_this_log_cannot_tell_is_said(found):
-    identification, _, _ = found
+def test_what_this_log_cannot_tell_is_said(result):
+    identification, _, _ = result
     # Its terms of the place predict the second half better, by less than one stroke differs from the next.
     assert identification.best.name == "maxwell_slip"
     for fit in identification.fits:
-        told = " ".join(warnings_of(fit))
-        assert "a log of one amplitude holds no loop inside another one" in told
-        assert "Record a motion to and fro over 228 µm, 91" in told
-        assert "the motion repeats itself every 4 s" in told
+        message = " ".join(warnings_of(fit))
+        assert "a log of one amplitude holds no loop inside another one" in message
+        assert "Record a motion to and fro over 228 µm, 91" in message
+        assert "the motion repeats itself every 4 s" in message
 
 
 @pytest.mark.measured
 def test_the_model_file_predicts_the_log_through_the_command_line(bristle, log_file, tmp_path):  # noqa: F811
-    asked = ("--model", "maxwell_slip", "--draws", "0", "--out", tmp_path / "out")
-    done = bristle("identify", log_file, "--axis", AXIS, *asked, "--json")
+    requested = ("--model", "maxwell_slip", "--draws", "0", "--out", tmp_path / "out")
+    done = bristle("identify", log_file, "--axis", AXIS, *requested, "--json")
     assert done.code == 0, done.err
     assert done.data["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
-    said = bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json")
-    assert said.code == 0, said.err
-    assert said.data["metrics"]["force_error_percent"] == pytest.approx(done.data["metrics"]["force_error_percent"])
+    text = bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json")
+    assert text.code == 0, text.err
+    assert text.data["metrics"]["force_error_percent"] == pytest.approx(done.data["metrics"]["force_error_percent"])

@@ -34,7 +34,7 @@ def table_rows(path):
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
+def identification(tmp_path_factory):
     """What comes of a log as a servo drive writes it: degrees and percent of the motor, in steps of its encoder."""
     time = np.arange(0.0, 24.0, 1e-3)
     wanted = FASTEST * np.clip(1.6 * np.sin(2.0 * np.pi * 0.21 * time) + 0.5 * np.sin(2.0 * np.pi * 0.9 * time), -1, 1)
@@ -50,12 +50,12 @@ def found(tmp_path_factory):
     return br.identify(folder / "log.csv", "coulomb_viscous", axis=folder / "axis.toml", draws=0, blocks=0)
 
 
-def test_three_values_are_in_percent_of_rated(found):
-    levels = found.outcome.summary["drive_levels"]
-    told = levels["units"]["% of rated"]
-    assert told["constant"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
-    assert told["forward"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    assert told["backward"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+def test_three_values_are_in_percent_of_rated(identification):
+    levels = identification.outcome.summary["drive_levels"]
+    message = levels["units"]["% of rated"]
+    assert message["constant"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
+    assert message["forward"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert message["backward"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
     assert levels["viscous_forward"] == pytest.approx(VISCOUS, rel=0.05)
     assert levels["inertia"] == pytest.approx(MASS, rel=0.03)
     at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
@@ -64,11 +64,11 @@ def test_three_values_are_in_percent_of_rated(found):
 
 
 @pytest.mark.parametrize("entries", [4, 20])
-def test_the_table_is_in_rpm_and_percent_of_rated(found, entries):
+def test_the_table_is_in_rpm_and_percent_of_rated(identification, entries):
     from bristle.prediction import drive_table
     from bristle.report.model_tables import drive_rows
 
-    table = drive_rows(drive_table(found.best, entries), "translational", found.axis)
+    table = drive_rows(drive_table(identification.best, entries), "translational", identification.axis)
     heads = list(table.heads)
     speeds, percents = (heads.index(head) for head in ("[rpm of the motor]", "[% of rated]"))
     for row in table.rows:
@@ -79,36 +79,36 @@ def test_the_table_is_in_rpm_and_percent_of_rated(found, entries):
         assert float(row[percents].replace("−", "-")) == pytest.approx(truth / PERCENT, rel=0.03)
 
 
-def test_the_first_page_tells_them_in_the_units_of_the_drive(found):
-    page = found.outcome.page
+def test_the_first_page_tells_them_in_the_units_of_the_drive(identification):
+    page = identification.outcome.page
     assert "in % of rated: <i>F</i><sub>+</sub>" in page
     assert "11.8\u00a0g·cm² at the motor" in page or "0.118\u00a0kg·cm² at the motor" in page
     assert "N*m" not in page.partition("Table for the drive")[0]
 
 
-def exported(found, folder, points):
-    best = found.best
+def exported(result, folder, points):
+    best = result.best
     return br.export(
-        best.friction, "table", folder, points=points, plant=best.plant, axis=found.axis, speed=found.treatment["velocity_max"]
+        best.friction, "table", folder, points=points, plant=best.plant, axis=result.axis, speed=result.treatment["velocity_max"]
     )
 
 
-def test_a_file_of_three_values_is_in_percent_of_rated(found, tmp_path):
-    exported(found, tmp_path / "out", 3)
+def test_a_file_of_three_values_is_in_percent_of_rated(identification, tmp_path):
+    exported(identification, tmp_path / "out", 3)
     rows = [row.split(",") for row in table_rows(tmp_path / "out" / "axis_x.csv")[1:]]
-    told = {(name, unit): float(amount) for name, amount, unit, _ in rows}
-    assert told["gravity", "%"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
-    assert told["F+", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    assert told["F-", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    assert told["D+", "N*s/m"] == pytest.approx(VISCOUS, rel=0.05)
-    assert told["gravity", "N*m at the motor"] == pytest.approx(0.01 * RATED * WEIGHT / PERCENT, rel=0.03)
+    message = {(name, unit): float(amount) for name, amount, unit, _ in rows}
+    assert message["gravity", "%"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
+    assert message["F+", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert message["F-", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert message["D+", "N*s/m"] == pytest.approx(VISCOUS, rel=0.05)
+    assert message["gravity", "N*m at the motor"] == pytest.approx(0.01 * RATED * WEIGHT / PERCENT, rel=0.03)
     at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
-    assert told["inertia", "kg*m^2 at the motor"] == pytest.approx(at_motor, rel=0.03)
+    assert message["inertia", "kg*m^2 at the motor"] == pytest.approx(at_motor, rel=0.03)
 
 
 @pytest.mark.parametrize("points", [4, 20])
-def test_a_file_of_the_table_is_in_percent_over_rpm(found, tmp_path, points):
-    exported(found, tmp_path / "out", points)
+def test_a_file_of_the_table_is_in_percent_over_rpm(identification, tmp_path, points):
+    exported(identification, tmp_path / "out", points)
     head, *rows = table_rows(tmp_path / "out" / "axis_x_drive.csv")
     assert head == "velocity [rpm of the motor],effort [%]"
     assert 4 <= len(rows) <= points
@@ -118,8 +118,8 @@ def test_a_file_of_the_table_is_in_percent_over_rpm(found, tmp_path, points):
         assert percent == pytest.approx(truth / PERCENT, rel=0.03)
 
 
-def test_each_parameter_is_told_in_the_units_of_the_drive(found):
-    parameters = found.outcome.summary["parameters"]
+def test_each_parameter_is_told_in_the_units_of_the_drive(identification):
+    parameters = identification.outcome.summary["parameters"]
     assert parameters["F_C"]["in_drive_units"]["% of rated"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
     viscous = parameters["F_v"]["in_drive_units"]
     rpm = 60.0 * GEAR / LEAD  # for 1 m/s
@@ -127,6 +127,6 @@ def test_each_parameter_is_told_in_the_units_of_the_drive(found):
     assert viscous["%/(deg/s)"] * rpm * 6.0 == pytest.approx(VISCOUS / PERCENT, rel=0.03)
     at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
     assert parameters["M"]["in_drive_units"] == {"kg*m^2 at the motor": pytest.approx(at_motor, rel=0.03)}
-    cells = found.outcome.page.partition('id="parameters"')[2].partition("</table>")[0]
+    cells = identification.outcome.page.partition('id="parameters"')[2].partition("</table>")[0]
     assert "In the drive's units" in cells.replace("&#39;", "'")
     assert re.search(r"1[12]\.\d+ g·cm² \(motor\)|0\.1[12]\d+ kg·cm² \(motor\)", cells)

@@ -37,9 +37,9 @@ def folder(tmp_path_factory):
     signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
     write_motion(place / "motion" / "motion.csv", axis, signals)
     assert main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")]) == 0
-    recorded, asked = str(place / "recorded" / "log.csv"), ["--axis", str(place / "motion" / "axis.toml")]
-    asked += ["--model", "maxwell_slip", "--draws", "0", "--out", str(place / "fit")]
-    assert main(["identify", recorded, *asked]) == 0
+    recorded, requested = str(place / "recorded" / "log.csv"), ["--axis", str(place / "motion" / "axis.toml")]
+    requested += ["--model", "maxwell_slip", "--draws", "0", "--out", str(place / "fit")]
+    assert main(["identify", recorded, *requested]) == 0
     return place, motion
 
 
@@ -62,30 +62,32 @@ def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder,
     place, motion = folder
     axis = read_axis(place / "axis.toml")
     all_found = passages(read_log(place / "recorded" / "log.csv", axis), axis)
-    found = [one for one in all_found if one.kind == EXPECTED[name]]
+    result = [item for item in all_found if item.kind == EXPECTED[name]]
     pieces = [(begin, begin + piece.duration) for piece, begin in zip(motion.pieces, motion.begins, strict=True) if piece.name == name]
-    covered = sum(max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found for begin, end in pieces)
+    covered = sum(max(min(item.end, end) - max(item.begin, begin), 0.0) for item in result for begin, end in pieces)
     assert covered > 0.5 * sum(end - begin for begin, end in pieces)
 
 
 def test_what_was_put_in_is_found(folder):
     place, _ = folder
-    found, truth = read_model(place / "fit" / "model.toml"), read_model(EXAMPLE / "rig.toml").friction.values
-    values = found.friction.values
+    result, truth = read_model(place / "fit" / "model.toml"), read_model(EXAMPLE / "rig.toml").friction.values
+    values = result.friction.values
     level = 0.5 * (truth["F_S_pos"] + truth["F_S_neg"])
     x = np.linspace(0.0, 5e-6, 50)[:, None]
-    curve, wanted = (np.minimum(x * one["k_i"], one["nu_i"] * most).sum(axis=1) for one, most in ((values, values["F_C"]), (truth, level)))
+    curve, wanted = (
+        np.minimum(x * item["k_i"], item["nu_i"] * most).sum(axis=1) for item, most in ((values, values["F_C"]), (truth, level))
+    )
     assert np.max(np.abs(curve - wanted)) < 0.06 * level
     assert values["sigma_2"] == pytest.approx(truth["sigma_2_pos"], rel=0.1)
-    assert found.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)
+    assert result.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)
 
 
 @pytest.mark.slow
 def test_what_was_identified_compensates(folder, bristle):  # noqa: F811
     place, _ = folder
-    found = bristle("run", place / "compensated.toml", "--json")
-    peaks = {name: 1e6 * one["following_error"]["peak_to_peak"] for name, one in found.data["variants"].items()}
-    assert {one["runs"] for one in found.data["variants"].values()} == {6}
+    result = bristle("run", place / "compensated.toml", "--json")
+    peaks = {name: 1e6 * item["following_error"]["peak_to_peak"] for name, item in result.data["variants"].items()}
+    assert {item["runs"] for item in result.data["variants"].values()} == {6}
     assert peaks["none"] == pytest.approx(1.48, rel=0.03)
     assert peaks["identified"] <= 0.45
     assert peaks["observer_feedforward"] <= 0.40

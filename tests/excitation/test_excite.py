@@ -69,27 +69,27 @@ def test_it_begins_and_ends_at_rest_in_the_middle_of_the_stroke():
 
 def test_loops_before_sliding_are_fourteen_pairs_behind_a_conditioning_slide():
     pieces = planned(purposes="presliding").motion.pieces
-    assert [one.name for one in pieces[:2]] == ["conditioning slide", "decaying loops"]
+    assert [piece.name for piece in pieces[:2]] == ["conditioning slide", "decaying loops"]
     pairs = pieces[2:]
     assert len(pairs) == 14
-    assert {one.reference.values["cycle_count"] for one in pairs} == {2}
+    assert {piece.reference.values["cycle_count"] for piece in pairs} == {2}
     assert pairs[0].amplitude == pytest.approx(0.7e-6)
     assert pairs[-1].amplitude == pytest.approx(6.8e-6, rel=0.01)
-    assert np.diff([one.amplitude for one in pairs]) == pytest.approx(0.467e-6, rel=0.02)
-    assert len({one.speed for one in pairs}) == 1
+    assert np.diff([piece.amplitude for piece in pairs]) == pytest.approx(0.467e-6, rel=0.02)
+    assert len({piece.speed for piece in pairs}) == 1
     assert pieces[0].amplitude > 2.0 * pairs[-1].amplitude
 
 
 def test_break_away_has_several_rates_in_both_directions_each_after_a_rest():
-    ramps = [one for one in planned(purposes=["break-away"]).motion.pieces if one.name == "break-away ramp"]
-    assert len({one.speed for one in ramps}) == 3
-    assert sorted(np.sign([one.amplitude for one in ramps])) == [-1.0] * 3 + [1.0] * 3
-    assert all(one.rest > 0.1 for one in ramps)
+    ramps = [piece for piece in planned(purposes=["break-away"]).motion.pieces if piece.name == "break-away ramp"]
+    assert len({piece.speed for piece in ramps}) == 3
+    assert sorted(np.sign([piece.amplitude for piece in ramps])) == [-1.0] * 3 + [1.0] * 3
+    assert all(piece.rest > 0.1 for piece in ramps)
 
 
 def test_sweeps_span_decades_of_velocity_up_to_the_limit():
-    sweeps = [one for one in planned(purposes="stribeck").motion.pieces if one.name == "constant velocity"]
-    speeds = np.array([one.speed for one in sweeps])
+    sweeps = [piece for piece in planned(purposes="stribeck").motion.pieces if piece.name == "constant velocity"]
+    speeds = np.array([piece.speed for piece in sweeps])
     assert speeds.size >= 8
     assert speeds.max() / speeds.min() > 1000.0
     assert 0.8 * 0.3 < speeds.max() < 0.3
@@ -111,9 +111,9 @@ def test_travel_bounds_it():
 
 
 def test_what_cannot_be_planned_is_left_out_with_the_reason():
-    found = planned(replace(STAGE, velocity_limit=None))
-    assert {one.purpose for one in found.motion.pieces} == set(PURPOSES) - {"stribeck"}
-    assert any("velocity under [limits]" in note for note in found.notes)
+    result = planned(replace(STAGE, velocity_limit=None))
+    assert {piece.purpose for piece in result.motion.pieces} == set(PURPOSES) - {"stribeck"}
+    assert any("velocity under [limits]" in note for note in result.notes)
 
 
 def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
@@ -156,12 +156,12 @@ def test_without_all_that_is_too_long_it_takes_less():
 
 @pytest.mark.parametrize(("seconds", "left"), [(28.0, 4), (26.0, 3), (24.0, 2), (12.0, 1)])
 def test_no_motion_takes_longer_than_it_may(seconds, left):
-    found = planned(duration=seconds)
-    assert found.motion.duration <= 1.001 * seconds
-    assert found.motion.time[-1] <= 1.001 * seconds
-    purposes = {one.purpose for one in found.motion.pieces}
+    result = planned(duration=seconds)
+    assert result.motion.duration <= 1.001 * seconds
+    assert result.motion.time[-1] <= 1.001 * seconds
+    purposes = {piece.purpose for piece in result.motion.pieces}
     assert (len(purposes), "stribeck" in purposes) == (left, True)
-    assert len([note for note in found.notes if "with it the motion takes" in note]) == 4 - left
+    assert len([note for note in result.notes if "with it the motion takes" in note]) == 4 - left
 
 
 @pytest.mark.parametrize("given", [{"duration": 4.0}, {"duration": "20 s", "purposes": "presliding,stribeck"}])
@@ -193,9 +193,9 @@ def test_units_of_a_rotational_axis():
         presliding=1e-3,
         resolution=1e-5,
     )
-    found = planned(axis, duration="30 s")
-    assert found.motion.kind == "rotational"
-    assert {one.reference.kind for one in found.motion.pieces} == {"rotational"}
+    result = planned(axis, duration="30 s")
+    assert result.motion.kind == "rotational"
+    assert {piece.reference.kind for piece in result.motion.pieces} == {"rotational"}
 
 
 def test_it_begins_where_the_axis_stands_and_stays_within_its_stroke():
@@ -208,8 +208,8 @@ def test_it_begins_where_the_axis_stands_and_stays_within_its_stroke():
 
 def test_a_chirp_that_the_encoder_does_not_see_is_left_out():
     gentle = replace(STAGE, jerk_limit=200.0)
-    found = planned(gentle)
-    assert "damping" not in {piece.purpose for piece in found.motion.pieces}
-    assert any("the encoder sees no less than 2 of its steps" in note for note in found.notes)
+    result = planned(gentle)
+    assert "damping" not in {piece.purpose for piece in result.motion.pieces}
+    assert any("the encoder sees no less than 2 of its steps" in note for note in result.notes)
     with pytest.raises(InputError, match="raise jerk or acceleration"):
         planned(gentle, purposes="damping")

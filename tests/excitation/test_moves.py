@@ -86,6 +86,6 @@ def test_the_program_runs_at_the_same_feeds(moves, kind, letter, scale):
     program = gcode_of(moves, replace(STAGE, kind=kind), ())
     steps = re.findall(rf"^G1 {letter}(\S+) F(\S+)$", program, re.M)
     assert [float(target) for target, _ in steps] == pytest.approx([scale * move.target for move in moves], abs=1e-6)
-    assert [float(feed) for _, feed in steps] == pytest.approx([60.0 * scale * one.velocity for one in moves], abs=1e-4)
+    assert [float(feed) for _, feed in steps] == pytest.approx([60.0 * scale * item.velocity for item in moves], abs=1e-4)
     assert len(re.findall(r"^G4 P", program, re.M)) == sum(move.dwell > 0.0 for move in moves)
     assert program.endswith("M30\n")

@@ -29,7 +29,7 @@ def test_a_model_made_of_limits_turns_over_the_distance_of_the_axis_file():
     prior = prior_of(STAGE)
     assert prior.presliding == STAGE.presliding
     assert turning_distance(prior.friction) == pytest.approx(7e-6, rel=0.02)
-    assert any("Coulomb friction" in one for one in prior.assumed)
+    assert any("Coulomb friction" in item for item in prior.assumed)
 
 
 def test_a_static_model_is_given_the_distance_of_the_axis_file():

@@ -15,22 +15,22 @@ TRUTH = lugre(F_C=60.0, F_S=80.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return excite(AXIS, duration="24 s", purposes="presliding,stribeck", model=TRUTH, draws=0)
 
 
-def test_the_log_is_one_of_the_axis(found):
-    log = found.rehearsal.log
+def test_the_log_is_one_of_the_axis(result):
+    log = result.rehearsal.log
     counts = log.position.values / AXIS.resolution
     assert counts == pytest.approx(np.round(counts), abs=1e-6)
-    assert log.sample_time == found.motion.sample_time
-    assert found.rehearsal.loop is False
-    assert found.rehearsal.peak_effort > 80.0
+    assert log.sample_time == result.motion.sample_time
+    assert result.rehearsal.loop is False
+    assert result.rehearsal.peak_effort > 80.0
 
 
-def test_what_was_put_in_is_found_as_far_as_scatter_allows(found):
-    values = {one.name: one.value for one in found.rehearsal.identification.best.estimates}
-    assert found.rehearsal.truth["sigma_0"] == 1.2e7
+def test_what_was_put_in_is_found_as_far_as_scatter_allows(result):
+    values = {estimate.name: estimate.value for estimate in result.rehearsal.identification.best.estimates}
+    assert result.rehearsal.truth["sigma_0"] == 1.2e7
     assert values["sigma_0"] == pytest.approx(1.2e7, rel=0.1)
     assert values["F_C"] == pytest.approx(60.0, rel=0.05)
     assert values["F_S"] == pytest.approx(80.0, rel=0.05)
@@ -38,7 +38,7 @@ def test_what_was_put_in_is_found_as_far_as_scatter_allows(found):
 
 def test_without_slow_loops_stiffness_is_not_found():
     lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH, draws=0)
-    status = {one.name: one.status for one in lost.rehearsal.identification.best.estimates}
+    status = {estimate.name: estimate.status for estimate in lost.rehearsal.identification.best.estimates}
     assert status["sigma_0"] != "identified" or status["sigma_1"] != "identified"
 
 
@@ -59,25 +59,25 @@ def test_with_a_controller_it_runs_in_the_loop():
 
 def test_a_model_with_lists_is_rehearsed_and_another_fitted():
     elements = maxwell_slip(F_C=60.0, k_i=[2e7, 8e6], nu_i=[0.5, 0.5])
-    found = excite(AXIS, duration="16 s", purposes="presliding", model=elements, draws=0)
-    assert found.rehearsal.identification.best.name == "lugre"
-    assert set(found.rehearsal.truth) == {"M"}
+    result = excite(AXIS, duration="16 s", purposes="presliding", model=elements, draws=0)
+    assert result.rehearsal.identification.best.name == "lugre"
+    assert set(result.rehearsal.truth) == {"M"}
 
 
 def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
     guessed = replace(AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0))
-    found = excite(guessed, duration="7 s", purposes="break-away", draws=0)
-    assert found.rehearsal.loop is False
-    assert any("mass of" in one for one in found.prior.assumed)
+    result = excite(guessed, duration="7 s", purposes="break-away", draws=0)
+    assert result.rehearsal.loop is False
+    assert any("mass of" in item for item in result.prior.assumed)
 
 
 def test_it_is_the_chirp_that_tells_micro_damping():
     axis, truth = replace(AXIS, sample_time=2e-4, jerk_limit=None), TRUTH.with_values(sigma_1=8e3)
-    found = {}
+    result = {}
     for purposes in ("presliding,damping", "presliding"):
         motion = excite(axis, duration="12 s", purposes=purposes, model=truth, draws=0)
-        found[purposes] = motion.rehearsal.identification.best.parameters["sigma_1"]
-    chirped, plain = found.values()
+        result[purposes] = motion.rehearsal.identification.best.parameters["sigma_1"]
+    chirped, plain = result.values()
     assert chirped.status == "identified"
     assert chirped.value == pytest.approx(8e3, rel=0.1)
     assert chirped.larger_std < 0.5 * plain.larger_std

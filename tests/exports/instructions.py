@@ -89,10 +89,10 @@ def main() -> int:
         print(f"{core}, {'single' if single else 'double'} precision, {' '.join(FLAGS)}, {STEPS} steps")
         for name in sys.argv[1:] or COUNTED:
             with tempfile.TemporaryDirectory() as place:
-                found = counted(example_of(MODELS[name]), core, Path(place) / "out")
+                result = counted(example_of(MODELS[name]), core, Path(place) / "out")
             print(
-                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), "
-                f"{found.code} B of code, {found.stack} B of stack"
+                f"  {name}: mean {result.mean:.0f}, worst {result.worst:.0f} (step {result.step}), "
+                f"{result.code} B of code, {result.stack} B of stack"
             )
     return 0
 

@@ -21,7 +21,7 @@ from bristle.testing import example_of
 STEPS, ST_STEPS, DT = 1_000_000, 100_000, 5e-4
 SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
 LEVELS = (("-O0",), ("-O2",), ("-O3", "-march=native"))
-COMPILERS = tuple(one for one in dict.fromkeys((COMPILER, shutil.which("clang"))) if one is not None)
+COMPILERS = tuple(fromkey for fromkey in dict.fromkeys((COMPILER, shutil.which("clang"))) if fromkey is not None)
 
 
 def main() -> int:

@@ -40,7 +40,7 @@ class Target(NamedTuple):
     @property
     def lacking(self) -> str:
         """What is not there to build for it, and to run it."""
-        return ", ".join(one for one in (self.build[0], *self.run[:1]) if shutil.which(one) is None)
+        return ", ".join(item for item in (self.build[0], *self.run[:1]) if shutil.which(item) is None)
 
 
 def _cortex(core: str, unit: str, board: str) -> Target:
@@ -122,8 +122,8 @@ def main() -> int:
         different = dict(_different(target, models))
         wrong += len(different.keys() ^ KNOWN.get(name, set()))
         print(f"{name}: {len(models) - len(different)} of {len(models)} models have the same bits")
-        for model, said in different.items():
-            print(f"  {model}: {said.strip()}")
+        for model, text in different.items():
+            print(f"  {model}: {text.strip()}")
     return 1 if wrong else 0
 
 

@@ -245,16 +245,16 @@ class Translator:
 
     def _function(self, unit):
         body = Statements(self, unit)
-        given = [f"{_kind(unit.types[n])} {_c(n)}" for n in unit.of("input")]
-        given += [f"{_kind(unit.types[n])} *{_c(n)}" for n in unit.of("in_out")]
-        own = [f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});" for n in unit.of("own")]
+        values = [f"{_kind(unit.types[n])} {_c(n)}" for n in unit.of("input")]
+        values += [f"{_kind(unit.types[n])} *{_c(n)}" for n in unit.of("in_out")]
+        custom = [f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});" for n in unit.of("own")]
         result = C_TYPES[unit.returns]
         return "\n".join(
             [
-                f"static {result} {_kind(unit.name)}({', '.join(given)})",
+                f"static {result} {_kind(unit.name)}({', '.join(values)})",
                 "{",
                 f"    {result} own_result = 0;",
-                *own,
+                *custom,
                 *body.lines(),
                 "    goto end;",
                 "end:",
@@ -314,9 +314,9 @@ class Statements:
 
     def _assignment_statement(self, node):
         left, kind = self.place(node.child_by_field_name("left"), written=True)
-        right, given = self.value(node.child_by_field_name("right"), kind)
-        if kind != given:
-            self._fail(node, f"a {given} for a {kind}")
+        right, values = self.value(node.child_by_field_name("right"), kind)
+        if kind != values:
+            self._fail(node, f"a {values} for a {kind}")
         return [f"{left} = {right};"]
 
     def _if_statement(self, node):
@@ -367,9 +367,9 @@ class Statements:
             key = words(argument.child_by_field_name("name"))
             if block.sections.get(key) != "input":
                 self._fail(node, f"{key} is no input")
-            text, given = self.value(argument.child_by_field_name("value"), block.types[key])
-            if given != block.types[key]:
-                self._fail(node, f"a {given} for {key}")
+            text, values = self.value(argument.child_by_field_name("value"), block.types[key])
+            if values != block.types[key]:
+                self._fail(node, f"a {values} for {key}")
             lines.append(f"{at}.{_c(key)} = {text};")
         return [*lines, f"call_{_kind(kind)}(&{at});"]
 
@@ -478,29 +478,29 @@ class Statements:
 
     def _call_expression(self, node, wanted):
         name = words(node.child_by_field_name("function"))
-        given = named(node.child_by_field_name("arguments"))
-        if name == "sqrt" and len(given) == 1:
-            text, kind = self.value(given[0])
+        values = named(node.child_by_field_name("arguments"))
+        if name == "sqrt" and len(values) == 1:
+            text, kind = self.value(values[0])
             if kind not in ROOTS:
                 self._fail(node, f"sqrt of a {kind}")
             return f"{ROOTS[kind]}({text})", kind
         if name in CONVERTED:
             takes, gives = CONVERTED[name]
-            text, kind = self.value(given[0], takes)
-            if kind != takes or len(given) != 1:
+            text, kind = self.value(values[0], takes)
+            if kind != takes or len(values) != 1:
                 self._fail(node, f"{name} of a {kind}")
             return f"{name}({text})", gives
         function = self.translator.units.get(name)
         if function is None or function.kind != "function" or function is self.unit:
             self._fail(node, "is no function that was defined before")
-        return f"{_kind(name)}({', '.join(self._arguments(node, function, given))})", function.returns
+        return f"{_kind(name)}({', '.join(self._arguments(node, function, values))})", function.returns
 
-    def _arguments(self, node, function, given):
-        if any(argument.type != "named_argument" for argument in given):
+    def _arguments(self, node, function, values):
+        if any(argument.type != "named_argument" for argument in values):
             self._fail(node, "arguments are named here")
-        handed = {words(a.child_by_field_name("name")): a.child_by_field_name("value") for a in given}
+        handed = {words(a.child_by_field_name("name")): a.child_by_field_name("value") for a in values}
         expected = [*function.of("input"), *function.of("in_out")]
-        if len(handed) != len(given) or set(handed) != set(expected):
+        if len(handed) != len(values) or set(handed) != set(expected):
             self._fail(node, f"{function.name} takes {expected}")
         texts, places = [], {}
         for key in expected:
@@ -575,9 +575,9 @@ class StructuredText:
 
     def run(self, name, x=None, dt=5e-4, commands=0, **signals):
         """Return what a block gives along its inputs, and its flags; raise where a controller would stop."""
-        given = {"position": x, "period": dt, **signals}
-        count = len(given[self.inputs[name][0]])
-        columns = [np.asarray(given[key], dtype=float) for key in self.inputs[name]]
+        values = {"position": x, "period": dt, **signals}
+        count = len(values[self.inputs[name][0]])
+        columns = [np.asarray(values[key], dtype=float) for key in self.inputs[name]]
         columns = [column if column.ndim else np.full(count, column) for column in columns]
         return self.replay(name, np.column_stack(columns), commands)
 
@@ -596,11 +596,11 @@ class StructuredText:
 
     def selftest(self, name):
         """Return whether the self-test of a block has come to its end, and passed."""
-        found = ctypes.c_int(0)
-        why = getattr(self._library, f"run_{name}_selftest")(ctypes.byref(found))
+        result = ctypes.c_int(0)
+        why = getattr(self._library, f"run_{name}_selftest")(ctypes.byref(result))
         if why:
             raise StandardError(f"the self-test of {name} stops: {REASONS[why]}")
-        return bool(found.value & 1), bool(found.value & 2)
+        return bool(result.value & 1), bool(result.value & 2)
 
 
 REASONS = {

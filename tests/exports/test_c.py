@@ -222,8 +222,8 @@ def test_kernels_are_absorbed_as_they_are_here(written):
 
 def test_the_header_says_what_is_known_of_each_parameter(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
-    found = br.export(model, "c", tmp_path / "axis", name="knee", step="1 ms")
-    assert found.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
+    result = br.export(model, "c", tmp_path / "axis", name="knee", step="1 ms")
+    assert result.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
     header = (tmp_path / "axis" / "knee.h").read_text()
     assert re.search(r"F_S +0\.04 +N\*m +>= 1e-12 +static", header)
     assert re.search(r"double position;.*\n.*begun;.*\n.*double force;", header)  # apart, for the time of a step
@@ -328,8 +328,8 @@ def test_single_precision_is_as_near_as_it_can_be(singles, name):
 
 
 def test_the_self_test_of_single_precision_tells_how_far_it_is_off(tmp_path):
-    found = br.export(example("gms", ("asymmetry",)), "c", tmp_path / "gms", float32=True)
-    assert any("single precision" in note for note in found.notes)
+    result = br.export(example("gms", ("asymmetry",)), "c", tmp_path / "gms", float32=True)
+    assert any("single precision" in note for note in result.notes)
     ran = built(tmp_path / "gms", "axis_x_selftest.c")
     assert ran.returncode == 0, ran.stdout
     text = (tmp_path / "gms" / "axis_x.c").read_text()

@@ -31,19 +31,19 @@ def rows(text):
 
 def test_rows_are_those_of_the_fit_with_their_units():
     files, notes = draws_files(MODEL, PLANT, DRAWN, 20, "axis_x")
-    header, found = rows(files["axis_x_draws.csv"])
+    header, result = rows(files["axis_x_draws.csv"])
     assert header == ["M [kg]", "F_C [N]", "F_v [N*s/m]", "offset [N]"]
-    assert np.array(found).tobytes() == np.column_stack(list(DRAWN.values()))[:20].tobytes()
+    assert np.array(result).tobytes() == np.column_stack(list(DRAWN.values()))[:20].tobytes()
     assert notes == ("20 of the 50 draws of the fit",)
 
 
 def test_more_than_there_are_are_drawn_again_as_whole_rows_and_it_is_told():
     files, notes = draws_files(MODEL, PLANT, DRAWN, 400, "axis_x")
-    _, found = rows(files["axis_x_draws.csv"])
+    _, result = rows(files["axis_x_draws.csv"])
     stored = {tuple(row) for row in np.column_stack(list(DRAWN.values())).tolist()}
-    assert len(found) == 400
-    assert {tuple(row) for row in found} <= stored
-    assert len({tuple(row) for row in found}) > 40
+    assert len(result) == 400
+    assert {tuple(row) for row in result} <= stored
+    assert len({tuple(row) for row in result}) > 40
     assert notes[0].startswith("400 draws, with replacement, of the 50 of the fit")
 
 
@@ -93,11 +93,11 @@ def test_a_long_table_is_made_of_the_rows_of_the_fit_in_the_memory_of_its_text()
     texts = [files[f"axis_x_{name}.csv"] for name in ("draws", "mjcf")]
     assert [text.count("\n") for text in texts] == [count + 1] * 2
     assert most < 3.5 * sum(map(len, texts))
-    _, found = rows(texts[0])
+    _, result = rows(texts[0])
     scenes = list(csv.DictReader(texts[1].splitlines()))
     for row in (0, 17, count - 1):
-        assert [float(scenes[row][name]) for name in ("joint.frictionloss", "joint.damping")] == found[row][1:3]
-        assert float(scenes[row]["inertial.mass"]) == found[row][0]
+        assert [float(scenes[row][name]) for name in ("joint.frictionloss", "joint.damping")] == result[row][1:3]
+        assert float(scenes[row]["inertial.mass"]) == result[row][0]
         assert scenes[row]["draw"] == str(row)
 
 

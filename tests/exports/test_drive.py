@@ -32,7 +32,7 @@ def exported(model, folder, to, **options):
 
 
 def test_the_table_is_the_steady_friction_in_the_units_of_the_log(model, tmp_path):
-    found = exported(model, tmp_path, "table", axis=br.read_axis(AXIS), points=6)
+    result = exported(model, tmp_path, "table", axis=br.read_axis(AXIS), points=6)
     lines = (tmp_path / "table" / "axis_x.csv").read_text().splitlines()
     head, *rows = [line for line in lines if not line.startswith("#")]
     assert head == "velocity [deg/s],effort [%]"
@@ -41,7 +41,7 @@ def test_the_table_is_the_steady_friction_in_the_units_of_the_log(model, tmp_pat
     assert np.all(np.diff(table[:, 0]) >= 0.0)
     for velocity, effort in table[table[:, 0] != 0.0]:
         assert effort * 0.005 == pytest.approx(steady_force(model, velocity * ONE_DEGREE), rel=1e-6)
-    largest = float(re.search(r"by ([\d.e-]+) % at most", " ".join(found.notes))[1])
+    largest = float(re.search(r"by ([\d.e-]+) % at most", " ".join(result.notes))[1])
     speeds = np.linspace(0.01, 20.0, 300)
     forward = table[np.signbit(table[:, 0]) == 0]
     between = np.interp(speeds, forward[:, 0] * ONE_DEGREE, forward[:, 1] * 0.005)
@@ -60,7 +60,7 @@ def listed(path):
 
 
 def test_the_list_of_the_cnc_reads_back(model, tmp_path):
-    found = exported(model, tmp_path, "tf5200", axis=br.read_axis(AXIS), points=5)
+    result = exported(model, tmp_path, "tf5200", axis=br.read_axis(AXIS), points=5)
     path = tmp_path / "tf5200" / "axis_x.txt"
     values = listed(path)
     count = int(values["table_entries"])
@@ -73,11 +73,11 @@ def test_the_list_of_the_cnc_reads_back(model, tmp_path):
         speed = speeds[i] * 1e-3 * ONE_DEGREE
         mean = 0.5 * (steady_force(model, speed) - steady_force(model, -speed))
         assert values[f"table[{i}].out"] * 0.0005 == pytest.approx(mean, abs=0.0003)
-    text = " ".join(found.notes)
+    text = " ".join(result.notes)
     assert "memory is lost" in text
     wrong = 0.5 * (0.15 - 0.12) / 0.005
     assert float(re.search(r"off by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
-    assert all(note in path.read_text() for note in found.notes)
+    assert all(note in path.read_text() for note in result.notes)
 
 
 def test_an_entry_of_the_list_is_left_out_where_both_neighbours_equal_it_and_only_there():

@@ -49,7 +49,7 @@ def test_three_values_give_the_friction_back_in_each_unit(tmp_path):
         F_C_pos=90.0, F_C_neg=70.0, F_v_pos=100.0, F_v_neg=100.0, offset=-30.0
     )
     plant = br.plants.inertia(M=40.0)
-    found = br.export(model, "table", tmp_path / "out", points=3, speed=0.2, axis=br.read_axis(SCREW), plant=plant)
+    result = br.export(model, "table", tmp_path / "out", points=3, speed=0.2, axis=br.read_axis(SCREW), plant=plant)
     values = values_in(tmp_path / "out")
     newton = {"gravity": values["gravity", "N"], "F+": values["F+", "N"], "F-": values["F-", "N"]}
     for speed in (1e-6, 0.1, 0.2):
@@ -62,14 +62,14 @@ def test_three_values_give_the_friction_back_in_each_unit(tmp_path):
         assert values[name, "% of rated"] == pytest.approx(100.0 * force * torque / 2.0, rel=1e-8)
     assert values["inertia", "kg"] == 40.0
     assert values["inertia", "kg*m^2 at the motor"] == pytest.approx(40.0 * torque**2, rel=1e-8)
-    (said,) = [note for note in found.notes if "never above the steady friction" in note]
-    assert float(re.search(r"the levels alone ([\d.]+) N", said)[1]) == pytest.approx(20.0)
+    (text,) = [note for note in result.notes if "never above the steady friction" in note]
+    assert float(re.search(r"the levels alone ([\d.]+) N", text)[1]) == pytest.approx(20.0)
 
 
 def test_without_a_plant_there_is_no_inertia_and_that_is_told(tmp_path):
-    found = br.export(STRIBECK, "table", tmp_path / "out", points=3, speed=0.2)
+    result = br.export(STRIBECK, "table", tmp_path / "out", points=3, speed=0.2)
     assert not any(name == "inertia" for name, _ in values_in(tmp_path / "out"))
-    assert any("inertia is not known" in note for note in found.notes)
+    assert any("inertia is not known" in note for note in result.notes)
 
 
 @pytest.mark.parametrize(("points", "rows"), [(4, 4), (5, 4), (20, 20)])
@@ -79,10 +79,10 @@ def test_points_are_those_of_the_whole_table(tmp_path, points, rows):
 
 
 def test_a_second_file_is_in_the_units_of_the_drive(tmp_path):
-    found = br.export(STRIBECK, "table", tmp_path / "out", points=8, speed=0.2, axis=br.read_axis(SCREW))
+    result = br.export(STRIBECK, "table", tmp_path / "out", points=8, speed=0.2, axis=br.read_axis(SCREW))
     heads, rows = numbers_in(tmp_path / "out" / "axis_x_drive.csv")
     assert heads == ["velocity [rpm of the motor]", "effort [% of rated]"]
-    assert "axis_x_drive.csv: % of rated over rpm of the motor" in found.notes
+    assert "axis_x_drive.csv: % of rated over rpm of the motor" in result.notes
     for rpm, percent in np.array(rows, dtype=float):
         if rpm:
             torque = percent / 100.0 * 2.0
@@ -106,23 +106,23 @@ def test_whole_numbers_of_rated_need_the_rated_effort(tmp_path, axis):
 
 
 def test_currents_are_per_mille_of_rated_wherever_that_is_known(tmp_path):
-    found = br.export(STRIBECK, "tf5200", tmp_path / "out", speed=0.2, points=2, axis=br.read_axis(SCREW))
+    result = br.export(STRIBECK, "tf5200", tmp_path / "out", speed=0.2, points=2, axis=br.read_axis(SCREW))
     values = listed(tmp_path / "out" / "axis_x.txt")
     force = 0.5 * (steady_force(STRIBECK, 0.2) - steady_force(STRIBECK, -0.2))
     assert values["table[1].out"] == pytest.approx(1000.0 * force * 0.01 / (4.0 * np.pi) / 2.0, abs=0.5)
-    assert any(re.search(r"the constant force, 2\.5 N, is not in it", note) for note in found.notes)
+    assert any(re.search(r"the constant force, 2\.5 N, is not in it", note) for note in result.notes)
 
 
 def test_entries_that_rounding_makes_equal_are_one_and_a_delay_out_of_range_is_told(tmp_path):
     flat = br.friction.lugre(F_C=90.0, F_S=91.0, v_S=0.02, sigma_0=1e6)  # falls by less than half a per mille of rated
-    found = br.export(flat, "tf5200", tmp_path / "out", speed=0.2, points=20, axis=br.read_axis(SCREW))
+    result = br.export(flat, "tf5200", tmp_path / "out", speed=0.2, points=20, axis=br.read_axis(SCREW))
     values = listed(tmp_path / "out" / "axis_x.txt")
     assert values["table_entries"] == 2
     assert (values["table[0].in"], values["table[1].in"]) == (0, 2e5)
     assert values["table[0].out"] == values["table[1].out"] > 0
     assert "table[2].in" not in values
     assert values["position_delay"] == 10
-    assert any(note.startswith("position_delay is 10, where its range ends") for note in found.notes)
+    assert any(note.startswith("position_delay is 10, where its range ends") for note in result.notes)
     soon = br.export(STRIBECK, "tf5200", tmp_path / "soon", speed=0.2, axis=br.read_axis(SCREW))
     assert not any("position_delay" in note for note in soon.notes)
 
@@ -151,13 +151,13 @@ def test_the_pulse_of_a_sinumerik_commands_what_friction_turns_by(tmp_path, kind
     turns_by = steady_force(model, 1e-9) - steady_force(model, -1e-9)
     for k in range(5000):
         velocity = pulse * si[1] * np.exp(-k * dt / lasts)
-        asked = Reference(velocity / law.values["k_p"], 0.0, 0.0)
-        effort, state = law.component.step(state, asked, 0.0, dt, law.parameters)
+        requested = Reference(velocity / law.values["k_p"], 0.0, 0.0)
+        effort, state = law.component.step(state, requested, 0.0, dt, law.parameters)
         assert effort == pytest.approx(turns_by, rel=1e-3)
 
 
 def test_a_sinumerik_is_told_what_is_documented_and_no_more(tmp_path):
-    found = br.export(STRIBECK, "sinumerik", tmp_path / "out", speed=0.2, axis=br.read_axis(LINEAR | LOOP))
+    result = br.export(STRIBECK, "sinumerik", tmp_path / "out", speed=0.2, axis=br.read_axis(LINEAR | LOOP))
     text = (tmp_path / "out" / "axis_x.txt").read_text()
     data = machine_data(tmp_path / "out" / "axis_x.txt")
     assert {name: value[:2] for name, value in data.items() if name.split("_")[2] not in ("CONST", "TIME")} == {
@@ -167,7 +167,7 @@ def test_a_sinumerik_is_told_what_is_documented_and_no_more(tmp_path):
     }
     assert "START VALUES, to be tuned by the circularity test" in text
     assert "6FC5397-1BP40-3BA1" in text
-    assert any("start values" in note for note in found.notes)
+    assert any("start values" in note for note in result.notes)
 
 
 def test_without_an_integral_no_time_is_written(tmp_path):
@@ -211,10 +211,10 @@ def test_the_file_of_cogging_gives_the_effort_of_each_place_back(tmp_path):
 def test_nine_harmonics_are_kept_and_the_rest_is_told(tmp_path):
     orders = list(range(6, 72, 6))
     plant, friction = plant_with(orders), br.friction.coulomb(kind="rotational", F_C=0.1)
-    found = br.export(friction, "cogging", tmp_path / "out", plant=plant)
+    result = br.export(friction, "cogging", tmp_path / "out", plant=plant)
     kept = [int(row[0]) for row in numbers_in(tmp_path / "out" / "axis_x.csv")[1]]
     assert len(kept) == 9
-    left = re.search(r"at most: ([\d, ]+) times", " ".join(found.notes))[1]
+    left = re.search(r"at most: ([\d, ]+) times", " ".join(result.notes))[1]
     assert sorted([*kept, *(int(order) for order in left.split(", "))]) == orders
 
 
@@ -227,9 +227,9 @@ def test_cogging_that_was_not_identified_is_refused_by_name(tmp_path, plant):
 MOTION = sines(duration=4.0)
 
 
-def error_told(found):
-    told = next(note for note in found.notes if "largest error" in note)
-    return [float(number) for number in re.search(r"([\d.e+-]+) \S+; ([\d.e+-]+) \S+ root mean", told).groups()], told
+def error_told(result):
+    message = next(note for note in result.notes if "largest error" in note)
+    return [float(number) for number in re.search(r"([\d.e+-]+) \S+; ([\d.e+-]+) \S+ root mean", message).groups()], message
 
 
 def log_along(model):
@@ -239,8 +239,8 @@ def log_along(model):
 
 def test_the_largest_error_of_a_table_on_a_log_is_that_of_its_lines(tmp_path):
     log = log_along(STRIBECK)
-    found = br.export(STRIBECK, "table", tmp_path / "out", speed=0.15, points=4, log=log)
-    (largest, rms), told = error_told(found)
+    result = br.export(STRIBECK, "table", tmp_path / "out", speed=0.15, points=4, log=log)
+    (largest, rms), message = error_told(result)
     table = np.array(numbers_in(tmp_path / "out" / "axis_x.csv")[1], dtype=float)
     speeds = np.abs(MOTION.velocity)
     side = np.interp(speeds, table[2:, 0], table[2:, 1]), np.interp(speeds, *(-table[1::-1]).T)
@@ -248,29 +248,29 @@ def test_the_largest_error_of_a_table_on_a_log_is_that_of_its_lines(tmp_path):
     gap = np.abs(np.where(MOTION.velocity > 0.0, *side) - friction)
     assert largest == pytest.approx(np.max(gap), rel=0.02)
     assert rms == pytest.approx(np.sqrt(np.mean(gap**2)), rel=0.05)
-    assert "on its own log" not in told
+    assert "on its own log" not in message
 
 
 def test_what_memory_costs_a_table_is_the_jump_that_it_makes(tmp_path):
     soft = br.friction.lugre(F_C=8.0, F_S=8.0, v_S=4e-3, sigma_0=1e5)
-    found = br.export(soft, "tf5200", tmp_path / "out", speed=0.15, axis=FINE, log=log_along(soft))
-    (largest, rms), _ = error_told(found)
+    result = br.export(soft, "tf5200", tmp_path / "out", speed=0.15, axis=FINE, log=log_along(soft))
+    (largest, rms), _ = error_told(result)
     assert largest == pytest.approx(16.0, rel=0.1)
     stiff = br.friction.lugre(F_C=8.0, F_S=8.0, v_S=4e-3, sigma_0=1e6)
-    found = br.export(stiff, "tf5200", tmp_path / "one", speed=0.15, axis=FINE, log=log_along(stiff))
-    (_, smaller), _ = error_told(found)
+    result = br.export(stiff, "tf5200", tmp_path / "one", speed=0.15, axis=FINE, log=log_along(stiff))
+    (_, smaller), _ = error_told(result)
     assert smaller < 0.7 * rms
 
 
 def test_levels_err_on_a_log_by_what_the_curve_differs_from_them(tmp_path):
     viscous = br.friction.find("coulomb_viscous")(F_C=8.0, F_v=30.0, offset=1.5)
     fastest = float(np.max(np.abs(MOTION.velocity)))
-    found = br.export(viscous, "table", tmp_path / "out", speed=fastest, points=3, log=log_along(viscous))
-    (largest, _), _ = error_told(found)
+    result = br.export(viscous, "table", tmp_path / "out", speed=fastest, points=3, log=log_along(viscous))
+    (largest, _), _ = error_told(result)
     assert largest < 1e-6  # a straight line loses nothing
     curved = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=0.05, F_v=30.0)
-    found = br.export(curved, "table", tmp_path / "curved", speed=fastest, points=3, log=log_along(curved))
-    (largest, _), _ = error_told(found)
+    result = br.export(curved, "table", tmp_path / "curved", speed=fastest, points=3, log=log_along(curved))
+    (largest, _), _ = error_told(result)
     speeds = np.linspace(0.0, fastest, 500)
     values = values_in(tmp_path / "curved")
     line = values["F+", "N"] + values["D+", "N*s/m"] * speeds
@@ -281,10 +281,10 @@ def test_levels_err_on_a_log_by_what_the_curve_differs_from_them(tmp_path):
 
 def test_the_constant_force_is_no_error_of_a_symmetric_table(tmp_path):
     heavy = br.friction.find("coulomb")(F_C=8.0, offset=40.0)
-    found = br.export(heavy, "tf5200", tmp_path / "out", speed=0.15, axis=FINE, log=log_along(heavy))
-    (largest, _), _ = error_told(found)
+    result = br.export(heavy, "tf5200", tmp_path / "out", speed=0.15, axis=FINE, log=log_along(heavy))
+    (largest, _), _ = error_told(result)
     assert largest < 0.5e-3  # half a step of the list, in N
-    assert not any("same for both directions" in note for note in found.notes)
+    assert not any("same for both directions" in note for note in result.notes)
 
 
 @pytest.mark.parametrize("target", ["c", "mjcf", "sinumerik"])

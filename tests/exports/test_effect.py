@@ -50,11 +50,11 @@ def text_of(product, end):
 def written():
     """Return what each target that acts on an axis writes of a model with memory."""
     cogging = with_terms(br.plants.inertia, cogging={"motor": [6]})(M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0)
-    found = {}
+    result = {}
     for name in ("c", "st", "wasm", "cuda", "fmu3", "table", "tf5200", "ax8000", "cogging", "sinumerik"):
         request = replace(asked(), plant=cogging) if name == "cogging" else asked()
-        found[name] = files_for(name, request, accept_harm=True)
-    return found
+        result[name] = files_for(name, request, accept_harm=True)
+    return result
 
 
 def test_eight_targets_and_more_state_their_effect(written):
@@ -89,8 +89,8 @@ def test_below_the_distance_that_helps_the_file_says_switch_off(written):
     assert effect.along[0].is_worse
     assert not effect.along[3].is_worse
     line = next(line for line in text_of(written["table"], "_drive.csv").splitlines() if "simulated" in line)
-    said = re.search(r"switch off below ([\d.]+) (um|mm)", line)
-    distance = float(said[1]) * {"um": 1e-6, "mm": 1e-3}[said[2]]
+    text = re.search(r"switch off below ([\d.]+) (um|mm)", line)
+    distance = float(text[1]) * {"um": 1e-6, "mm": 1e-3}[text[2]]
     assert distance == pytest.approx(effect.least_distance, rel=0.01)
     assert effect.along[0].distance < effect.least_distance <= effect.along[3].distance
 
@@ -109,10 +109,10 @@ def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
     axis = axis_from({key: value for key, value in SCREW.items() if key != "controller"})
     product = files_for("table", asked(axis=axis))
     assert not product.effect.in_loop
-    first, *others = product.effect.lines()
+    first, *rest = product.effect.lines()
     assert first.startswith("residual friction force")
     assert " %" in first
-    assert any("write [controller]" in line for line in others)
+    assert any("write [controller]" in line for line in rest)
     assert product.effect.as_data()["unit"] == "%"
     # The model itself leaves nothing: there is no residual to state.
     assert files_for("c", asked(axis=axis)).effect is None
@@ -120,8 +120,8 @@ def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
 
 def test_a_static_model_says_that_its_distance_is_assumed():
     assert any("10.0 um assumed" in note for note in files_for("c", asked(STRIBECK), accept_harm=True).notes)
-    told = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
-    product = files_for("c", asked(STRIBECK, axis=told), accept_harm=True)
+    message = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
+    product = files_for("c", asked(STRIBECK, axis=message), accept_harm=True)
     assert product.effect.distance == pytest.approx(30e-6)
     assert not any("assumed" in note for note in product.notes)
 
@@ -151,8 +151,8 @@ def test_feeding_ahead_by_the_stated_samples_is_the_best_of_all():
     errors = {}
     for ahead in (0, stated.ahead, stated.ahead + 3):
         drive = driven_by(partial(br.response, LUGRE))
-        found = effect_in_loop(loop_for(request), drive, Limits(0.1, 1.6), (stated.distance, False), ahead)
-        errors[ahead] = found.along[2].with_it
+        result = effect_in_loop(loop_for(request), drive, Limits(0.1, 1.6), (stated.distance, False), ahead)
+        errors[ahead] = result.along[2].with_it
     assert stated.ahead == 3
     assert errors[3] < 0.8 * errors[0]
     assert errors[3] < 0.8 * errors[6]
@@ -206,8 +206,8 @@ def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
     assert re.search(r"#define AXIS_X_PERCENT_OF_RATED\s", header)
     block = text_of(files_for("st", asked()), "axis_x.st")
     arm = 0.010 / (2.0 * math.pi) / 2.0
-    found = re.search(r"command := force / ([\d.]+);", block)
-    assert float(found[1]) == pytest.approx(1.0 / arm, rel=1e-12)
+    result = re.search(r"command := force / ([\d.]+);", block)
+    assert float(result[1]) == pytest.approx(1.0 / arm, rel=1e-12)
     assert re.search(r"command .*N\*m at the motor", block)
     without = text_of(files_for("c", asked(axis=None)), ".h")
     assert "axis_x_command" not in without
@@ -232,7 +232,7 @@ def test_the_command_line_states_it_and_writes_it(tmp_path, capsys):
     )
     arguments = ["export", str(folder / "model.toml"), "--to", "table", "--axis", str(axis), "--speed", "0.1 m/s"]
     assert main([*arguments, "--out", str(tmp_path / "out"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["effect"]["quantity"] == "following_error"
-    assert [each["motion"] for each in told["effect"]["along"]][:4] == ["moves"] * 4
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["effect"] == told["effect"]
+    message = json.loads(capsys.readouterr().out)
+    assert message["effect"]["quantity"] == "following_error"
+    assert [each["motion"] for each in message["effect"]["along"]][:4] == ["moves"] * 4
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["effect"] == message["effect"]

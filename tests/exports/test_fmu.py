@@ -95,8 +95,8 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
         trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
-    for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
-        assert differing(np.ascontiguousarray(found), expected) == 0
+    for result, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
+        assert differing(np.ascontiguousarray(result), expected) == 0
 
 
 @needs_compiler
@@ -117,8 +117,8 @@ def test_a_second_importer_sees_the_same_bits(ecos, fmus, name):
                 seen.append([*before, simulation.get_real("axis::force")])
     with interpreted():
         trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
-    for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
-        assert differing(np.ascontiguousarray(found), expected) == 0
+    for result, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
+        assert differing(np.ascontiguousarray(result), expected) == 0
 
 
 @needs_compiler
@@ -127,8 +127,8 @@ def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, f
     monkeypatch.setattr(fmu, "zig", list)
     values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2}
     plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]})(**values)
-    found = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
-    assert any("constant" in note for note in found.notes)
+    result = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
+    assert any("constant" in note for note in result.notes)
     u, seen = efforts()[:300], []
     unit = opened("termed", mass=True).start()
     for k in range(300):
@@ -145,13 +145,13 @@ def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, f
 @needs_fmpy
 def test_long_and_odd_communication_steps_are_internal_steps(opened):
     u = efforts(COUNT)
-    one, other = opened("lugre_2", mass=True).start(), opened("lugre_2", mass=True).start()
+    item, other = opened("lugre_2", mass=True).start(), opened("lugre_2", mass=True).start()
     for k in range(0, 120, 4):
         for i in range(4):
-            one.step((k + i) * STEP, STEP, effort=u[k])
+            item.step((k + i) * STEP, STEP, effort=u[k])
         other.step(k * STEP, 2.7 * STEP, effort=u[k])  # two steps; the third waits for its end
         other.step((k + 2.7) * STEP, 1.3 * STEP)
-        assert one.get("x", "v", "force") == other.get("x", "v", "force")
+        assert item.get("x", "v", "force") == other.get("x", "v", "force")
     with pytest.raises(Exception, match="DoStep failed"):
         other.step(10 * STEP, STEP)
 
@@ -268,10 +268,10 @@ def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
 def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
-    found = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
-    assert any("holds its source only" in note for note in found.notes)
-    assert any("no mass" in note for note in found.notes)
-    assert found.files == ("axis_x.fmu",)
+    result = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
+    assert any("holds its source only" in note for note in result.notes)
+    assert any("no mass" in note for note in result.notes)
+    assert result.files == ("axis_x.fmu",)
     with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
         names = set(archive.namelist())
         build = ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
@@ -313,15 +313,15 @@ def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch
             page = archive.read("documentation/index.html").decode()
             licence = archive.read("documentation/licenses/license.txt").decode()
             text = archive.read(f"sources/{name}.c").decode()
-        told = described.find(".//Model[@sha256]").get("sha256")
-        hashes.append(told)
-        assert described.get("version") == f"{br.__version__}+{told[:12]}"
+        message = described.find(".//Model[@sha256]").get("sha256")
+        hashes.append(message)
+        assert described.get("version") == f"{br.__version__}+{message[:12]}"
         assert described.get("author") == f"bristle {br.__version__}, from a<b.toml"
         assert described.get("license").startswith("BSD-3-Clause")
         assert described.get("copyright") in licence
         assert described.get("generationTool") == f"bristle {br.__version__}"
         assert text.splitlines()[0] == "/* SPDX-License-Identifier: BSD-3-Clause */"
-        assert f"sha256 {told}" in text.splitlines()[3]
+        assert f"sha256 {message}" in text.splitlines()[3]
         root = ElementTree.fromstring(page.partition("\n")[2])  # well-formed, whatever a file is called
         rows = {row[0].text or row[0][0].text: [cell.text or "" for cell in row] for row in root.iter("tr") if len(row)}
         assert rows["Version"][1].startswith(described.get("version"))

@@ -47,7 +47,7 @@ def integrated(path, signals, tolerance, output, points=1000, **start):
     from fmpy import simulate_fmu
 
     end = float(signals["time"][-1])
-    found = simulate_fmu(
+    result = simulate_fmu(
         str(path),
         fmi_type="ModelExchange",
         stop_time=end,
@@ -58,29 +58,29 @@ def integrated(path, signals, tolerance, output, points=1000, **start):
         output=output,
         start_values=start,
     )
-    events = np.flatnonzero(np.diff(found["time"]) == 0.0)
-    return found, events
+    events = np.flatnonzero(np.diff(result["time"]) == 0.0)
+    return result, events
 
 
-def state_events(found, events, name):
+def state_events(result, events, name):
     """Return at how many events this indicator had fallen below zero."""
-    return int(np.count_nonzero(found[name][events] < 0.0))
+    return int(np.count_nonzero(result[name][events] < 0.0))
 
 
 @pytest.mark.parametrize(("turns", "speed", "wiped", "opened_gates"), [(LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3)])
 def test_along_a_velocity_loops_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
     times, v = along(turns, speed)
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
-    found, events = integrated(path, held(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
+    result, events = integrated(path, held(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
     steps = np.round(np.abs(np.diff(turns)) / STROKE).astype(int)
     with interpreted():
         force = force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
     at = STROKE / speed * (np.arange(force.size) + 0.5)
-    kinks = np.concatenate((times, found["time"][events]))
-    apart = np.min(np.abs(found["time"][:, None] - kinks), axis=1) > STROKE / speed
-    error = np.abs(np.interp(found["time"], at, force) - found["force"])[apart]
+    kinks = np.concatenate((times, result["time"][events]))
+    apart = np.min(np.abs(result["time"][:, None] - kinks), axis=1) > STROKE / speed
+    error = np.abs(np.interp(result["time"], at, force) - result["force"])[apart]
     assert np.max(error) <= 1e-4 * np.max(np.abs(force))
-    assert state_events(found, events, "margin") == wiped + opened_gates
+    assert state_events(result, events, "margin") == wiped + opened_gates
 
 
 @pytest.mark.parametrize("name", EXCHANGED)
@@ -91,10 +91,10 @@ def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
     times = dt * np.arange(levels.size + 1)
     for tolerance in (1e-4, 1e-6, 1e-8):
         path = fmus / name / "axis_x_mass.fmu"
-        found, _ = integrated(path, held(times, effort=levels), tolerance, ["x", "v", "force"])
-        at = np.searchsorted(found["time"], times[1:-1] - 1e-9)
+        result, _ = integrated(path, held(times, effort=levels), tolerance, ["x", "v", "force"])
+        at = np.searchsorted(result["time"], times[1:-1] - 1e-9)
         for key, expected in (("x", exact.position), ("v", exact.velocity)):
-            error = np.max(np.abs(found[key][at] - expected[1:]))
+            error = np.max(np.abs(result[key][at] - expected[1:]))
             assert error <= 10.0 * tolerance * np.max(np.abs(expected)), (tolerance, key)
 
 
@@ -102,17 +102,17 @@ def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
 def test_a_body_at_rest_rings_down_and_then_there_are_no_events(fmus, name):
     for tolerance in (1e-4, 1e-6, 1e-8):
         path = fmus / name / "axis_x_mass.fmu"
-        found, events = integrated(path, held(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
+        result, events = integrated(path, held(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
         assert 8 <= events.size <= 50
-        assert found["time"][events[-1]] < 0.2
-        assert abs(found["v"][-1]) < 1e-15
+        assert result["time"][events[-1]] < 0.2
+        assert abs(result["v"][-1]) < 1e-15
 
 
 def test_a_contact_that_is_held_has_no_events(fmus):
     times, v = np.array([0.0, 1.0, 1.001, 2.0]), np.array([0.0, 1e-3, 0.0])
-    found, events = integrated(fmus / "lugre_2" / "axis_x.fmu", held(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
+    result, events = integrated(fmus / "lugre_2" / "axis_x.fmu", held(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
     assert events.size == 2  # the input jumps twice
-    assert found["z"][-1] == found["z"][found["time"] > 1.001][0] > 0.0
+    assert result["z"][-1] == result["z"][result["time"] > 1.001][0] > 0.0
 
 
 def turn(unit, **values):
@@ -226,9 +226,9 @@ def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monke
 
     monkeypatch.setattr(fmu, "zig", list)
     model, dt = example_of(with_slots(MODELS[name], slots)), 0.02
-    found = br.export(model, f"fmu{fmi}", tmp_path / "out", plant=plant)
+    result = br.export(model, f"fmu{fmi}", tmp_path / "out", plant=plant)
     path = tmp_path / "out" / "axis_x_mass.fmu"
-    assert [validate_fmu(str(tmp_path / "out" / file)) for file in found.files] == [[], []]
+    assert [validate_fmu(str(tmp_path / "out" / file)) for file in result.files] == [[], []]
     levels = np.array([0, 15, -5, 20, 10, 22, -15, -5, -20, 0, 32, 0, -40, 0, 10, 10, 10.0])
     exact = run_open_loop(plant, model, levels, dt, steps=FINE)
     times = dt * np.arange(levels.size + 1)
@@ -242,14 +242,14 @@ def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monke
 def test_models_without_continuous_time_are_for_co_simulation_alone_and_say_why(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     monkeypatch.setattr(fmu, "zig", list)
-    found = br.export(example("coulomb_3"), "fmu2", tmp_path / "out", plant=PLANT)
-    assert any(note.startswith("co-simulation alone: the force of coulomb jumps") for note in found.notes)
+    result = br.export(example("coulomb_3"), "fmu2", tmp_path / "out", plant=PLANT)
+    assert any(note.startswith("co-simulation alone: the force of coulomb jumps") for note in result.notes)
     with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
         described = archive.read("modelDescription.xml").decode()
     assert "<CoSimulation" in described
     assert "<ModelExchange" not in described
-    found = br.export(example("lugre_2"), "fmu3", tmp_path / "other", plant=PLANT)
-    assert not any("alone" in note for note in found.notes)
+    result = br.export(example("lugre_2"), "fmu3", tmp_path / "other", plant=PLANT)
+    assert not any("alone" in note for note in result.notes)
 
 
 def test_the_guide_names_every_model_on_its_side():

@@ -39,12 +39,12 @@ def law(controller, fed, *, tunable=False):
 @cache
 def inputs_of(controller, fed):
     """Return what a law is told along the walk of its self-test, a row for each sample."""
-    told, each = law(controller, fed), []
-    walk, count, _ = law_walk(told, 2)
+    message, each = law(controller, fed), []
+    walk, count, _ = law_walk(message, 2)
     x = walk.positions(COUNT + count)
     v = np.diff(x) / DT
     for k in range(COUNT):
-        ahead = slice(k + 1, k + 1 + told.samples_ahead)
+        ahead = slice(k + 1, k + 1 + message.samples_ahead)
         sample = {
             "position": x[k],
             "velocity": v[k],
@@ -53,7 +53,7 @@ def inputs_of(controller, fed):
             "place_ahead": x[ahead],
             "acceleration_ahead": 100.0 * v[ahead],
         }
-        each.append(np.hstack([sample[name] for name in told.inputs]))
+        each.append(np.hstack([sample[name] for name in message.inputs]))
     return np.array(each)
 
 
@@ -82,9 +82,9 @@ def fmus(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fmu, "zig", list)
         for name, (controller, fed, fmi) in LAWS.items():
-            told = law(controller, fed)
-            source = Source(model_hash=hash_of_law(told))
-            written = fmu.write_law(told, name, source, fmi=fmi)
+            message = law(controller, fed)
+            source = Source(model_hash=hash_of_law(message))
+            written = fmu.write_law(message, name, source, fmi=fmi)
             assert any("sample time, 0.0005 s" in note for note in written.notes)
             (folder / f"{name}.fmu").write_bytes(written.files[f"{name}.fmu"])
     return folder
@@ -124,18 +124,18 @@ def test_an_importer_finds_no_problem(fmus, name):
 def test_each_effort_has_the_bits_of_the_law_in_c(in_c, opened, name):
     controller, fed, _ = LAWS[name]
     rows = inputs_of(controller, fed)
-    found = stepped(opened(name), rows)
-    assert np.ptp(found) > 20.0
-    assert differing(found, replayed(in_c, name, rows, 0)) == 0
+    result = stepped(opened(name), rows)
+    assert np.ptp(result) > 20.0
+    assert differing(result, replayed(in_c, name, rows, 0)) == 0
 
 
 def test_changed_parameters_are_those_of_the_law_in_c(in_c, opened):
     rows = inputs_of(*TUNED)
     unit = opened("cascade_toothed")
     unit.set(**CHANGED[TUNED][0])
-    found = stepped(unit, rows)
-    assert differing(found, replayed(in_c, "cascade_toothed", rows, 1)) == 0
-    assert differing(found, replayed(in_c, "cascade_toothed", rows, 0)) > COUNT // 2
+    result = stepped(unit, rows)
+    assert differing(result, replayed(in_c, "cascade_toothed", rows, 1)) == 0
+    assert differing(result, replayed(in_c, "cascade_toothed", rows, 0)) > COUNT // 2
     for values in ({"controller_k_p": -1.0}, {"measured": np.nan}, {"effort": 1.0}):
         with pytest.raises(Exception, match="SetFloat64 failed"):
             unit.set(**values)

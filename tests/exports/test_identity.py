@@ -53,8 +53,8 @@ def test_each_file_of_each_target_has_the_hash_of_its_model_whatever_the_options
     for name, options in cases.items():
         options = {"to": name} | options
         br.export(model, options.pop("to"), tmp_path / name, **options)
-        found, count = hashes(tmp_path / name)
-        assert found == {hash_of_model(model)}
+        result, count = hashes(tmp_path / name)
+        assert result == {hash_of_model(model)}
         assert count >= (1 if name == "wasm" else 2)
 
 
@@ -79,17 +79,17 @@ def test_the_rule_at_rest_is_no_part_of_a_model(tmp_path):
 
 def test_one_bit_of_one_number_or_another_kind_of_axis_is_another_model():
     model = br.friction.lugre(**LUGRE)
-    others = [model.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **LUGRE)]
-    assert len({hash_of_model(each) for each in (model, *others)}) == 3
+    rest = [model.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **LUGRE)]
+    assert len({hash_of_model(each) for each in (model, *rest)}) == 3
     assert hash_of_model(model.with_values(F_S=29.0)) == hash_of_model(model)
 
 
 def test_every_model_and_operator_has_its_own():
     models = [example_of(with_slots(MODELS[name], slots)) for name in MODELS for slots in ((), ("asymmetry",))]
     models += [example_of(operator) for operator in OPERATORS.values()]
-    found = [hash_of_model(model) for model in models]
-    assert all(found)
-    assert len(set(found)) == len(found)
+    result = [hash_of_model(model) for model in models]
+    assert all(result)
+    assert len(set(result)) == len(result)
 
 
 def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
@@ -99,10 +99,10 @@ def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
         "order": TRIAL.replace("side * (p.F_C + 0.01 * total)", "(p.F_C + 0.01 * total) * side"),
     }
     assert all(text != TRIAL for text in changed.values())
-    found = {name: hash_of_model(model_of(HEAD + text, tmp_path)) for name, text in changed.items()}
+    result = {name: hash_of_model(model_of(HEAD + text, tmp_path)) for name, text in changed.items()}
     plain = hash_of_model(model_of(HEAD + TRIAL, tmp_path))
-    assert found.pop("commented") == plain
-    assert len({plain, *found.values()}) == 3
+    assert result.pop("commented") == plain
+    assert len({plain, *result.values()}) == 3
     assert hash_of_model(model_of(HEAD.replace("LAYERS = 3", "LAYERS = 2") + TRIAL, tmp_path)) != plain
 
 
@@ -129,7 +129,7 @@ def test_a_law_has_one_too_whatever_its_options(tmp_path, to):
 
 def test_another_gain_another_compensator_and_another_delay_are_other_laws():
     variant = variant_of("cascade", "desired")
-    others = [
+    rest = [
         variant_of("cascade", "nothing"),
         variant_of("cascade", "measured"),
         variant_of("sliding_mode", "desired"),
@@ -137,4 +137,4 @@ def test_another_gain_another_compensator_and_another_delay_are_other_laws():
         replace(variant, feedforward=replace(variant.feedforward, gain=0.65)),
         replace(variant, run=replace(variant.run, delay=2)),
     ]
-    assert len({hash_of_law(law_of(each)) for each in (variant, *others)}) == 1 + len(others)
+    assert len({hash_of_law(law_of(each)) for each in (variant, *rest)}) == 1 + len(rest)

@@ -120,12 +120,12 @@ def recorded(variant):
     ahead, count = law.samples_ahead, outcome.time.size
     t = DT * np.arange(count + variant.run.delay)
     x, v, a = variant.reference.component.sample(t, variant.reference.parameters)
-    told = {"position": x, "velocity": v, "acceleration": a, "measured": outcome.measured}
-    told |= {
+    message = {"position": x, "velocity": v, "acceleration": a, "measured": outcome.measured}
+    message |= {
         f"{name}_ahead": np.lib.stride_tricks.sliding_window_view(signal[1:], ahead) for name, signal in (("place", x), ("acceleration", a))
     }
     used = count - 1
-    return np.column_stack([told[name][:used] for name in law.inputs]), outcome.command[:used]
+    return np.column_stack([message[name][:used] for name in law.inputs]), outcome.command[:used]
 
 
 @cache
@@ -167,8 +167,8 @@ def blocks(tmp_path_factory):
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
     name, (inputs, efforts) = f"law_{controller}_{fed}", record_of(controller, fed)
-    found, flags = blocks.replay(name, inputs)
-    assert differing(found, efforts) == 0
+    result, flags = blocks.replay(name, inputs)
+    assert differing(result, efforts) == 0
     assert not flags.any()
     assert blocks.selftest(name) == (True, True)
 
@@ -188,12 +188,12 @@ def test_structured_text_holds_the_last_effort(blocks):
     inputs, efforts = record_of("cascade", "all")
     inputs, efforts = inputs[:6].copy(), efforts[:6]
     inputs[2, 3], inputs[4, -1] = np.nan, np.inf
-    found, flags = blocks.replay("law_cascade_all", inputs, commands=[0, 0, 0, 2, 0, 1])
-    assert found[[0, 1, 2]].tolist() == [*efforts[:2], efforts[1]]
-    assert found[4] == found[3]
+    result, flags = blocks.replay("law_cascade_all", inputs, commands=[0, 0, 0, 2, 0, 1])
+    assert result[[0, 1, 2]].tolist() == [*efforts[:2], efforts[1]]
+    assert result[4] == result[3]
     assert flags.tolist() == [0, 0, 1, 0, 1, 0]
     alone, _ = blocks.replay("law_cascade_all", inputs[5:])
-    assert found[5] == alone[0]
+    assert result[5] == alone[0]
 
 
 def built(folder, main, *flags):
@@ -237,9 +237,9 @@ def test_a_variant_is_exported_from_python(tmp_path):
     variant = variant_of("sliding_mode", "all")
     with pytest.raises(br.core.InputError, match=r"makes an error larger.*accept-harm"):
         br.export(variant, "c", tmp_path / "law", name="slide")
-    found = br.export(variant, "c", tmp_path / "law", name="slide", accept_harm=True)
-    assert found.files[:3] == ("slide.h", "slide.c", "slide_selftest.c")
-    assert any("4 samples" in note for note in found.notes)
+    result = br.export(variant, "c", tmp_path / "law", name="slide", accept_harm=True)
+    assert result.files[:3] == ("slide.h", "slide.c", "slide_selftest.c")
+    assert any("4 samples" in note for note in result.notes)
     header = (tmp_path / "law" / "slide.h").read_text()
     assert "double place_ahead[4];" in header
     assert "limit      80 " in header  # the controller knows that of its drive
@@ -343,16 +343,16 @@ def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, contro
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_with_a_changed_value_they_are_those_of_the_loop_that_has_it(otherwise, controller, fed):
     inputs, efforts = recorded(changed_variant(controller, fed))
-    found = replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 1)
-    assert differing(found, efforts) == 0
-    assert differing(found, replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0)) > SAMPLES // 2
+    result = replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 1)
+    assert differing(result, efforts) == 0
+    assert differing(result, replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0)) > SAMPLES // 2
 
 
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_single_precision_is_off_by_no_more_than_is_told(otherwise, controller, fed):
     inputs, efforts = record_of(controller, fed)
-    found = replayed(otherwise[1], f"{controller}_{fed}_single", inputs, 0)
-    off = np.max(np.abs(found - efforts)) / np.max(np.abs(efforts))
+    result = replayed(otherwise[1], f"{controller}_{fed}_single", inputs, 0)
+    off = np.max(np.abs(result - efforts)) / np.max(np.abs(efforts))
     assert 0.0 < off < 2.5e-6
 
 
@@ -406,8 +406,8 @@ def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, 
     inputs, _ = record_of(controller, fed)
     for changed in (0, 1):
         further = CHANGED[controller, fed][0] if changed else {}
-        found, flags = tuned_blocks.replay(name, told_to(tuned_blocks, name, law, inputs, further))
-        assert differing(found, replayed(otherwise[1], name, inputs, changed)) == 0
+        result, flags = tuned_blocks.replay(name, told_to(tuned_blocks, name, law, inputs, further))
+        assert differing(result, replayed(otherwise[1], name, inputs, changed)) == 0
         assert not flags.any()
     assert tuned_blocks.selftest(name) == (True, True)
 
@@ -439,6 +439,6 @@ def test_a_controller_of_ones_own_begins_by_a_kernel(tmp_path):
     def start(measured, velocity, acceleration, dt, p):
         return cascade.start(measured, velocity, acceleration, dt, p)
 
-    own = replace(LAWS["cascade"], component=replace(cascade, start=start))
+    custom = replace(LAWS["cascade"], component=replace(cascade, start=start))
     with pytest.raises(br.core.InputError, match="is not a kernel"):
-        br.export(replace(variant_of("cascade", "nothing"), controller=own), "c", tmp_path / "law")
+        br.export(replace(variant_of("cascade", "nothing"), controller=custom), "c", tmp_path / "law")

@@ -125,22 +125,22 @@ def test_a_model_is_taken_and_gives_the_same_bits(tmp_path, name, slots):
     model = example_of(with_slots(MODELS[name], slots))
     x, around, rows = motion(slots)
     br.export(model, "st", tmp_path / "st", rest="held" if with_rest(model, "held") != model else None)
-    found = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
+    result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
     with interpreted():
         v = np.diff(x) / DT
-        told = {key: values[1:] for key, values in around.items()}
-        expected = force_along(with_rest(model, "held"), v + 0.0, DT, x[1:], **told)
+        message = {key: values[1:] for key, values in around.items()}
+        expected = force_along(with_rest(model, "held"), v + 0.0, DT, x[1:], **message)
     assert np.ptp(expected) > 0.0
-    assert differing(settled(found), np.concatenate([[0.0], expected])) == 0
+    assert differing(settled(result), np.concatenate([[0.0], expected])) == 0
 
 
 def test_a_model_of_one_element_has_the_bits_of_its_loops_of_one_pass(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
     x, _, rows = motion(())
     br.export(model, "st", tmp_path / "st")
-    found = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
-    assert np.ptp(found) > 20.0
-    assert differing(found, br.response(model, x, DT)) == 0
+    result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
+    assert np.ptp(result) > 20.0
+    assert differing(result, br.response(model, x, DT)) == 0
 
 
 @pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
@@ -149,25 +149,25 @@ def test_a_model_in_single_precision_has_the_bits_of_c(tmp_path, name, slots):
     model = example_of(with_slots(MODELS[name], slots))
     _, _, rows = motion(slots)
     br.export(model, "st", tmp_path / "st", float32=True)
-    found = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
+    result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
     br.export(model, "c", tmp_path / "out", float32=True)
     text = AT if slots else AT.replace("_force_at", "_force").replace(", given[2], given[3]", "").replace("+= 4", "+= 2")
     (tmp_path / "run.c").write_text(text)
     line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "out/axis_x.c", "-o", "run.so", "-lm"]
     subprocess.run(line, cwd=tmp_path, check=True)
-    assert differing(settled(found), replayed(ctypes.CDLL(str(tmp_path / "run.so")), "at", rows)) == 0
+    assert differing(settled(result), replayed(ctypes.CDLL(str(tmp_path / "run.so")), "at", rows)) == 0
 
 
 @pytest.mark.parametrize(("controller", "fed", "single"), [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS])
 def test_a_law_gives_the_bits_of_the_law_in_c(tmp_path, controller, fed, single):
     law, rows = law_of(variant_of(controller, fed), single=single), inputs_of(controller, fed)
-    found = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)
+    result = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)
     for file, text in law_files(law, "axis_x", Source()).items():
         (tmp_path / file).write_text(text, encoding="ascii")
     (tmp_path / "run.c").write_text(RUN.format(name="axis_x"))
     line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "axis_x.c", "-o", "law.so", "-lm"]
     subprocess.run(line, cwd=tmp_path, check=True)
-    assert differing(found, replayed(ctypes.CDLL(str(tmp_path / "law.so")), "axis_x", rows)) == 0
+    assert differing(result, replayed(ctypes.CDLL(str(tmp_path / "law.so")), "axis_x", rows)) == 0
 
 
 @pytest.mark.parametrize(("controller", "fed"), SINGLE_LAWS[:3])

@@ -13,8 +13,8 @@ LUGRE = br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=316.0
 
 
 def scene(model, folder, **options):
-    found = br.export(model, "mjcf", folder / "out", **options)
-    return ElementTree.parse(folder / "out" / "axis_x.xml").getroot(), found.notes
+    result = br.export(model, "mjcf", folder / "out", **options)
+    return ElementTree.parse(folder / "out" / "axis_x.xml").getroot(), result.notes
 
 
 def test_lugre_is_a_passive_motor_and_the_integrator_is_euler(tmp_path):

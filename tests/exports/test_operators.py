@@ -27,9 +27,9 @@ def test_each_output_has_the_bits_of_bristle(native, name):
 def test_where_an_inverse_has_no_output_the_last_one_is_held(native):
     operator = OPERATORS["inverse_preisach"]
     f_p = operator.values["f_p"]
-    held = native.forces("inverse_preisach", [0.5 * f_p, 2.0 * f_p, 0.25 * f_p], 0.0)
+    fixed = native.forces("inverse_preisach", [0.5 * f_p, 2.0 * f_p, 0.25 * f_p], 0.0)
     expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
-    assert held.tolist() == [expected[0], expected[0], expected[1]]
+    assert fixed.tolist() == [expected[0], expected[0], expected[1]]
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,8 @@ def blocks(tmp_path_factory):
     from tests.exports.structured_text import StructuredText
 
     folder, texts = tmp_path_factory.mktemp("blocks"), {}
-    for given, operator in OPERATORS.items():
-        name = f"op_{given}".replace(" ", "_")
+    for values, operator in OPERATORS.items():
+        name = f"op_{values}".replace(" ", "_")
         br.export(operator, "st", folder / f"out_{name}", name=name)
         texts[name] = [(folder / f"out_{name}" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
     return StructuredText(texts, folder)
@@ -55,9 +55,9 @@ def test_structured_text_gives_the_same_bits(blocks, name):
 def test_where_an_inverse_has_no_output_structured_text_holds_it_too(blocks):
     operator = OPERATORS["inverse_preisach"]
     f_p = operator.values["f_p"]
-    held, flags = blocks.run("op_inverse_preisach", excitation=[0.5 * f_p, 2.0 * f_p, 0.25 * f_p])
+    fixed, flags = blocks.run("op_inverse_preisach", excitation=[0.5 * f_p, 2.0 * f_p, 0.25 * f_p])
     expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
-    assert held.tolist() == [expected[0], expected[0], expected[1]]
+    assert fixed.tolist() == [expected[0], expected[0], expected[1]]
     assert flags.tolist() == [0, 2, 2]
 
 

@@ -32,11 +32,11 @@ def test_the_self_test_finds_the_same_bits(name, model, tmp_path):
 def test_a_step_takes_no_more_instructions_than_a_drive_has(core, model, mean, worst, code, tmp_path):
     if TARGETS[core].lacking:
         pytest.skip(f"needs {TARGETS[core].lacking}")
-    found = counted(example_of(MODELS[model]), core, tmp_path / "out", steps=20_000)
-    assert found.mean < mean
-    assert found.worst < worst
-    assert found.code < code
-    assert found.stack <= 1024
+    result = counted(example_of(MODELS[model]), core, tmp_path / "out", steps=20_000)
+    assert result.mean < mean
+    assert result.worst < worst
+    assert result.code < code
+    assert result.stack <= 1024
 
 
 def test_other_bits_are_told(monkeypatch, tmp_path):
@@ -44,5 +44,5 @@ def test_other_bits_are_told(monkeypatch, tmp_path):
     if shutil.which("cc") is None:
         pytest.skip("needs a C compiler")
     monkeypatch.setattr(subject, "FNV_PRIME", subject.FNV_PRIME + 2)
-    said = answer(target, examples()["plain lugre"], Path(tmp_path) / "out")
-    assert "expected" in said
+    text = answer(target, examples()["plain lugre"], Path(tmp_path) / "out")
+    assert "expected" in text

@@ -39,8 +39,8 @@ def jumps(model):
 def expected(model, rule):
     forward, backward = jumps(model)
     middle = 0.5 * (forward + backward)
-    held = {"held": (middle, forward, backward, backward), "middle": (middle,) * 4}[rule]
-    return dict(zip((1, *RESTING), held, strict=True))
+    fixed = {"held": (middle, forward, backward, backward), "middle": (middle,) * 4}[rule]
+    return dict(zip((1, *RESTING), fixed, strict=True))
 
 
 @pytest.mark.parametrize("rule", RESTS)
@@ -107,9 +107,9 @@ def test_structured_text_keeps_the_rule_though_it_has_no_minus_zero(tmp_path, ru
 @pytest.mark.parametrize("name", [name for name, target in TARGETS.items() if target.rest])
 def test_each_file_states_its_rule(name):
     plant = br.plants.inertia(M=12.0)
-    asked = Request(model_of("coulomb"), "axis_x", DT, speed=0.1, plant=plant)
+    requested = Request(model_of("coulomb"), "axis_x", DT, speed=0.1, plant=plant)
     for rule in RESTS:
-        product = files_for(name, Request(**{**vars(asked), "rest": rule}))
+        product = files_for(name, Request(**{**vars(requested), "rest": rule}))
         words = {"held": ("last direction", "it came from"), "middle": ("the mean of both",)}[rule]
         assert any("at rest" in note and any(word in note for word in words) for note in product.notes), rule
 

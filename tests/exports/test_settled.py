@@ -121,8 +121,8 @@ def test_models_keep_what_they_need(name, share):
     model = example_of(br.friction.MODELS[name])
     subject = subject_of(model)
 
-    def size(one):
-        return sum(1 for function in one.unit.functions for _ in walk(function.body))
+    def size(item):
+        return sum(1 for function in item.unit.functions for _ in walk(function.body))
 
     alone, tuned = settled_subject(subject), settled_subject(subject, tunable_of(model).places)
     assert size(alone) <= share * size(subject)

@@ -126,8 +126,8 @@ def declared(node):
     """Return every name that a text declares."""
     kinds = ("variable_declaration", "structure_field", "type_definition", "function_declaration")
     names = [n.text.decode().lower() for field in ("name", "names") for n in node.children_by_field_name(field)]
-    own = names if node.type in kinds or node.type.endswith("_declaration") else []
-    return {*own, *(name for child in node.named_children for name in declared(child))}
+    custom = names if node.type in kinds or node.type.endswith("_declaration") else []
+    return {*custom, *(name for child in node.named_children for name in declared(child))}
 
 
 @pytest.mark.parametrize("name", CHOSEN)
@@ -249,8 +249,8 @@ def helpers(request, tmp_path_factory):
 @pytest.mark.parametrize("name", HELPERS)
 def test_what_stands_in_for_bits_is_exact_to_the_ends_of_the_range(name, helpers):
     expected, arguments, _ = HELPERS[name]
-    found, _ = helpers.run(f"of_{name}", [float(argument) for argument in arguments])
-    assert differing(found, np.array([float(expected(argument)) for argument in arguments])) == 0
+    result, _ = helpers.run(f"of_{name}", [float(argument) for argument in arguments])
+    assert differing(result, np.array([float(expected(argument)) for argument in arguments])) == 0
 
 
 def test_what_is_rounded_first_stands_in_brackets(written):
@@ -295,8 +295,8 @@ def otherwise(tmp_path_factory):
 def usual(text):
     """Return the parameters of a block by their names, with the values that they have where nobody gives others."""
     block = text[text.index("FUNCTION_BLOCK") :]
-    found = re.findall(r"(\w+) : L?REAL := (-?)(?:REAL#)?([\d.E+-]+);", block)
-    return {name.lower(): float(sign + number) for name, sign, number in found}
+    result = re.findall(r"(\w+) : L?REAL := (-?)(?:REAL#)?([\d.E+-]+);", block)
+    return {name.lower(): float(sign + number) for name, sign, number in result}
 
 
 @pytest.mark.parametrize(("name", "kind"), OTHERWISE)
@@ -373,8 +373,8 @@ def test_what_stands_in_for_bits_of_single_precision_is_exact(tmp_path):
     calls = {name: f"REAL_TO_LREAL({{0}}({of} := LREAL_TO_REAL(position)))" for name, (_, _, of) in SINGLE_HELPERS.items()}
     helpers = in_blocks(calls, tmp_path, "REAL")
     for name, (expected, arguments, _) in SINGLE_HELPERS.items():
-        found, _ = helpers.run(f"of_{name}", [float(number) for number in arguments])
-        assert found.tolist() == [float(expected(number)) for number in arguments], name
+        result, _ = helpers.run(f"of_{name}", [float(number) for number in arguments])
+        assert result.tolist() == [float(expected(number)) for number in arguments], name
 
 
 # --- XML --------------------------------------------------------------------------------------------------------------
@@ -494,12 +494,12 @@ def test_each_part_is_a_file_of_twincat_with_the_same_text(folder_of_project):
     files = {path.stem: path for path in folder.iterdir() if path.suffix in (".TcPOU", ".TcDUT")}
     assert sorted(files) == sorted(names)
     assert {name.lower() for name in names} == {name.lower() for name in files}
-    found = {name: twincat_text(files[name], rights) for name in names}
-    text = "\n".join(found[name][0] for name in names)
+    result = {name: twincat_text(files[name], rights) for name in names}
+    text = "\n".join(result[name][0] for name in names)
     bodies = [whole[whole.index("\nTYPE\n" if "\nTYPE\n" in whole else "\nPROGRAM") + 1 :] for whole in (st, st_test)]
     assert text == "\n".join(bodies)
-    assert all(re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", one) for _, one in found.values())
-    assert len({one for _, one in found.values()}) == len(names)
+    assert all(re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", item) for _, item in result.values())
+    assert len({item for _, item in result.values()}) == len(names)
 
 
 def test_what_is_exported_again_replaces_itself_in_a_project_of_twincat(folder_of_project, tmp_path):

@@ -102,7 +102,7 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
             "columns": {"position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
         }
     )
-    found = br.export(model, EXAMPLE, tmp_path / "out", speed=0.2, axis=axis)
+    result = br.export(model, EXAMPLE, tmp_path / "out", speed=0.2, axis=axis)
     table = tomllib.loads((tmp_path / "out" / "axis_x.toml").read_text(encoding="utf-8"))
     assert (table["velocity_unit"], table["effort_unit"]) == ("mm/s", "A")
     assert len(table["forward"]) <= 16
@@ -110,7 +110,7 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
         speed, effort = table[name][-1]
         assert speed == pytest.approx(200.0)
         assert 50.0 * effort == pytest.approx(way * steady_force(model, way * 0.2), rel=1e-4)
-    assert found.notes[0].startswith("the drive takes 16 entries")
+    assert result.notes[0].startswith("the drive takes 16 entries")
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, 
     file = own(tmp_path, result)
     with pytest.raises(br.core.InputError, match=re.escape(said)):
         br.export(br.friction.coulomb(F_C=1.0), file, tmp_path / "out")
-    assert {one.name for one in tmp_path.iterdir()} == {"mine.py"}
+    assert {item.name for item in tmp_path.iterdir()} == {"mine.py"}
     unmet = [check.name for check in check_target(load_target_file(file)) if not check.passed]
     assert unmet == ["results of export"]
 
@@ -157,8 +157,8 @@ def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, 
     ],
 )
 def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said):
-    failed = [one for one in check_target(load_target_file(own(tmp_path, result, before))) if not one.passed]
-    assert [one.name for one in failed] == [demand]
+    failed = [item for item in check_target(load_target_file(own(tmp_path, result, before))) if not item.passed]
+    assert [item.name for item in failed] == [demand]
     assert said in failed[0].detail
     assert failed[0].advice
 
@@ -176,6 +176,6 @@ def test_a_target_made_in_python_is_one(tmp_path):
     target = Target(name="here", description="a file", write=lambda request: Product({"a.bin": b"\x00\xff"}))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = br.export(br.friction.coulomb(F_C=1.0), target, tmp_path / "out")
-    assert found.files == ("a.bin",)
+        result = br.export(br.friction.coulomb(F_C=1.0), target, tmp_path / "out")
+    assert result.files == ("a.bin",)
     assert (tmp_path / "out" / "a.bin").read_bytes() == b"\x00\xff"

@@ -106,8 +106,8 @@ def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):
     (exported / "page.html").write_text("<!doctype html><title>forces</title>")
     with served(exported) as address, browser(tmp_path / "profile") as tab:
         tab.open(f"{address}/page.html")
-        found = {name: np.frombuffer(b64decode(tab.run(IN_A_BROWSER % name))) for name in CHOSEN}
-    assert {name: differing(found[name], forces[name]) for name in CHOSEN} == dict.fromkeys(CHOSEN, 0)
+        result = {name: np.frombuffer(b64decode(tab.run(IN_A_BROWSER % name))) for name in CHOSEN}
+    assert {name: differing(result[name], forces[name]) for name in CHOSEN} == dict.fromkeys(CHOSEN, 0)
 
 
 @needs_node
@@ -141,15 +141,15 @@ console.log(JSON.stringify({ first, again, held, cleared, changed, beyond, k_i, 
 def test_it_begins_anew_holds_and_takes_other_parameters(tmp_path):
     model = example("sided_gms")
     br.export(model, "wasm", tmp_path / "out")
-    told = json.loads(node(tmp_path, AROUND))
+    message = json.loads(node(tmp_path, AROUND))
     x = [0.0, 1e-5, 3e-5, 2e-5]
-    assert told["first"] == told["again"] == br.response(model, x, DT).tolist()
-    assert told["held"] == [told["again"][-1], True]
-    assert told["cleared"] is False
-    assert told["changed"] == br.response(model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0), x, DT).tolist()
-    assert told["k_i"] == [5e6, 3e6, 1e6]
-    assert told["beyond"].startswith("F_S_neg: -1 is not allowed; from 1e-12")
-    assert set(told["names"]) == set(model.values)
+    assert message["first"] == message["again"] == br.response(model, x, DT).tolist()
+    assert message["held"] == [message["again"][-1], True]
+    assert message["cleared"] is False
+    assert message["changed"] == br.response(model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0), x, DT).tolist()
+    assert message["k_i"] == [5e6, 3e6, 1e6]
+    assert message["beyond"].startswith("F_S_neg: -1 is not allowed; from 1e-12")
+    assert set(message["names"]) == set(model.values)
 
 
 SAVED = """
@@ -220,19 +220,19 @@ def test_a_saved_state_goes_on_and_what_is_damaged_is_refused(exported, tmp_path
     x = walk(3000, seed=9)
     x.tofile(tmp_path / "x.bin")
     br.export(example(name), "wasm", tmp_path / "out")
-    others = []
+    rest = []
     if COMPILER is not None:
         expected = saved_by_c(example(name), tmp_path, x[:1500])
-        others = [f"{other}.bin" for other in ("sided_dahl", "sided_maxwell_slip")]
-        for other in others:
+        rest = [f"{other}.bin" for other in ("sided_dahl", "sided_maxwell_slip")]
+        for other in rest:
             (tmp_path / "of_another").mkdir(exist_ok=True)
             content = saved_by_c(example(other.removesuffix(".bin")), tmp_path / "of_another", x[:10])
             (tmp_path / other).write_bytes(content)
             shutil.rmtree(tmp_path / "of_another")
-    (tmp_path / "others.txt").write_text(" ".join(others))
-    told = json.loads(node(tmp_path, SAVED))
-    assert (told["batch"], told["again"], told["wrong"]) == (True, True, True)
-    assert told["damaged"] == told["bytes"]
+    (tmp_path / "others.txt").write_text(" ".join(rest))
+    message = json.loads(node(tmp_path, SAVED))
+    assert (message["batch"], message["again"], message["wrong"]) == (True, True, True)
+    assert message["damaged"] == message["bytes"]
     if COMPILER is not None:
         assert (tmp_path / "saved.bin").read_bytes() == expected
 
@@ -283,8 +283,8 @@ console.log(JSON.stringify({ refused, same: JSON.stringify(before) === JSON.stri
 @needs_node
 def test_what_is_no_value_of_a_parameter_is_refused_and_changes_nothing(tmp_path):
     br.export(example("sided_gms"), "wasm", tmp_path / "out")
-    told = json.loads(node(tmp_path, WRONG))
-    assert told == {"refused": [True] * 9, "same": True}
+    message = json.loads(node(tmp_path, WRONG))
+    assert message == {"refused": [True] * 9, "same": True}
 
 
 def test_counts_are_written_as_the_format_has_them():

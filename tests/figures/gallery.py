@@ -26,7 +26,7 @@ SPREAD = errors.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 
 def fit(names, name):
     """A fit whose parameters and model have these names."""
-    estimates = [Estimate(one, "N", "a parameter", 8.0 + k, 0.1 * 10.0**k) for k, one in enumerate(names)]
+    estimates = [Estimate(item, "N", "a parameter", 8.0 + k, 0.1 * 10.0**k) for k, item in enumerate(names)]
     traces = Some(time=T, velocity=V, acceleration=np.gradient(V, T), measured=F, predicted=0.97 * F, friction=F, residual=0.03 * F)
     return Some(
         name=name,
@@ -86,8 +86,8 @@ def compared():
 def log():
     """A log with a loop in it, and what it contains."""
     channels = {name: Some(values=values) for name, values in (("time", T), ("position", X), ("effort", F))}
-    found = [Passage("loops", slice(0, 500), 0.0, 2.5, 8), Passage("moves", slice(500, 801), 2.5, 4.0)]
-    return Some(kind="translational", **channels), found
+    result = [Passage("loops", slice(0, 500), 0.0, 2.5, 8), Passage("moves", slice(500, 801), 2.5, 4.0)]
+    return Some(kind="translational", **channels), result
 
 
 def motion():
@@ -112,17 +112,17 @@ def fleet(names):
 def gallery(names=PLAIN, many=None):
     """Return what draws each figure, by name; `many` names, among them the others, where a figure has room for them."""
     many = tuple(many or names)
-    one, other, *_ = names
+    item, other, *_ = names
     traces = {name: (1e-3 * X, F + k) for k, name in enumerate(many)}
     shares = dict.fromkeys(many, -0.3)
     exact = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.25e7, f_p=150.0)
-    best, planned = fit(many, one), motion()
+    best, planned = fit(many, item), motion()
     spread = np.random.default_rng(3).normal(6e-6, 5e-7, 400)
-    loops, recorded = [traces[one], (2e-3 * X, F)], log()
+    loops, recorded = [traces[item], (2e-3 * X, F)], log()
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
-    told = {name: f"{name}: 0.5 µm" for name in names}
+    message = {name: f"{name}: 0.5 µm" for name in names}
     by_name = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
-    variant, both = loop(one), {"friction": traces[one], "read": traces[other]}
+    variant, both = loop(item), {"friction": traces[item], "read": traces[other]}
     return {
         "break_away": lambda: loop_family.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "closure": lambda: figures.closure(traces, shares),
@@ -137,15 +137,15 @@ def gallery(names=PLAIN, many=None):
         "error_over_a_level": lambda: errors.error_over(
             [1.0, 2.0, 4.0],
             {"found": np.array([(0.7, 0.68, 0.72), (0.6, 0.59, 0.61), (0.5, 0.5, 0.5)])},
-            {one: 0.65, other: 0.4},
+            {item: 0.65, other: 0.4},
             "Level [N]",
             "Error [µm]",
         ),
         "errors_by_loop": lambda: errors.errors_by_loop(
-            {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
+            {item: 1.47, other: 0.61}, {item: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
         ),
         "errors_by_truth": lambda: errors.errors_by_truth(
-            {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
+            {"Set A": {item: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {item: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
         "expected": lambda: figures.motion.expected(planned, F),
         "fleet_parameters": lambda: figures.fleet_parameters.fleet_parameters(*fleet(names)),
@@ -153,13 +153,13 @@ def gallery(names=PLAIN, many=None):
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
         "friction_over_velocity": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)]),
-        "loop_family": lambda: loop_family.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
+        "loop_family": lambda: loop_family.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
         "loops_at_reversal": lambda: loops_at_reversal(looped(names), names[:2]),
         "loops_proposed": lambda: figures.loops_proposed.loops_proposed(
             many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
         ),
         "margins": lambda: figures.margins.margins(assess(rig(1))),
-        "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", told),
+        "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", message),
         "minor_loops": lambda: figures.minor_loops(traces),
         "motion": lambda: figures.motion.motion(planned),
         "open_loop": lambda: figures.open_loop.open_loop(looped(many)),
@@ -170,13 +170,13 @@ def gallery(names=PLAIN, many=None):
         "recorded_curves": lambda: figures.recorded_curves.recorded_curves([(X, F)], [0.97 * F], "translational"),
         "residuals": lambda: figures.residuals.residuals(best),
         "marked_path_beneath": lambda: small_multiples.marked_path(
-            few, turns, "abc", told, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
+            few, turns, "abc", message, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
         ),
         "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
-        "ripple": lambda: loop_family.ripple(T, F, few, 200, told),
-        "ripple_close_up": lambda: loop_family.ripple(T, F, few, 200, told, close_up=(other, both)),
+        "ripple": lambda: loop_family.ripple(T, F, few, 200, message),
+        "ripple_close_up": lambda: loop_family.ripple(T, F, few, 200, message, close_up=(other, both)),
         "study_spread": lambda: figures.study.study_spread(
-            {name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]
+            {name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (item, other)}, ["m", "N"]
         ),
         "tracking": lambda: loop_rows.tracking(simulated(names), 0.5, (1.0, 2.0)),
         "tracking_error": lambda: loop_rows.tracking_error(simulated(names), 0.5),

@@ -15,28 +15,28 @@ RIPPLE, LOOP = (0.04, 0.08), (3 * UM, 1.5 * UM)
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return {name: check(model, force_ripple=RIPPLE, loop=LOOP) for name, model in MODELS.items()}
 
 
-def drift_of(found):
+def drift_of(result):
     traces = {name: traced(model, Path.to_force, [RIPPLE[1], *(RIPPLE * 4)]) for name, model in MODELS.items()}
-    return figures.drift(traces, {name: one["drift"].value for name, one in found.items()}, "rotational")
+    return figures.drift(traces, {name: item["drift"].value for name, item in result.items()}, "rotational")
 
 
-def closure_of(found):
+def closure_of(result):
     traces = {name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
-    return figures.closure(traces, {name: one["closure"].value for name, one in found.items()}, "rotational")
+    return figures.closure(traces, {name: item["closure"].value for name, item in result.items()}, "rotational")
 
 
-def loops_of(found):
+def loops_of(result):
     turns = [5 * UM, -5 * UM, UM, -2 * UM, UM, 5 * UM]
     return figures.minor_loops({name: traced(m, Path.to_position, turns) for name, m in MODELS.items()}, "rotational")
 
 
 @pytest.mark.parametrize("draw", [drift_of, closure_of, loops_of])
-def test_every_model_has_a_legible_panel_of_one_scale(draw, found):
-    figure = draw(found)
+def test_every_model_has_a_legible_panel_of_one_scale(draw, result):
+    figure = draw(result)
     assert_legible(figure)
     assert len(figure.axes) == len(MODELS)
     assert len({axes.get_ylim() for axes in figure.axes}) == 1
@@ -52,20 +52,20 @@ def test_a_translational_axis_speaks_of_force_and_position():
     assert figure.axes[0].get_ylabel() == "Friction force [N]"
 
 
-def test_titles_carry_what_the_certificates_found(found):
-    titles = [axes.get_title(loc="right") for axes in drift_of(found).axes]
+def test_titles_carry_what_the_certificates_found(result):
+    titles = [axes.get_title(loc="right") for axes in drift_of(result).axes]
     assert titles == ["LuGre: 489 µrad", "as printed: 572 µrad", "gate: none", "Maxwell slip: none"]
-    titles = [axes.get_title(loc="right") for axes in closure_of(found).axes]
+    titles = [axes.get_title(loc="right") for axes in closure_of(result).axes]
     assert titles == ["LuGre: −30.7 %", "as printed: −17.0 %", "gate: closes", "Maxwell slip: closes"]
 
 
-def test_the_cycles_that_are_drawn_walk_as_far_as_the_certificate_says(found):
+def test_the_cycles_that_are_drawn_walk_as_far_as_the_certificate_says(result):
     x, force = traced(MODELS["LuGre"], Path.to_force, [RIPPLE[1], *(RIPPLE * 4)])
     tops = x[np.isclose(force, RIPPLE[1], rtol=1e-9)]
-    assert np.diff(tops)[-1] == pytest.approx(found["LuGre"]["drift"].value, rel=1e-6)
+    assert np.diff(tops)[-1] == pytest.approx(result["LuGre"]["drift"].value, rel=1e-6)
 
 
-def test_the_loop_that_is_drawn_misses_what_the_certificate_says(found):
+def test_the_loop_that_is_drawn_misses_what_the_certificate_says(result):
     x, force = traced(MODELS["LuGre"], Path.to_position, [*LOOP, LOOP[0]])
     first, last = force[x == LOOP[0]]
-    assert (last - first) / 0.13 == pytest.approx(found["LuGre"]["closure"].value, rel=1e-9)
+    assert (last - first) / 0.13 == pytest.approx(result["LuGre"]["closure"].value, rel=1e-9)

@@ -15,15 +15,17 @@ from bristle.loop import assess
 def test_gain_phase_and_poles_are_legible(delay):
     figure = figures.margins.margins(assess(rig(delay)))
     assert_legible(figure)
-    assert "$" not in "".join(one.get_text() for axes in figure.axes for one in axes.get_xticklabels() + axes.get_yticklabels())
+    assert "$" not in "".join(item.get_text() for axes in figure.axes for item in axes.get_xticklabels() + axes.get_yticklabels())
 
 
 def test_the_phase_margin_is_drawn_where_the_gain_crosses_one():
-    found = assess(rig(1)).bare[0]
+    result = assess(rig(1)).bare[0]
     _, _, phase = sorted(figures.margins.margins(assess(rig(1))).axes, key=lambda axes: axes.get_position().y1)[::-1]
-    hertz, degrees = next(one.get_data() for one in phase.get_lines() if len(one.get_xdata()) == 2 and one.get_xdata()[0])
-    assert hertz[0] == pytest.approx(found.margins.crossover / (2.0 * np.pi))
-    assert degrees[1] - degrees[0] == pytest.approx(found.margins.phase)
+    hertz, degrees = next(
+        get_line.get_data() for get_line in phase.get_lines() if len(get_line.get_xdata()) == 2 and get_line.get_xdata()[0]
+    )
+    assert hertz[0] == pytest.approx(result.margins.crossover / (2.0 * np.pi))
+    assert degrees[1] - degrees[0] == pytest.approx(result.margins.phase)
 
 
 @pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])
@@ -32,7 +34,7 @@ def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolut
     assert_legible(figure)
     above, below = figure.axes
     assert above.get_position().y0 >= below.get_position().y1 - 1e-9
-    texts = " ".join(one.get_text() for one in above.texts)
+    texts = " ".join(text.get_text() for text in above.texts)
     assert all(part in texts for part in ("lead 10 mm", "J_m = 3 kg·cm²", "J − J_m = 1 kg·cm²"))
     assert ("80 000 counts a turn" in texts) == ("filter 200 Hz" in texts) == (resolution > 0.0)
     assert ("perfect" in texts) == (resolution == 0.0)

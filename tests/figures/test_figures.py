@@ -68,16 +68,16 @@ def assert_legible(figure):
 
 def test_lines_with_a_name_differ_without_colour(figure):
     for axes in figure.axes:
-        named = [one for one in axes.get_lines() if not one.get_label().startswith("_")]
-        for one, other in itertools.combinations(named, 2):
-            lightness = [np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (one, other)]
-            shapes = [(line.get_linestyle(), str(line.get_marker()), line.get_fillstyle()) for line in (one, other)]
+        named = [get_line for get_line in axes.get_lines() if not get_line.get_label().startswith("_")]
+        for get_line, other in itertools.combinations(named, 2):
+            lightness = [np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (get_line, other)]
+            shapes = [(line.get_linestyle(), str(line.get_marker()), line.get_fillstyle()) for line in (get_line, other)]
             assert abs(lightness[0] - lightness[1]) > 0.2 or shapes[0] != shapes[1]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_rotational_axis_speaks_of_torque_and_angle(name, workbenches):
-    labels = {kind: " ".join(one.get_xlabel() + one.get_ylabel() for one in draw(name, bench).axes) for kind, bench in workbenches.items()}
+    labels = {kind: " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in draw(name, bench).axes) for kind, bench in workbenches.items()}
     assert not re.search(r"rad|N·m|Torque|Angle", labels["translational"], re.IGNORECASE)
     assert not re.search(r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position", labels["rotational"])
 

@@ -28,22 +28,22 @@ def margins():
 
 def streams_of(pdf):
     """What lies compressed in a file of PDF, joined."""
-    found = []
+    result = []
     for part in re.findall(rb"stream\r?\n(.*?)endstream", pdf, re.DOTALL):
         try:
-            found.append(zlib.decompress(part))
+            result.append(zlib.decompress(part))
         except zlib.error:
-            found.append(part)
-    return b"\n".join(found)
+            result.append(part)
+    return b"\n".join(result)
 
 
 def test_text_of_svg_is_text_on_white_and_nothing_is_asked_from_outside(margins):
     text = figure_file(margins, "svg", "Poles & margins <of a loop>").decode()
     tree = ElementTree.fromstring(text)
     words = " ".join(tree.itertext())
-    for told in ("Frequency [Hz]", "small motions", "Phase [°]", "Poles & margins <of a loop>"):
-        assert told in words
-    ground = next(one for one in tree.iter("{http://www.w3.org/2000/svg}path"))
+    for message in ("Frequency [Hz]", "small motions", "Phase [°]", "Poles & margins <of a loop>"):
+        assert message in words
+    ground = next(item for item in tree.iter("{http://www.w3.org/2000/svg}path"))
     assert ground.get("style") == "fill: #ffffff"
     assert not re.search(r"<image|@import|<script|xlink:href=\"(?!#)", text)
     assert "dc:date" not in text
@@ -103,7 +103,7 @@ def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
 
     with pytest.warns() as caught:
         files.figure_file(Lacking(), "png", "")
-    assert [(one.category, str(one.message)[:7]) for one in caught] == [(DeprecationWarning, "another"), (InputWarning, "letters")]
+    assert [(item.category, str(item.message)[:7]) for item in caught] == [(DeprecationWarning, "another"), (InputWarning, "letters")]
 
 
 def test_a_figure_of_very_many_panels_is_no_png(margins):

@@ -46,8 +46,8 @@ def test_the_close_up_holds_a_reversal_of_the_reference(stage):
     figure = figures.following_error(stage.looped)
     close = next(axes for axes in figure.axes if "reversal" in axes.get_title(loc="right"))
     low, high = close.get_xlim()
-    one = stage.looped.variants["as_recorded"]
-    inside = one.reference[(one.time >= low) & (one.time <= high)]
+    item = stage.looped.variants["as_recorded"]
+    inside = item.reference[(item.time >= low) & (item.time <= high)]
     assert np.diff(inside).min() < 0.0 < np.diff(inside).max()
 
 

@@ -22,10 +22,10 @@ def test_figures_of_operators_are_legible_and_speak_of_their_axis(kind):
     exact = hysteresis.preisach(kernel="reformed_dahl_exact", kind=kind, **SIZES[kind])
     figure = figures.preisach_plane(exact, EXTENT[kind] * np.array(HISTORY))
     assert_legible(figure)
-    words = " ".join(one.get_xlabel() + one.get_ylabel() for one in figure.axes)
+    words = " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in figure.axes)
     foreign = r"\[[kmµ]?N\]|\[[mµn]?m\]|Force" if kind == "rotational" else r"rad|N·m|torque"
     assert not re.search(foreign, words, re.IGNORECASE)
-    assert all(re.search(r"\[[^\]]+\]$", one.get_xlabel()) for one in figure.axes)
+    assert all(re.search(r"\[[^\]]+\]$", ax.get_xlabel()) for ax in figure.axes)
 
 
 @pytest.mark.parametrize("history", [HISTORY, (0.7,), (-0.7,), (0.8, -0.3), (-0.9, 0.4, -0.2, 0.1)])

@@ -47,8 +47,8 @@ def test_panels_of_one_scale_hold_the_highest_of_all():
 
 def test_friction_is_drawn_over_the_effort_where_it_is_asked_for():
     loops = simulated(PLAIN)
-    for k, one in enumerate(loops.values()):
-        one.friction = (0.5 + 0.1 * k) * F
+    for k, item in enumerate(loops.values()):
+        item.friction = (0.5 + 0.1 * k) * F
     figure = loop_rows.control_effort(loops, 0.5, (1.0, 2.0), 3.0, "rotational", friction=True)
     assert figure.axes[0].get_ylabel() == "Driving torque [N·m]"
     for k, (whole, near) in enumerate((figure.axes[:2], figure.axes[2:4])):

@@ -40,8 +40,8 @@ def letters(svg):
 
 
 def test_the_gallery_holds_every_figure():
-    others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "inline_svg", "load_figure_file", "numbers_of"}
-    assert set(figures.__all__) - others <= set(gallery())
+    rest = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "inline_svg", "load_figure_file", "numbers_of"}
+    assert set(figures.__all__) - rest <= set(gallery())
 
 
 def named(names, many=None):
@@ -59,10 +59,12 @@ def test_every_figure_takes_every_name(names, only):
     for name in only or draws:
         svg = figures.inline_svg(draws[name](), "a", names[0])
         tree = ElementTree.fromstring(svg)
-        assert {one.tag for one in tree.iter()} <= {"svg", "defs", "style", "g", "path", "text", "use", "clipPath", "rect", "pattern"}, name
+        assert {item.tag for item in tree.iter()} <= {"svg", "defs", "style", "g", "path", "text", "use", "clipPath", "rect", "pattern"}, (
+            name
+        )
         assert FORBIDDEN.search(svg) is None, name
         used = set(re.findall(r'<[^>]*(?:href="#|url\(#)([^")]+)', svg))
-        assert used <= {one.get("id") for one in tree.iter()}, name
+        assert used <= {item.get("id") for item in tree.iter()}, name
 
 
 @pytest.mark.parametrize("ways", [WAYS, pytest.param(None, marks=pytest.mark.slow)], ids=["some", "all"])
@@ -71,7 +73,7 @@ def test_a_name_stands_in_its_figure_as_it_was_written(ways):
     for name, draw in named(short).items():
         if ways is None or name in ways:
             text = letters(figures.inline_svg(draw(), "a", ""))
-            assert all(one in text for one in short), name
+            assert all(item in text for item in short), name
 
 
 MIXED = ["<b>&amp;", "short", f"{LONG}_2", "_c", "W" * 50]
@@ -95,7 +97,7 @@ def test_names_of_any_length_lie_neither_on_another_nor_outside(names, many, way
 def test_a_long_name_is_cut_where_one_can_see_it_and_a_number_behind_it_is_not():
     draws = gallery([f"{LONG}_{k}" for k in range(5)])
     for name, behind in (("closure", "−30.0 %"), ("ripple", "0.5 µm"), ("marked_path", "0.5 µm")):
-        titles = [one for one in (axes.get_title(loc="right") for axes in draws[name]().axes) if one]
+        titles = [item for item in (axes.get_title(loc="right") for axes in draws[name]().axes) if item]
         assert len(titles) == 5
         for number, title in enumerate(titles):
             assert re.fullmatch(rf"a.*….*{number}: {re.escape(behind)}", title)
@@ -111,10 +113,10 @@ def test_a_name_is_as_long_as_there_is_room(name, room):
 
 def test_names_that_would_read_alike_are_told_apart():
     names = [f"{LONG}{k}{LONG}" for k in range(3)] + ["short", "short"]
-    found = shortened_apart(names, 1.5)
-    assert len(set(found)) == 4
-    assert [one[-4:] for one in found[1:3]] == [" (2)", " (3)"]
-    assert max(width(one, 8.5) for one in found) <= 1.5
+    result = shortened_apart(names, 1.5)
+    assert len(set(result)) == 4
+    assert [item[-4:] for item in result[1:3]] == [" (2)", " (3)"]
+    assert max(width(item, 8.5) for item in result) <= 1.5
 
 
 def test_what_a_page_must_not_hold_is_marked():

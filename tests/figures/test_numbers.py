@@ -26,10 +26,10 @@ def read(figure):
     """The heads of the only panel, and for each series and mark the points of its strokes, as a file tells them."""
     (panel,) = numbers_of(figure)
     head, *lines = csv.reader(io.StringIO(as_csv(panel)))
-    found = {}
+    result = {}
     for _, series, mark, stroke, *cells in lines:
-        found.setdefault((series, mark), {}).setdefault(stroke, []).append([float(one) for one in cells[:2]])
-    return head, {name: list(strokes.values()) for name, strokes in found.items()}
+        result.setdefault((series, mark), {}).setdefault(stroke, []).append([float(cell) for cell in cells[:2]])
+    return head, {name: list(strokes.values()) for name, strokes in result.items()}
 
 
 @pytest.fixture
@@ -41,9 +41,9 @@ def axes():
 def test_every_point_that_a_figure_plots_is_in_its_numbers(name, monkeypatch):
     plotted, plot = [], Axes.plot
 
-    def noting(axes, *given, **how):
-        lines = plot(axes, *given, **how)
-        x, y, *_ = given
+    def noting(axes, *values, **how):
+        lines = plot(axes, *values, **how)
+        x, y, *_ = values
         points = np.column_stack(np.broadcast_arrays(np.atleast_1d(x), np.atleast_1d(y))).astype(float)
         plotted.append((axes, points[np.isfinite(points).all(axis=1)]))
         return lines
@@ -53,14 +53,14 @@ def test_every_point_that_a_figure_plots_is_in_its_numbers(name, monkeypatch):
     if name == "rig_layout":
         assert numbers_of(figure) == []  # the places of a diagram mean nothing
         return
-    drawn = [one for one in figure.axes if one.lines or one.collections or one.patches]
+    drawn = [ax for ax in figure.axes if ax.lines or ax.collections or ax.patches]
     panels = numbers_of(figure)
     assert len(panels) == len(drawn)
     for axes, panel in zip(drawn, panels, strict=True):
-        told = {tuple(line[4:6]) for line in csv.reader(io.StringIO(as_csv(panel)))}
+        message = {tuple(line[4:6]) for line in csv.reader(io.StringIO(as_csv(panel)))}
         for where, points in plotted:
             if where is axes:
-                assert {(f"{x:.12g}", f"{y:.12g}") for x, y in points} <= told
+                assert {(f"{x:.12g}", f"{y:.12g}") for x, y in points} <= message
 
 
 @pytest.mark.parametrize("name", GALLERY)
@@ -68,14 +68,14 @@ def test_each_column_has_a_head_and_each_series_a_name(name):
     for panel in numbers_of(gallery()[name]()):
         x, y = (panel.x, panel.y) if name != "correlation" else ("", "")
         assert len({x, y, "", "x", "y"}) == 5 or name == "correlation"
-        for series, one in panel.drawn:
+        for series, item in panel.drawn:
             assert series.strip("_ ")
-            assert one.strokes
+            assert item.strokes
 
 
 def test_panels_without_numbers_at_an_axis_have_those_of_the_panel_beside():
     panels = numbers_of(gallery()["loop_family"]())
-    assert [one.y for one in panels] == ["Friction force [N]"] * 2
+    assert [panel.y for panel in panels] == ["Friction force [N]"] * 2
     above, _, below = numbers_of(gallery()["margins"]())
     assert (above.x, below.x) == ("Frequency [Hz]", "Frequency [Hz]")
 
@@ -83,19 +83,19 @@ def test_panels_without_numbers_at_an_axis_have_those_of_the_panel_beside():
 def test_a_panel_of_its_own_quantity_keeps_its_own_head():
     figure = Figure()
     left, right = figure.subplots(1, 2)
-    for one in (left, right):
-        one.plot([1.0, 2.0], [1.0, 2.0])
+    for item in (left, right):
+        item.plot([1.0, 2.0], [1.0, 2.0])
     left.set_ylabel("Force [N]")
-    assert [one.y for one in numbers_of(figure)] == ["Force [N]", "y"]
+    assert [item.y for item in numbers_of(figure)] == ["Force [N]", "y"]
 
 
 def test_names_are_those_of_the_legend_wherever_it_stands():
     panels = numbers_of(gallery()["following_error"]())
     for panel in panels[1:]:
-        names = [series for series, one in panel.drawn if one.mark != "area"]
+        names = [series for series, item in panel.drawn if item.mark != "area"]
         assert names == list(PLAIN)
     _, poles, _ = numbers_of(gallery()["margins"]())
-    assert [name for name, one in poles.drawn if one.mark == "points"] == ["small motions", "large motions"]
+    assert [name for name, item in poles.drawn if item.mark == "points"] == ["small motions", "large motions"]
 
 
 def test_a_colour_that_means_something_else_in_another_panel_names_nothing():
@@ -125,38 +125,38 @@ def test_an_aid_that_looks_like_one_with_a_name_in_another_panel_is_another():
     first, second = figure.subplots(1, 2)
     first.axhline(1.0, color=GREY, label="what friction takes")
     second.axhline(0.0, color=GREY)
-    assert [[name for name, _ in one.drawn] for one in numbers_of(figure)] == [["what friction takes"], ["line"]]
+    assert [[name for name, _ in item.drawn] for item in numbers_of(figure)] == [["what friction takes"], ["line"]]
 
 
 def test_logarithmic_axes_have_the_numbers_themselves(axes):
     axes.loglog([1.0, 100.0, 1e4], [0.01, 10.0, 1e6], label="a")
     axes.set_xlim(1.0, 1e5)
     axes.axhline(10.0, label="level")
-    _, found = read(axes.figure)
-    assert found["a", "line"] == [[[1.0, 0.01], [100.0, 10.0], [1e4, 1e6]]]
-    assert found["level", "line"][0] == [pytest.approx([1.0, 10.0]), pytest.approx([1e5, 10.0])]
+    _, result = read(axes.figure)
+    assert result["a", "line"] == [[[1.0, 0.01], [100.0, 10.0], [1e4, 1e6]]]
+    assert result["level", "line"][0] == [pytest.approx([1.0, 10.0]), pytest.approx([1e5, 10.0])]
 
 
 def test_gaps_part_a_line(axes):
     axes.plot([0.0, 1.0, 2.0, 3.0, 4.0], [5.0, np.nan, 7.0, 8.0, np.nan], label="a")
     axes.plot([0.0, 1.0, 2.0], [1.0, np.nan, 3.0], "o", label="b")
-    _, found = read(axes.figure)
-    assert found["a", "line"] == [[[0.0, 5.0]], [[2.0, 7.0], [3.0, 8.0]]]
-    assert found["b", "points"] == [[[0.0, 1.0], [2.0, 3.0]]]
+    _, result = read(axes.figure)
+    assert result["a", "line"] == [[[0.0, 5.0]], [[2.0, 7.0], [3.0, 8.0]]]
+    assert result["b", "points"] == [[[0.0, 1.0], [2.0, 3.0]]]
 
 
 def test_bars_stand_where_they_end_by_their_names(axes):
     axes.bar([0, 1], [3.0, 5.0], width=0.4, label="up")
     axes.set_xticks([0, 1], ["first", "second"])
-    _, found = read(axes.figure)
-    assert found == {("up", "bars"): [[[0.0, 3.0], [1.0, 5.0]]]}
-    assert [one["name at x"] for one in rows_of(numbers_of(axes.figure)[0])] == ["first", "second"]
+    _, result = read(axes.figure)
+    assert result == {("up", "bars"): [[[0.0, 3.0], [1.0, 5.0]]]}
+    assert [item["name at x"] for item in rows_of(numbers_of(axes.figure)[0])] == ["first", "second"]
 
 
 def test_level_bars_beside_their_rows_are_called_as_the_row(axes):
     axes.barh([-0.2, 0.8], [3.0, 5.0], height=0.3, label="a")
     axes.set_yticks([0, 1], ["first", "second"])
-    assert [(one["x"], one["name at y"]) for one in rows_of(numbers_of(axes.figure)[0])] == [("3", "first"), ("5", "second")]
+    assert [(item["x"], item["name at y"]) for item in rows_of(numbers_of(axes.figure)[0])] == [("3", "first"), ("5", "second")]
 
 
 def test_ticks_with_numbers_are_no_names(axes):
@@ -170,19 +170,19 @@ def test_areas_steps_and_cells(axes):
     axes.stairs([1.0, 3.0], [0.0, 0.5, 1.0], label="shares")
     axes.axvspan(0.25, 0.75, label="window")
     axes.set_ylim(0.0, 8.0)
-    _, found = read(axes.figure)
-    (band,) = found["band", "area"]
-    assert {(0.0, 2.0), (1.0, 3.0), (1.0, 5.0), (0.0, 4.0)} <= {tuple(one) for one in band}
-    (shares,) = found["shares", "steps"]
-    assert {(0.0, 1.0), (0.5, 1.0), (0.5, 3.0), (1.0, 3.0)} <= {tuple(one) for one in shares}
-    (window,) = found["window", "area"]
+    _, result = read(axes.figure)
+    (band,) = result["band", "area"]
+    assert {(0.0, 2.0), (1.0, 3.0), (1.0, 5.0), (0.0, 4.0)} <= {tuple(share) for share in band}
+    (shares,) = result["shares", "steps"]
+    assert {(0.0, 1.0), (0.5, 1.0), (0.5, 3.0), (1.0, 3.0)} <= {tuple(share) for share in shares}
+    (window,) = result["window", "area"]
     assert {(x, round(y, 9)) for x, y in window} == {(0.25, 0.0), (0.75, 0.0), (0.75, 8.0), (0.25, 8.0)}
 
 
 def values_of(axes):
     axes.set_title("Height [mm]")
-    found = rows_of(numbers_of(axes.figure)[0])
-    return {(float(one["x"]), float(one["y"])): float(one["Height [mm]"]) for one in found}
+    result = rows_of(numbers_of(axes.figure)[0])
+    return {(float(item["x"]), float(item["y"])): float(item["Height [mm]"]) for item in result}
 
 
 def test_colours_are_told_as_what_they_stand_for(axes):
@@ -200,9 +200,9 @@ def test_colours_are_told_as_what_they_stand_for(axes):
 def test_contours_are_told_with_their_heights(axes, colours):
     x = np.linspace(0.0, 1.0, 5)
     axes.contour(x, x, np.add.outer(x, 10.0 * x), levels=[2.0, 6.0], **colours)
-    found = values_of(axes)
-    assert set(found.values()) == {2.0, 6.0}
-    for (at, y), height in found.items():
+    result = values_of(axes)
+    assert set(result.values()) == {2.0, 6.0}
+    for (at, y), height in result.items():
         assert y + 10.0 * at == pytest.approx(height)
 
 
@@ -217,8 +217,8 @@ def test_what_stands_at_a_place_of_the_panel_is_no_number(axes):
 
 def test_round_edges_are_cut_into_straight_ones(axes):
     axes.add_patch(Circle((0.0, 0.0), 100.0, label="round"))
-    _, found = read(axes.figure)
-    (edge,) = found["round", "area"]
+    _, result = read(axes.figure)
+    (edge,) = result["round", "area"]
     assert len(edge) > 20
     assert np.hypot(*np.transpose(edge)) == pytest.approx(100.0, rel=1e-3)
 
@@ -233,8 +233,8 @@ def test_columns_of_one_head_are_told_apart(axes):
 def test_digits_are_enough_to_draw_it_again(axes):
     x = 1e3 + 1e-7 * np.arange(5)
     axes.plot(x, np.pi * 1e-9 * x, label="a")
-    _, found = read(axes.figure)
-    points = np.array(found["a", "line"][0])
+    _, result = read(axes.figure)
+    points = np.array(result["a", "line"][0])
     assert points == pytest.approx(np.column_stack([x, np.pi * 1e-9 * x]), rel=1e-11)
     assert len(np.unique(points[:, 0])) == 5
 

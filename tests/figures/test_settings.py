@@ -68,10 +68,10 @@ def saved(name, **how):
 
 @pytest.mark.parametrize("how", [{"format": "svg", "metadata": {"Date": None}}, {}], ids=["svg", "png"])
 def test_a_figure_that_its_user_saves_is_the_same_too(how, hostile):
-    found = saved("expected", **how)
+    result = saved("expected", **how)
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        assert saved("expected", **how) == found
+        assert saved("expected", **how) == result
 
 
 def shown(name):
@@ -82,10 +82,10 @@ def shown(name):
 
 
 def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
-    found = shown("expected")
+    result = shown("expected")
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        assert shown("expected") == found
+        assert shown("expected") == result
 
 
 @pytest.mark.parametrize(
@@ -94,12 +94,12 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
 def test_no_font_changes_a_figure(name, plain, monkeypatch):
     manager = font_manager.fontManager
     other_font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"
-    others = [
+    rest = [
         font_manager.FontEntry(str(other_font), name="DejaVu Sans", style=style, weight=weight, size="scalable")
         for style in ("normal", "italic", "oblique")
         for weight in (400, 700)
     ]
-    monkeypatch.setattr(manager, "ttflist", others + manager.ttflist)
+    monkeypatch.setattr(manager, "ttflist", rest + manager.ttflist)
     manager.addfont(other_font)  # what was found before is forgotten
     try:
         assert other_font.name in str(manager.findfont("DejaVu Sans"))
@@ -114,8 +114,8 @@ def test_threads_that_draw_at_once_leave_all_as_it_was(hostile, plain):
     names = SOME * 2
     with Abreast(4) as pool:
         draws = gallery()
-        found = pool.map(lambda name: figures.inline_svg(draws[name](), name.replace("_", "-"), name), names)
-        assert [name for name, svg in zip(names, found, strict=True) if svg != plain[name]] == []
+        result = pool.map(lambda name: figures.inline_svg(draws[name](), name.replace("_", "-"), name), names)
+        assert [name for name, svg in zip(names, result, strict=True) if svg != plain[name]] == []
     assert dict(matplotlib.rcParams.copy()) == hostile
 
 
@@ -144,11 +144,11 @@ def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(fi
     if file is not None:
         (tmp_path / "matplotlibrc").write_bytes(file)
     after = "import matplotlib, os; print(os.environ.get('MPLBACKEND'), hasattr(matplotlib, 'open'))"
-    told, remarks = run(f"{DRAW}\nprint(json.dumps(found))\n{after}", tmp_path, **environment)
+    message, remarks = run(f"{DRAW}\nprint(json.dumps(found))\n{after}", tmp_path, **environment)
     assert remarks == ""
-    found, left = told.splitlines()
+    result, left = message.splitlines()
     assert left == f"{environment.get('MPLBACKEND')} False"
-    assert json.loads(found) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
+    assert json.loads(result) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names of POSIX")
@@ -163,14 +163,14 @@ def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(fi
 def test_a_pipe_in_place_of_a_file_of_settings_is_not_waited_for(name, environment, tmp_path, plain):
     (tmp_path / "m").mkdir()
     os.mkfifo(tmp_path / name)
-    told, remarks = run(f"{DRAW}\nprint(json.dumps(found))", tmp_path, **environment)
+    message, remarks = run(f"{DRAW}\nprint(json.dumps(found))", tmp_path, **environment)
     assert remarks == ""
-    assert json.loads(told) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
+    assert json.loads(message) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
 
 
 def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_path):
     (tmp_path / "matplotlibrc").write_text("font.size: 31\nlines.linewidth: 7\nbackend: pdf\n")
-    told, _ = run(
+    message, _ = run(
         "import bristle.figures, logging, matplotlib, os\n"
         "rc = matplotlib.rcParams\n"
         "level = logging.getLogger('matplotlib').level\n"
@@ -178,11 +178,11 @@ def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_
         tmp_path,
         MPLBACKEND="svg",
     )
-    assert told.split() == ["31.0", "7.0", "svg", "svg", str(logging.NOTSET)]
+    assert message.split() == ["31.0", "7.0", "svg", "svg", str(logging.NOTSET)]
 
 
 def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
-    told, _ = run(
+    message, _ = run(
         "import logging, matplotlib\n"
         "import matplotlib.pyplot as plt\n"
         "plt.rcParams.update({'text.usetex': True, 'font.size': 31, 'svg.fonttype': 'path'})\n"
@@ -198,12 +198,12 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
         tmp_path,
         MPLBACKEND="template",
     )
-    assert told.split() == ["15"]
+    assert message.split() == ["15"]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_users_settings(tmp_path):
-    told, _ = run(
+    message, _ = run(
         "import os, signal, threading, warnings, matplotlib\n"
         "from bristle.figures.drawing import own_settings\n"
         f"{DRAW}\n"
@@ -224,7 +224,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
         "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), matplotlib.rcParams['font.size'])",
         tmp_path,
     )
-    assert told.split() == ["31", "31.0"]
+    assert message.split() == ["31", "31.0"]
 
 
 def test_a_command_writes_the_same_report_and_says_nothing_of_the_settings(tmp_path):

@@ -16,10 +16,10 @@ def test_arrays_of_one_and_of_two_dimensions_are_read_as_they_were_written(tmp_p
     pytest.importorskip("pyarrow")
     with results_folder(tmp_path / "out") as folder:
         assert write_arrays(folder, "traces", ARRAYS) == "traces.parquet"
-    found = read_arrays(tmp_path / "out", "traces")
-    assert list(found) == list(ARRAYS)
+    result = read_arrays(tmp_path / "out", "traces")
+    assert list(result) == list(ARRAYS)
     for name, values in ARRAYS.items():
-        np.testing.assert_array_equal(found[name], values)
+        np.testing.assert_array_equal(result[name], values)
 
 
 def test_parquet_is_written_without_pandas(tmp_path):

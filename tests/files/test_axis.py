@@ -208,7 +208,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("tables", "said"), BAD, ids=[said[:50] for _, said in BAD])
+@pytest.mark.parametrize(("tables", "said"), BAD, ids=[message[:50] for _, message in BAD])
 def test_what_is_refused_names_key_value_and_mend(tables, said):
     with pytest.raises(InputError) as caught:
         axis_from(changed(**tables))

@@ -19,21 +19,21 @@ def written(path, bands=BANDS):
 
 
 def test_bands_come_back(tmp_path):
-    found = Bands(**read_model(written(tmp_path / "model.toml")).info["bands"])
-    assert (found.scatter, found.noise, found.unexplained) == (0.05, 0.1, 0.0)
-    assert (found.lasting, found.inflation) == (0.2, 1.2)
-    assert (found.left_in_closed_loop, found.left_in_open_loop) == (3e-6, 4e-5)
-    assert found.count == 3
+    bands = Bands(**read_model(written(tmp_path / "model.toml")).info["bands"])
+    assert (bands.scatter, bands.noise, bands.unexplained) == (0.05, 0.1, 0.0)
+    assert (bands.lasting, bands.inflation) == (0.2, 1.2)
+    assert (bands.left_in_closed_loop, bands.left_in_open_loop) == (3e-6, 4e-5)
+    assert bands.count == 3
     for name, values in BANDS.draws.items():
-        np.testing.assert_allclose(found.draws[name], values)
+        np.testing.assert_allclose(bands.draws[name], values)
 
 
 def test_lists_of_elements_come_back(tmp_path):
     model = friction.find("maxwell_slip")(F_C=10.0, k_i=[1e6, 2e6], nu_i=[0.4, 0.6])
     lists = {"k_i": np.array([[1e6, 2e6], [1.1e6, 1.9e6]]), "nu_i": np.full((2, 2), 0.5), "F_C": np.array([10.0, 9.0])}
     write_model(tmp_path / "model.toml", plants.inertia(M=1.0), model, bands=Bands(lists, 0.0, 0.0, 0.0))
-    found = read_model(tmp_path / "model.toml").info["bands"]["draws"]
-    np.testing.assert_allclose(found["k_i"], lists["k_i"])
+    result = read_model(tmp_path / "model.toml").info["bands"]["draws"]
+    np.testing.assert_allclose(result["k_i"], lists["k_i"])
 
 
 def test_a_file_without_bands_has_none(tmp_path):

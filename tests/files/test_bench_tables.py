@@ -96,11 +96,13 @@ def test_several_runs_are_reported_as_means_with_their_spread(tmp_path):
         ).variants["base"]
         for seed in range(3)
     ]
-    peaks = [one.following_error.peak_to_peak for one in singles]
+    peaks = [single.following_error.peak_to_peak for single in singles]
     assert len(set(peaks)) == 3
     assert result.following_error.peak_to_peak == pytest.approx(sum(peaks) / 3)
-    told = result.as_dict()
-    assert told["following_error"]["peak_to_peak_spread"] == pytest.approx(math.sqrt(sum((one - sum(peaks) / 3) ** 2 for one in peaks) / 2))
+    message = result.as_dict()
+    assert message["following_error"]["peak_to_peak_spread"] == pytest.approx(
+        math.sqrt(sum((single - sum(peaks) / 3) ** 2 for single in peaks) / 2)
+    )
     assert "peak_to_peak_spread" not in singles[0].as_dict()["following_error"]
 
 

@@ -71,9 +71,9 @@ def test_a_gain_in_the_torque_of_the_motor_goes_through_gear_and_lead():
         text = SCREW.replace('"12 A*s/rad"', '"0.03 N*m*s/rad"').replace('"rev", side = "motor"', f'"{unit}"')
         if unit == "rev":
             text = text.replace('unit = "rev"', 'unit = "rev", side = "motor"')
-        found = axis_from(tomllib.loads(text)).controller.values["k_v"]
+        result = axis_from(tomllib.loads(text)).controller.values["k_v"]
         travel = 0.01 / (2 * 2 * math.pi)
-        assert found * travel**2 == pytest.approx(0.03, rel=1e-12)
+        assert result * travel**2 == pytest.approx(0.03, rel=1e-12)
 
 
 def test_an_integral_time_is_a_gain():

@@ -122,9 +122,9 @@ def test_the_command_runs_it_and_reports_it(tmp_path, capsys):
 
     out = tmp_path / "out"
     assert main(["run", str(write(tmp_path, OPEN)), "--out", str(out), "--log"]) == 0
-    said = capsys.readouterr().out
-    assert "Position, peak to peak" in said
-    assert "ollowing error" not in said
+    text = capsys.readouterr().out
+    assert "Position, peak to peak" in text
+    assert "ollowing error" not in text
     numbers = json.loads((out / "summary.json").read_text())["variants"]["base"]
     assert numbers["completed"]
     assert numbers["motion"]["max"] > 0.1

@@ -89,8 +89,8 @@ def experiment(tmp_path):
     columns = np.column_stack((t, np.sin(9 * t), 1e3 * np.sin(9 * t), np.cos(9 * t)))
     np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.15g")
 
-    def read(text: str, *, allow_code: bool = False, **others: str):
-        for name, content in others.items():
+    def read(text: str, *, allow_code: bool = False, **rest: str):
+        for name, content in rest.items():
             (tmp_path / f"{name}.toml").write_text(content)
         path = tmp_path / "experiment.toml"
         path.write_text(text)
@@ -100,9 +100,9 @@ def experiment(tmp_path):
 
 
 def test_one_variant_as_the_file_stands(experiment):
-    found = experiment(PLAIN)
-    (base,) = found.variants
-    assert (found.name, found.kind, base.name) == ("plain", "translational", "base")
+    result = experiment(PLAIN)
+    (base,) = result.variants
+    assert (result.name, result.kind, base.name) == ("plain", "translational", "base")
     assert base.plant.values == {"M": 2.0}
     assert base.friction.values == {"F_C": 3.0, "F_v": 4.0, "offset": 0.0}
     assert (base.feedforward.mass, base.feedforward.gain) == (2.0, 0.9)
@@ -112,7 +112,7 @@ def test_one_variant_as_the_file_stands(experiment):
 
 
 def test_variants_change_only_what_they_name(experiment):
-    found = experiment(
+    result = experiment(
         PLAIN
         + """
 [compare.none.controller.feedforward]
@@ -123,8 +123,8 @@ delay = 2
 friction = { model = "stribeck", F_C = 3, F_S = 5, v_S = "1 mm/s", F_v = 4 }
 """
     )
-    base, none, late, stribeck = found.variants
-    assert [one.name for one in found.variants] == ["base", "none", "late", "stribeck"]
+    base, none, late, stribeck = result.variants
+    assert [variant.name for variant in result.variants] == ["base", "none", "late", "stribeck"]
     assert none.feedforward.friction is None
     assert (none.feedforward.mass, none.friction) == (2.0, base.friction)
     assert (late.run.delay, late.run.duration) == (2, 2.0)
@@ -134,9 +134,9 @@ friction = { model = "stribeck", F_C = 3, F_S = 5, v_S = "1 mm/s", F_v = 4 }
 
 
 def test_an_empty_variant_gives_the_file_as_it_stands_a_name(experiment):
-    found = experiment(PLAIN + '[compare.with]\n[compare.without.controller.feedforward]\nfriction = "none"\n')
-    assert [one.name for one in found.variants] == ["with", "without"]
-    assert found.variants[0].feedforward.friction is not None
+    result = experiment(PLAIN + '[compare.with]\n[compare.without.controller.feedforward]\nfriction = "none"\n')
+    assert [variant.name for variant in result.variants] == ["with", "without"]
+    assert result.variants[0].feedforward.friction is not None
 
 
 def test_another_controller_keeps_what_is_fed_forward():
@@ -193,9 +193,9 @@ sample_time = 1e-3
 
 
 def test_an_identified_model_gives_plant_kind_and_friction(experiment):
-    found = experiment(BY_MODEL, model=IDENTIFIED)
-    (base,) = found.variants
-    assert found.kind == "rotational"
+    result = experiment(BY_MODEL, model=IDENTIFIED)
+    (base,) = result.variants
+    assert result.kind == "rotational"
     assert base.plant.values == {"M": 0.5}
     assert base.friction.values["F_C_neg"] == 2.0
     assert base.feedforward.friction.values["F_C_neg"] == 1.5
@@ -208,9 +208,9 @@ def test_a_users_own_model_by_file(experiment, own_model):
     with pytest.raises(InputError, match="not run unasked"):
         experiment(text)
     with pytest.warns(InputWarning, match="is run"):
-        found = experiment(text, allow_code=True)
-    assert [one.name for one in found.origins["code"]] == ["own.py"]
-    (base,) = found.variants
+        result = experiment(text, allow_code=True)
+    assert [origin.name for origin in result.origins["code"]] == ["own.py"]
+    (base,) = result.variants
     assert base.friction.values == {"F_0": 3.0, "lambda_": 0.5, "offset": 0.0}
 
 

@@ -23,7 +23,7 @@ def out(tmp_path):
 
 
 def held_by(out):
-    return {str(one.relative_to(out)): one.read_text() for one in out.rglob("*") if one.is_file() and one.name != NOTE}
+    return {str(item.relative_to(out)): item.read_text() for item in out.rglob("*") if item.is_file() and item.name != NOTE}
 
 
 def refused(out, words):
@@ -40,8 +40,8 @@ def test_they_appear_and_are_replaced_whole(out):
     assert held_by(out) == {"figures/c.svg": "new"}
     with results_folder(out, force=True) as folder:
         folder.write("summary.json", "newer")
-    assert sorted(one.name for one in out.iterdir()) == [NOTE, "summary.json"]
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert sorted(item.name for item in out.iterdir()) == [NOTE, "summary.json"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 @pytest.mark.parametrize("name", ["figures/mine.svg", "figures/deep/mine.svg", "drawings/mine.svg"])
@@ -67,7 +67,7 @@ def test_what_stands_in_place_of_the_folder_is_a_persons(out, what, tmp_path):
         write_results(out, "new")
     assert remove_own(out) is False
     # Behind the link lie the very files that the note names: they are not in the folder.
-    assert sorted(one.name for one in (tmp_path / "moved").iterdir()) == ["a.svg", "b.svg"]
+    assert sorted(item.name for item in (tmp_path / "moved").iterdir()) == ["a.svg", "b.svg"]
     assert (out / "figures").exists()
 
 
@@ -104,17 +104,17 @@ def test_all_of_them_are_on_the_disk_before_they_appear(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "fsync", noting)
     write_results(tmp_path / "run", "new")
-    assert {one.stat().st_ino for one in (tmp_path / "run").rglob("*")} <= synced
+    assert {item.stat().st_ino for item in (tmp_path / "run").rglob("*")} <= synced
 
 
 @pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
 def test_a_folder_below_is_that_of_the_folder_held_open(out, tmp_path):
-    with Folder(out) as held:
-        note = note_in(held)
+    with Folder(out) as fixed:
+        note = note_in(fixed)
         out.rename(tmp_path / "elsewhere")
         (out / "figures").mkdir(parents=True)
         (out / "figures/a.svg").write_text("years of work")
-        assert strangers_in(held, note) == ([], [])
-        held.remove("figures/a.svg")
+        assert strangers_in(fixed, note) == ([], [])
+        fixed.remove("figures/a.svg")
     assert (out / "figures/a.svg").read_text() == "years of work"
     assert not (tmp_path / "elsewhere/figures/a.svg").exists()

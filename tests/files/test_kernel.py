@@ -60,20 +60,20 @@ def fed_forward(folder, table):
 
 @pytest.mark.parametrize("kernel", ['"found/model.toml"', '{ file = "found/model.toml" }'])
 def test_a_file_names_the_kernel_and_its_offset_is_that_of_the_friction(folder, table, kernel):
-    found = read(f'model = "preisach_contact"\nsigma_2 = 2.0\nkernel = {kernel}', folder)
-    assert found == friction.find("preisach_contact")(kernel=table, sigma_2=2.0, offset=2.5)
+    content = read(f'model = "preisach_contact"\nsigma_2 = 2.0\nkernel = {kernel}', folder)
+    assert content == friction.find("preisach_contact")(kernel=table, sigma_2=2.0, offset=2.5)
 
 
 def test_an_offset_beside_the_file_takes_its_place(folder, table):
-    found = read('model = "preisach_contact"\noffset = "0 N"\nkernel = "found/model.toml"', folder)
-    assert found == friction.find("preisach_contact")(kernel=table)
+    content = read('model = "preisach_contact"\noffset = "0 N"\nkernel = "found/model.toml"', folder)
+    assert content == friction.find("preisach_contact")(kernel=table)
 
 
 def test_the_kernel_may_stand_in_a_table(folder):
     text = 'model = "preisach_lugre"\nF_C = "3 N"\nF_S = "4 N"\nv_S = "1 mm/s"\n[kernel]\n'
-    found = read(text + 'model = "prandtl_ishlinskii"\nthresholds = ["1 um", "5 um"]\nweights = [4e6, 1e6]', folder)
+    content = read(text + 'model = "prandtl_ishlinskii"\nthresholds = ["1 um", "5 um"]\nweights = [4e6, 1e6]', folder)
     stops = hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 5e-6], weights=[4e6, 1e6])
-    assert found == friction.find("preisach_lugre")(kernel=stops, F_C=3.0, F_S=4.0, v_S=1e-3)
+    assert content == friction.find("preisach_lugre")(kernel=stops, F_C=3.0, F_S=4.0, v_S=1e-3)
 
 
 def test_a_file_of_an_operator_is_friction_and_a_compensator(folder, table):
@@ -97,9 +97,9 @@ def test_what_is_read_for_a_kernel_is_told(folder, table):
 @pytest.mark.parametrize("name", ["preisach_contact", "preisach_lugre+asymmetry"])
 def test_a_model_over_an_operator_is_written_and_read_to_the_bit(tmp_path, table, name):
     sliding = {"F_C_pos": 3.0, "F_C_neg": 2.0, "F_S_pos": 4.0, "F_S_neg": 3.0, "v_S_pos": 1e-3, "v_S_neg": 1e-3}
-    own = {key: value for key, value in sliding.items() if key in friction.find(name).variables}
-    own |= {"v_S": 1e-3} if "v_S" in friction.find(name).variables else {}
-    model = friction.find(name)(kernel=table, offset=1.0 / 3.0, **own)
+    custom = {key: value for key, value in sliding.items() if key in friction.find(name).variables}
+    custom |= {"v_S": 1e-3} if "v_S" in friction.find(name).variables else {}
+    model = friction.find(name)(kernel=table, offset=1.0 / 3.0, **custom)
     write_model(tmp_path / "model.toml", None, model)
     assert read_model(tmp_path / "model.toml").friction == model
     assert sorted(path.name for path in tmp_path.iterdir()) == ["model.toml"]

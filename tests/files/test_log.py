@@ -32,10 +32,10 @@ def log_file(tmp_path):
     return tmp_path / "log.csv"
 
 
-@pytest.mark.parametrize("given", [str, lambda path: path, read_axis], ids=["text", "path", "axis"])
-def test_an_axis_is_given_as_a_file_or_as_it_is(tmp_path, log_file, given):
+@pytest.mark.parametrize("values", [str, lambda path: path, read_axis], ids=["text", "path", "axis"])
+def test_an_axis_is_given_as_a_file_or_as_it_is(tmp_path, log_file, values):
     (tmp_path / "axis.toml").write_text(AXIS)
-    log = read_log(log_file, given(tmp_path / "axis.toml"))
+    log = read_log(log_file, values(tmp_path / "axis.toml"))
     assert log.kind == "rotational"
     assert log.sample_time == pytest.approx(1e-3)
     assert np.max(log.position.values) == pytest.approx(np.pi / 20, rel=1e-3)

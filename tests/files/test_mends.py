@@ -54,15 +54,15 @@ def table(**entries):
     ids=["%", "‰", "V", "A", "N*m", "rev", "count", "side", "kind", "load"],
 )
 def test_what_a_message_says_to_write_is_accepted(data):
-    said = [refusal(data)]
+    text = [refusal(data)]
     for _ in range(MOST):
-        data = typed(data, said[-1])
+        data = typed(data, text[-1])
         following = refusal(data)
         if following is None:
             return
-        assert str(following) not in map(str, said)
-        said.append(following)
-    pytest.fail(f"still refused: {said[-1]}")
+        assert str(following) not in map(str, text)
+        text.append(following)
+    pytest.fail(f"still refused: {text[-1]}")
 
 
 def refusal(data):

@@ -27,9 +27,9 @@ def test_numbers_come_back_to_the_bit(tmp_path_factory, M, F_C, F_v, offset):
     plant = plants.inertia(M=M)
     model = find("coulomb_viscous")(F_C=F_C, F_v=F_v, offset=offset)
     write_model(path, plant, model)
-    found = read_model(path)
-    assert found.plant == plant
-    assert found.friction.values == model.values
+    result = read_model(path)
+    assert result.plant == plant
+    assert result.friction.values == model.values
 
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
@@ -39,13 +39,13 @@ def test_every_model_of_either_kind_comes_back(tmp_path, name, slot, kind):
     values = example_of(find(name + slot)).values
     model = find(name + slot)(kind=kind, **values)
     write_model(tmp_path / "model.toml", None, model)
-    found = read_model(tmp_path / "model.toml")
-    assert found.plant is None
-    assert (found.friction.name, found.friction.kind) == (name + slot, kind)
-    assert set(found.friction.values) == set(values)
+    result = read_model(tmp_path / "model.toml")
+    assert result.plant is None
+    assert (result.friction.name, result.friction.kind) == (name + slot, kind)
+    assert set(result.friction.values) == set(values)
     for key, value in values.items():
-        assert np.array_equal(found.friction.values[key], value), key
-        assert math.isinf(value) == math.isinf(found.friction.values[key]) if isinstance(value, float) else True
+        assert np.array_equal(result.friction.values[key], value), key
+        assert math.isinf(value) == math.isinf(result.friction.values[key]) if isinstance(value, float) else True
 
 
 def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
@@ -111,9 +111,9 @@ def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
     assert "lambda = 0.5" in path.read_text()
     own_model.unlink()
     with pytest.warns(InputWarning, match=r"own\.py \(SHA-256 [0-9a-f]{64}\) is run"):
-        found = read_model(path, allow_code=True).friction
-    assert found.name == "own+asymmetry"
-    assert found.values == {"F_0_pos": 3.0, "F_0_neg": 4.0, "lambda_": 0.5, "offset": 0.0}
+        result = read_model(path, allow_code=True).friction
+    assert result.name == "own+asymmetry"
+    assert result.values == {"F_0_pos": 3.0, "F_0_neg": 4.0, "lambda_": 0.5, "offset": 0.0}
 
 
 def test_a_users_own_model_is_never_taken_for_one_of_the_same_name(tmp_path, own_model):
@@ -172,9 +172,9 @@ def test_models_with_memory_come_back_from_a_file_to_the_bit(name, tmp_path):
     friction_model = example_of(find(name))
     path = tmp_path / "model.toml"
     write_model(path, None, friction_model)
-    found = read_model(path).friction
-    assert found.name == name
-    assert pack(found.parameters).tobytes() == pack(friction_model.parameters).tobytes()
+    result = read_model(path).friction
+    assert result.name == name
+    assert pack(result.parameters).tobytes() == pack(friction_model.parameters).tobytes()
 
 
 def test_a_choice_is_written_by_name_and_a_wrong_one_refused_with_its_place(tmp_path):

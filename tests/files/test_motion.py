@@ -44,7 +44,7 @@ def test_a_motion_comes_back_as_it_was_written(name, tmp_path):
         "position": {**AXES[name]["columns"]["position"], "column": head[1].split(" [")[0]},
         "velocity": AXES[name]["columns"].get("velocity"),
     }
-    again = axis_from({"schema": 1, "kind": "translational", **AXES[name], "columns": {key: one for key, one in columns.items() if one}})
+    again = axis_from({"schema": 1, "kind": "translational", **AXES[name], "columns": {key: item for key, item in columns.items() if item}})
     log = read_log(tmp_path / "motion.csv", again)
     assert log.sample_time == pytest.approx(1e-3)
     assert log.position.values == pytest.approx(X, abs=1e-12)

@@ -16,10 +16,10 @@ def test_numbers_come_back_to_the_bit(tmp_path, name, kind):
     component = hysteresis.OPERATORS[name]
     operator = component(kind=kind, **component.example)
     write_operator(tmp_path / "model.toml", operator, 1.0 / 3.0, provenance={"command": 'a "quoted" one'})
-    found = read_operator(tmp_path / "model.toml")
-    assert found.operator == operator
-    assert found.offset == 1.0 / 3.0
-    assert found.provenance == {"command": 'a "quoted" one'}
+    result = read_operator(tmp_path / "model.toml")
+    assert result.operator == operator
+    assert result.offset == 1.0 / 3.0
+    assert result.provenance == {"command": 'a "quoted" one'}
     assert holds_operator(tmp_path / "model.toml")
 
 

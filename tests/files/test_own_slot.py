@@ -63,8 +63,8 @@ def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
 
 
 def test_a_model_and_a_slot_of_ones_own_go_together(oiled, bench):
-    own = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-    model = with_slots(br.load_code(own), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
+    custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
+    model = with_slots(br.load_code(custom), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
     write_model(bench / "both.toml", None, model)
     text = Path("both.toml").read_text()
     assert 'file = "quadratic_drag.py"' in text
@@ -83,16 +83,16 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
         "compare": {"as_it_is": {}},
     }
     less = float(np.exp(-3e-6 * 1e5))
-    own = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
-    Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": own}))
+    custom = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
+    Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": custom}))
     with pytest.raises(InputError, match=r"oiled\.py .*not run unasked|names code, which is not run unasked: oiled"):
         read_experiment("own.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         experiment = read_experiment("own.toml", allow_code=True)
     scaled = {"model": "coulomb_viscous", "F_C": 8.0 * less, "F_v": 40.0 * less}
     Path("scaled.toml").write_text(tomlkit.dumps(tables | {"friction": scaled}))
-    found, expected = (br.simulate(one).variants["as_it_is"].position for one in (experiment, read_experiment("scaled.toml")))
-    assert found == pytest.approx(expected, abs=1e-12)
+    result, expected = (br.simulate(item).variants["as_it_is"].position for item in (experiment, read_experiment("scaled.toml")))
+    assert result == pytest.approx(expected, abs=1e-12)
 
 
 def test_the_force_is_that_of_the_equation(oiled):
@@ -133,15 +133,15 @@ def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
     )
     plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
     both = with_slots(coulomb_viscous, [warm, oiled])(F_C=8.0, F_v=30.0, a=3e-6, w=1e-2)
-    assert [one.name for one in both.component.surroundings] == ["temperature", "pressure"]
+    assert [surrounding.name for surrounding in both.component.surroundings] == ["temperature", "pressure"]
     with interpreted():
         force = force_along(both, V, DT, pressure=PRESSURE, temperature=303.15)
     assert force == pytest.approx(FACTOR * np.exp(-0.1) * plain)
     placed = edited((CHANNEL, '"position"'), ("2e5", "0.0"), ('"oiled"', '"placed"'))
     model, x = with_slots(coulomb_viscous, [placed])(F_C=8.0, F_v=30.0, a=3.0), np.array([0.1, 0.2, 0.3, 0.4])
     with interpreted():
-        said = force_along(model, V, DT, x)
-    assert said == pytest.approx(np.exp(-3.0 * (x - 0.5 * DT * V)) * plain)
+        text = force_along(model, V, DT, x)
+    assert text == pytest.approx(np.exp(-3.0 * (x - 0.5 * DT * V)) * plain)
 
 
 def test_two_slots_do_not_take_one_name_for_two_things(oiled):
@@ -185,9 +185,9 @@ def test_every_parameter_has_a_default(bench):
 
 
 def test_a_model_is_told_from_a_slot(bench):
-    own = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
+    custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
     with pytest.raises(InputError, match=r"defines a friction model: write quadratic_drag\.py in front"):
-        load_slot_file(own)
+        load_slot_file(custom)
     with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
         br.load_code("oiled.py")
     with pytest.raises(InputError, match=r"no such slot; found '\+oiled\.py'.*or one of your own"):

@@ -17,25 +17,25 @@ def exchanged(tmp_path):
     thesis.mkdir()
     (ours / "a.txt").write_text("ours")
     (thesis / "a.txt").write_text("years of work")
-    with Folder(ours) as held:
+    with Folder(ours) as fixed:
         ours.rename(tmp_path / "elsewhere")
         thesis.rename(ours)
-        yield held, tmp_path
+        yield fixed, tmp_path
 
 
 def test_what_is_removed_is_removed_from_the_folder_that_was_opened(exchanged):
-    held, place = exchanged
-    held.remove("a.txt")
+    fixed, place = exchanged
+    fixed.remove("a.txt")
     assert (place / "results" / "a.txt").read_text() == "years of work"
     assert not (place / "elsewhere" / "a.txt").exists()
 
 
 def test_what_is_read_and_listed_is_of_the_folder_that_was_opened(exchanged):
-    held, place = exchanged
+    fixed, place = exchanged
     (place / "results" / "b.txt").write_text("another")
-    assert held.names() == ["a.txt"]
-    assert not held.is_file("b.txt")
-    with os.fdopen(held.open("a.txt")) as file:
+    assert fixed.names() == ["a.txt"]
+    assert not fixed.is_file("b.txt")
+    with os.fdopen(fixed.open("a.txt")) as file:
         assert file.read() == "ours"
 
 
@@ -43,10 +43,10 @@ def test_a_link_is_neither_a_file_nor_opened_nor_a_folder(tmp_path):
     (tmp_path / "results").mkdir()
     (tmp_path / "a.txt").write_text("mine")
     (tmp_path / "results" / "link").symlink_to(tmp_path / "a.txt")
-    with Folder(tmp_path / "results") as held:
-        assert not held.is_file("link")
+    with Folder(tmp_path / "results") as fixed:
+        assert not fixed.is_file("link")
         with pytest.raises(OSError, match="symbolic"):
-            held.open("link")
+            fixed.open("link")
     (tmp_path / "way").symlink_to(tmp_path / "results")
     with pytest.raises(OSError), Folder(tmp_path / "way"):
         pass
@@ -63,8 +63,8 @@ HEAD = {"bristle": "0.1.0", "folder": "00", "target": "run", "began": "1"}
 
 def note_of(folder, head, *lines):
     (folder / NOTE).write_text("".join(map(line_of, (head, *lines))))
-    with Folder(folder) as held:
-        return note_in(held)
+    with Folder(folder) as fixed:
+        return note_in(fixed)
 
 
 @pytest.mark.parametrize("key", HEAD)

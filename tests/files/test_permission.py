@@ -70,8 +70,8 @@ def test_a_file_cannot_allow_its_own_code(tmp_path, treacherous):
     assert not (tmp_path / "ran").exists()
 
 
-def elsewhere(folder: Path, own: Path) -> str:
-    return os.path.relpath(own, folder)
+def elsewhere(folder: Path, custom: Path) -> str:
+    return os.path.relpath(custom, folder)
 
 
 @pytest.mark.parametrize(
@@ -121,11 +121,11 @@ def test_a_file_named_in_python_is_asked_for(treacherous):
     assert not is_allowed(content_of(treacherous).checksum)  # only a command line remembers
 
 
-@pytest.mark.parametrize("given", ["no", "False", 1, [0]])
-def test_only_true_allows(tmp_path, treacherous, given):
+@pytest.mark.parametrize("values", ["no", "False", 1, [0]])
+def test_only_true_allows(tmp_path, treacherous, values):
     (tmp_path / "model.toml").write_text(MODEL.format(file=treacherous.name))
     with pytest.raises(InputError, match="allow_code: must be True or False"):
-        read_model(tmp_path / "model.toml", allow_code=given)
+        read_model(tmp_path / "model.toml", allow_code=values)
 
 
 def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(tmp_path):
@@ -181,10 +181,10 @@ def test_a_name_that_is_no_text_is_refused(tmp_path):
 @pytest.mark.parametrize("load", [load_code, load_slot_file, load_checked, load_reader_file, load_target_file])
 def test_what_is_not_called_py_is_refused_and_not_run(treacherous, load, name, found, mend):
     path = treacherous.rename(treacherous.with_name(name))
-    said = rf"{name}: is not a Python file and is not run; found '{found}', allowed a name that ends with \.py\. "
-    for given in (path, content_of(path)):
-        with pytest.raises(InputError, match=f"{said}.*{mend}$"):
-            load(given)
+    text = rf"{name}: is not a Python file and is not run; found '{found}', allowed a name that ends with \.py\. "
+    for values in (path, content_of(path)):
+        with pytest.raises(InputError, match=f"{text}.*{mend}$"):
+            load(values)
     assert not treacherous.with_name("ran").exists()
 
 
@@ -196,9 +196,9 @@ def test_code_without_a_name_is_run(own_model):
 
 @pytest.mark.parametrize("module", [bristle, bristle.files])
 def test_the_former_name_loads_the_same_model_and_says_what_to_write(own_model, module):
-    with pytest.warns(DeprecationWarning, match="write load_code") as told:
+    with pytest.warns(DeprecationWarning, match="write load_code") as message:
         model = module.load_model_file(own_model)
-    assert [Path(one.filename) for one in told] == [Path(__file__)]
+    assert [Path(item.filename) for item in message] == [Path(__file__)]
     assert model is module.load_code(own_model)
     assert "load_code" in module.__all__
     assert "load_model_file" not in module.__all__

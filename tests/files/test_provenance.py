@@ -11,17 +11,17 @@ def test_names_checksums_and_command(tmp_path):
     log.write_bytes(b"t,q\n0,1\n")
     content = content_of(log)
     log.write_bytes(b"another")
-    found = provenance("bristle identify log.csv", log=content, axis=None, code=())
+    result = provenance("bristle identify log.csv", log=content, axis=None, code=())
     (tmp_path / "as_read.csv").write_bytes(content.data)
     printed = subprocess.run(["sha256sum", tmp_path / "as_read.csv"], capture_output=True, text=True, check=True).stdout.split()[0]
-    assert found["log"] == "log.csv"
-    assert found["log_sha256"] == printed.split()[0]
-    assert found["command"] == "bristle identify log.csv"
-    assert not {"axis", "code"} & set(found)
+    assert result["log"] == "log.csv"
+    assert result["log_sha256"] == printed.split()[0]
+    assert result["command"] == "bristle identify log.csv"
+    assert not {"axis", "code"} & set(result)
 
 
 def test_of_several_the_first_has_no_number_and_names_are_told_without_folders():
     logs = [Origin("a.csv", "1"), Origin("odd\udcff.csv", "2")]
-    found = provenance("bristle", log=logs)
-    assert found["log"] == "a.csv"
-    assert (found["log_2"], found["log_2_sha256"]) == ("odd\\xff.csv", "2")
+    result = provenance("bristle", log=logs)
+    assert result["log"] == "a.csv"
+    assert (result["log_2"], result["log_2_sha256"]) == ("odd\\xff.csv", "2")

@@ -84,12 +84,12 @@ def mark_of(out: Path, size: int = 3) -> str:
 
 def state_of(place: Path) -> dict[str, object]:
     """Return all that lies in a folder: what it is, since when, and what it holds."""
-    found = {}
-    for one in sorted(place.rglob("*")):
-        info = one.lstat()
-        held = one.read_bytes() if stat.S_ISREG(info.st_mode) else os.readlink(one) if one.is_symlink() else None
-        found[str(one.relative_to(place))] = (stat.S_IFMT(info.st_mode), info.st_ino, held)
-    return found
+    result = {}
+    for item in sorted(place.rglob("*")):
+        info = item.lstat()
+        fixed = item.read_bytes() if stat.S_ISREG(info.st_mode) else os.readlink(item) if item.is_symlink() else None
+        result[str(item.relative_to(place))] = (stat.S_IFMT(info.st_mode), info.st_ino, fixed)
+    return result
 
 
 def refused(out: Path | str, words: str = ".", force: bool = True) -> InputError:
@@ -112,8 +112,8 @@ def test_nothing_is_seen_before_the_end(tmp_path):
         fill(folder, "new")
         assert not out.exists()
     assert mark_of(out) == "new"
-    assert [one.name for one in tmp_path.iterdir()] == ["run"]
-    assert sorted(one.name for one in out.iterdir()) == sorted((*NAMES, NOTE))
+    assert [item.name for item in tmp_path.iterdir()] == ["run"]
+    assert sorted(item.name for item in out.iterdir()) == sorted((*NAMES, NOTE))
 
 
 def test_existing_results_need_force_and_are_replaced_whole(out):
@@ -121,7 +121,7 @@ def test_existing_results_need_force_and_are_replaced_whole(out):
     assert mark_of(out) == "old"
     write_results(out)
     assert mark_of(out) == "new"
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 def test_results_are_known_by_their_note_however_they_are_called(out):
@@ -161,15 +161,15 @@ def test_what_a_person_has_beside_the_results_is_never_touched(tmp_path, make):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "years.tex").write_text("years")
     make(tmp_path)
-    for one in tmp_path.iterdir():
-        if one.is_dir() and not one.is_symlink() and one.name != "thesis":
-            (one / "mine.txt").write_text("mine")
+    for item in tmp_path.iterdir():
+        if item.is_dir() and not item.is_symlink() and item.name != "thesis":
+            (item / "mine.txt").write_text("mine")
     before = state_of(tmp_path)
     write_results(tmp_path / "run", "old")
     write_results(tmp_path / "run", "new")
     refused(tmp_path / "run", force=False)
     assert mark_of(tmp_path / "run") == "new"
-    assert {name: one for name, one in state_of(tmp_path).items() if name.partition("/")[0] != "run"} == before
+    assert {name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "run"} == before
 
 
 NEW = '{"bristle": "0.1.0", "folder": "00", "target": "run", "began": "1"}\n'
@@ -216,7 +216,7 @@ def test_a_folder_of_a_persons_own_is_never_replaced(tmp_path, make):
     refused(place)
     assert state_of(tmp_path) == before
     write_results(tmp_path / "other")
-    left = {name: one for name, one in state_of(tmp_path).items() if name.partition("/")[0] != "other"}
+    left = {name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "other"}
     if not ((place / NOTE).is_file() and b'"mine.txt"' in (place / NOTE).read_bytes()):
         assert left == before  # what such a note claims as half written, in a folder named as ours, nobody can tell
     assert (place / "mine.txt").read_text() == "mine"
@@ -275,7 +275,7 @@ def test_what_a_person_does_meanwhile_is_kept(out, monkeypatch, exchanged, chang
     with pytest.raises(InputError):
         replace()
     assert mark_of(out) == "old"
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 @pytest.mark.parametrize("exchanged", [True, False])
@@ -290,9 +290,9 @@ def test_what_a_person_adds_at_the_very_last_moment_is_kept_and_told(out, monkey
     monkeypatch.setattr(results, "_replace", late)
     if not exchanged:
         monkeypatch.setattr(results, "exchange", lambda *_: False)
-    with pytest.warns(InputWarning, match="could not be removed") as told:
+    with pytest.warns(InputWarning, match="could not be removed") as message:
         write_results(out)
-    place = Path(str(told[0].message).partition(":")[0])
+    place = Path(str(message[0].message).partition(":")[0])
     assert mark_of(out) == "new"
     assert (place / "notes.txt").read_text() == "mine"
     assert (place / "model.toml").read_text() == "mine too"
@@ -316,7 +316,7 @@ def test_what_appears_in_the_place_meanwhile_is_kept(tmp_path, appear):
         with results_folder(out) as folder:
             fill(folder, "new")
             appear(out)
-            before.update({name: one for name, one in state_of(tmp_path).items() if name.startswith("run")})
+            before.update({name: item for name, item in state_of(tmp_path).items() if name.startswith("run")})
 
     with pytest.raises(InputError):
         work()
@@ -438,7 +438,7 @@ def test_an_error_in_the_work_leaves_what_was(out, error):
     with pytest.raises(type(error)):
         work()
     assert mark_of(out) == "old"
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 def test_a_process_about_to_be_ended_by_force_removes_what_it_was_writing(out):
@@ -446,7 +446,7 @@ def test_a_process_about_to_be_ended_by_force_removes_what_it_was_writing(out):
         with results_folder(out, force=True) as folder:
             (folder / "model.toml").write_text("half")
             results.remove_unfinished()
-            assert [one.name for one in out.parent.iterdir()] == ["run"]
+            assert [item.name for item in out.parent.iterdir()] == ["run"]
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -472,7 +472,7 @@ def test_whoever_ends_a_process_waits_until_the_other_thread_has_removed(out, mo
     worker.start()
     assert removing.wait(5.0)
     results.remove_unfinished()
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
     worker.join()
 
 
@@ -498,8 +498,8 @@ def counted(monkeypatch, at: int, act, exchanged: bool = True) -> list[str]:
 
 
 def long_ago(place: Path) -> None:
-    for one in place.iterdir():
-        os.utime(one, (1e9, 1e9))
+    for item in place.iterdir():
+        os.utime(item, (1e9, 1e9))
 
 
 def full() -> None:
@@ -522,20 +522,20 @@ def test_a_full_disk_at_any_step_leaves_old_or_new(tmp_path, exchanged):
         place = tmp_path / str(at)
         place.mkdir()
         write_results(place / "run", "old")
-        with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(record=True) as told:
+        with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(record=True) as message:
             warnings.simplefilter("always")
             made = counted(patch, at, full, exchanged)
             ended = how_it_ended(place / "run")
         steps = len(made) if ended == "whole" and at > 20 else steps
         assert ended == "whole" or "no space left" in ended
         assert mark_of(place / "run") in (("new",) if ended == "whole" else ("old", "new"))
-        left = [one.name for one in place.iterdir()]
-        assert left == ["run"] or told or ended != "whole", made[at - 1]
+        left = [item.name for item in place.iterdir()]
+        assert left == ["run"] or message or ended != "whole", made[at - 1]
         # What could not be removed then is removed by the next that can.
         long_ago(place)
         write_results(place / "run", "last")
         assert mark_of(place / "run") == "last"
-        assert [one.name for one in place.iterdir()] == ["run"], made[at - 1]
+        assert [item.name for item in place.iterdir()] == ["run"], made[at - 1]
     assert {"mkdir", "write", "fsync", "rename", "unlink", "rmdir"} <= set(made)
 
 
@@ -564,7 +564,7 @@ def test_killed_at_each_step(out, step, way):
     long_ago(out.parent)
     write_results(out, "last")
     assert mark_of(out) == "last"
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 def writer(out: Path, mark: str, size: int, **options) -> subprocess.Popen:
@@ -592,12 +592,12 @@ def test_killed_at_random_moments(tmp_path):
         time.sleep(chance.uniform(0.0, whole))
         process.send_signal(signal.SIGKILL)
         process.communicate()
-        found = mark_of(out, size)
-        assert found in (previous, str(trial))
-        previous = found
+        result = mark_of(out, size)
+        assert result in (previous, str(trial))
+        previous = result
     run_writer(out, "last", size)
     assert mark_of(out, size) == "last"
-    assert [one.name for one in tmp_path.iterdir()] == ["run"]
+    assert [item.name for item in tmp_path.iterdir()] == ["run"]
 
 
 def test_a_limit_on_the_size_of_files(out):
@@ -607,7 +607,7 @@ def test_a_limit_on_the_size_of_files(out):
     assert "InputError" in errors
     assert "file too large" in errors
     assert mark_of(out) == "old"
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 def test_of_two_at_once_the_later_is_refused_and_touches_nothing(out):
@@ -627,7 +627,7 @@ def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_soon
     process.stdout.readline()
     process.kill()
     process.communicate()
-    (left,) = (one for one in out.parent.iterdir() if one.suffix == ".partial")
+    (left,) = (item for item in out.parent.iterdir() if item.suffix == ".partial")
     (left / "notes.txt").write_text("mine")
     before = state_of(out.parent)
     refused(out, force=False)
@@ -635,16 +635,16 @@ def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_soon
         raise InputError("bad")
     assert state_of(out.parent) == before
     write_results(out.with_name("another"))
-    assert [one.name for one in left.iterdir() if one.name != NOTE] == ["notes.txt"]
+    assert [item.name for item in left.iterdir() if item.name != NOTE] == ["notes.txt"]
     (left / "notes.txt").unlink()
     write_results(out)
-    assert sorted(one.name for one in out.parent.iterdir()) == ["another", "run"]
+    assert sorted(item.name for item in out.parent.iterdir()) == ["another", "run"]
 
 
 def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, monkeypatch):
     def removed(path, **options):
         # The note of these results is the file too many.
-        return not any(one._note is not None for one in opened) and owned.remove_own(path, **options)
+        return not any(item._note is not None for item in opened) and owned.remove_own(path, **options)
 
     opened = []
     monkeypatch.setattr(results, "remove_own", removed)
@@ -654,11 +654,11 @@ def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, 
             opened.append(folder)
             raise InputError("no more files")
 
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as message:
         warnings.simplefilter("always")
         with pytest.raises(InputError, match="no more files"):
             work()
-    assert not told
+    assert not message
     assert not list(tmp_path.iterdir())
 
 
@@ -768,7 +768,7 @@ def test_many_at_once_never_mix(tmp_path):
             refused.append(str(error))
 
     for round_ in range(20):
-        threads = [threading.Thread(target=attempt, args=(f"{round_}-{one}",)) for one in range(6)]
+        threads = [threading.Thread(target=attempt, args=(f"{round_}-{item}",)) for item in range(6)]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -776,7 +776,7 @@ def test_many_at_once_never_mix(tmp_path):
         assert mark_of(out) in ended
     assert ended
     assert all(re.search("another process|cannot be written|changed since|exists", words) for words in refused)
-    assert [one.name for one in tmp_path.iterdir()] == ["run"]
+    assert [item.name for item in tmp_path.iterdir()] == ["run"]
 
 
 def test_another_process_that_is_removing_the_same_old_results_is_waited_for(out, monkeypatch):
@@ -789,8 +789,8 @@ def test_another_process_that_is_removing_the_same_old_results_is_waited_for(out
 
         if both:
             return results_removed(path)
-        for one in sorted(path.rglob("*"), reverse=True):
-            one.rmdir() if one.is_dir() else one.unlink()
+        for item in sorted(path.rglob("*"), reverse=True):
+            item.rmdir() if item.is_dir() else item.unlink()
         both.append(threading.Thread(target=end))
         both[0].start()
         return results_removed(path)
@@ -800,7 +800,7 @@ def test_another_process_that_is_removing_the_same_old_results_is_waited_for(out
     write_results(out, "new")
     both[0].join()
     assert mark_of(out) == "new"
-    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
 def test_results_without_a_file_are_a_bug(tmp_path):

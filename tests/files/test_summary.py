@@ -18,9 +18,9 @@ values = st.recursive(
 
 def without_what_json_lacks(value):
     if isinstance(value, dict):
-        return {key: without_what_json_lacks(one) for key, one in value.items()}
+        return {key: without_what_json_lacks(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [without_what_json_lacks(one) for one in value]
+        return [without_what_json_lacks(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -66,10 +66,10 @@ def test_what_files_do_hold_is_read(tmp_path):
     text = 'v_d = inf\nnote = """two\nlines\t."""\nx = 1e100\nn = 9223372036854775807\ndate = 2026-01-01\n'
     text += "a.b.c = [[1.5], []]\n"
     text += "dots = ['" + "." * 80 + "']\nrow = [" + "0.125, " * 500 + "]\n"
-    found = read_toml(text.encode())
-    assert found.data["n"] == 2**63 - 1
-    assert found.data["a"] == {"b": {"c": [[1.5], []]}}
-    assert read_toml(found.data).data == found.data
+    result = read_toml(text.encode())
+    assert result.data["n"] == 2**63 - 1
+    assert result.data["a"] == {"b": {"c": [[1.5], []]}}
+    assert read_toml(result.data).data == result.data
     assert read_toml(io.BytesIO(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")).data == {"a": 1, "b": 2}
 
 
@@ -86,16 +86,16 @@ def test_an_axis_is_read_from_what_a_file_would_say(tmp_path):
     text = b"schema = 1\nkind = 'rotational'\ncolumns.position = { column = 'q', unit = 'deg' }\n"
     (tmp_path / "axis.toml").write_bytes(text)
     expected = read_axis(tmp_path / "axis.toml")
-    for given in (AXIS, text, io.BytesIO(text), content_of(text), str(tmp_path / "axis.toml")):
-        assert read_axis(given) == expected
+    for values in (AXIS, text, io.BytesIO(text), content_of(text), str(tmp_path / "axis.toml")):
+        assert read_axis(values) == expected
     assert AXIS == {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "deg"}}}
 
 
 @pytest.mark.parametrize("read", [read_axis, read_model, read_experiment])
-@pytest.mark.parametrize("given", [None, 3, [1], ()])
-def test_what_is_no_file_is_told_by_the_name_of_the_argument(read, given):
+@pytest.mark.parametrize("values", [None, 3, [1], ()])
+def test_what_is_no_file_is_told_by_the_name_of_the_argument(read, values):
     with pytest.raises(InputError, match=r"^(axis|model|experiment): must be an? "):
-        read(given)
+        read(values)
 
 
 @pytest.mark.parametrize("schema", [True, 1.0, "1", 0, [1]])

@@ -37,10 +37,10 @@ def main() -> int:
     if unknown:
         parser.error(f"no such case: {', '.join(unknown)}")
     cases = [CASES[name] for name in chosen.cases or CASES]
-    cases = [one for one in cases if one.fast or not chosen.fast]
+    cases = [case for case in cases if case.fast or not chosen.fast]
     if chosen.action == "list":
-        for one in cases:
-            print(one.name, "fast" if one.fast else "slow", "measured" if one.measured else "", sep="\t")
+        for case in cases:
+            print(case.name, "fast" if case.fast else "slow", "measured" if case.measured else "", sep="\t")
         return 0
     if chosen.action == "check":
         return _run(cases, partial(_checked, chosen.relative))
@@ -55,15 +55,15 @@ def _run(cases: list[Case], work: Callable[[Case], list[str]]) -> int:
             continue
         start = time.process_time()
         try:
-            said = work(case)
+            text = work(case)
         except Exception as error:  # noqa: BLE001  (whatever it is, the other cases tell more)
             traceback.print_exc()
-            said = [f"ended with {error!r}"]
+            text = [f"ended with {error!r}"]
         took = f"{'fast' if case.fast else 'slow'}, {time.process_time() - start:.1f} s of CPU"
-        print(f"{case.name} ({took}): {said[0] if len(said) == 1 else f'{len(said)} differences'}", flush=True)
-        if said not in (SAME, FROZEN):
+        print(f"{case.name} ({took}): {text[0] if len(text) == 1 else f'{len(text)} differences'}", flush=True)
+        if text not in (SAME, FROZEN):
             wrong.append(case.name)
-        for line in said[:TOLD] if len(said) > 1 else ():
+        for line in text[:TOLD] if len(text) > 1 else ():
             print(f"  {case.name}: {line}", flush=True)
     print(f"{len(cases)} cases, {time.process_time() - begun:.0f} s of CPU; wrong: {', '.join(wrong) or 'none'}")
     return 1 if wrong else 0
@@ -77,7 +77,7 @@ def _frozen(case: Case) -> list[str]:
 
 
 def _checked(relative: float, case: Case) -> list[str]:
-    return [str(one) for one in differences_of(case, relative or tolerance_for(case))] or SAME
+    return [str(item) for item in differences_of(case, relative or tolerance_for(case))] or SAME
 
 
 if __name__ == "__main__":

@@ -33,9 +33,9 @@ STATIC = "coulomb,viscous,coulomb_viscous,stribeck,coulomb_viscous+asymmetry,str
 Found = dict[str, Any]
 
 
-def fitted(log: Log | Sequence[Log], model: str, axis: Axis | None = None, **asked: Any) -> Found:
+def fitted(log: Log | Sequence[Log], model: str, axis: Axis | None = None, **requested: Any) -> Found:
     """Return what an identification says, without draws where none are asked for."""
-    return of_identification(identify(log, model, axis=axis, **({"draws": 0} | asked)))
+    return of_identification(identify(log, model, axis=axis, **({"draws": 0} | requested)))
 
 
 # --- a measured axis ------------------------------------------------------------------------------------------------
@@ -98,13 +98,13 @@ def emps_closed_loop() -> Found:
     log, axis = logs.emps("axis_refined.toml")
     half = len(log) // 2
     first, second = (replace(log, segments=(part,)) for part in (slice(0, half), slice(half, len(log))))
-    found = identify(first, "stribeck_free+asymmetry,coulomb_viscous", axis=axis, method="output_error", draws=0, blocks=0)
-    best = found.best
+    identification = identify(first, "stribeck_free+asymmetry,coulomb_viscous", axis=axis, method="output_error", draws=0, blocks=0)
+    best = identification.best
     predictions = {
         mode: of_prediction(predict(best.plant, best.friction, second, axis, mode, lag=best.lag), best.friction)
         for mode in ("inverse", "closed-loop", "open-loop")
     }
-    return of_identification(found) | {"predictions": predictions}
+    return of_identification(identification) | {"predictions": predictions}
 
 
 @golden(measured=True)
@@ -127,9 +127,9 @@ def tribometer_halves() -> Found:
     """The first half with a free exponent, and the second as predicted."""
     log, axis = logs.tribometer()
     first, second = within(log, (12.0, 108.5)), within(log, (108.5, 205.0))
-    found = identify(first, "dahl,maxwell_slip,maxwell_slip+position,gms", axis=axis, free="exponent", draws=0)
-    predictions = {fit.name: of_prediction(predict(fit.plant, fit.friction, second, axis), fit.friction) for fit in found.fits}
-    return of_identification(found) | {"predictions": predictions}
+    identification = identify(first, "dahl,maxwell_slip,maxwell_slip+position,gms", axis=axis, free="exponent", draws=0)
+    predictions = {fit.name: of_prediction(predict(fit.plant, fit.friction, second, axis), fit.friction) for fit in identification.fits}
+    return of_identification(identification) | {"predictions": predictions}
 
 
 @golden(measured=True)
@@ -152,11 +152,11 @@ def damper_gap_draws() -> Found:
     """A contact with a gap, its intervals, and another test as predicted with its band."""
     several, axis = logs.damper("0.5Hz80lb", "1Hz80lb")
     (other,), _ = logs.damper("1Hz70lb")
-    found = identify(several, "gap_slider+asymmetry,coulomb", axis=axis, draws=20)
-    best = found.best
+    identification = identify(several, "gap_slider+asymmetry,coulomb", axis=axis, draws=20)
+    best = identification.best
     assert best.resampling is not None
-    said = predict(best.plant, best.friction, other, axis, bands=best.resampling.bands)
-    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+    text = predict(best.plant, best.friction, other, axis, bands=best.resampling.bands)
+    return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
 
 
 @golden(fast=True, measured=True)
@@ -172,10 +172,10 @@ def damper_elements() -> Found:
 def bouc_wen_open_loop_draws() -> Found:
     """The benchmark in open loop with intervals, and its test record as predicted."""
     log, axis = logs.bouc_wen()
-    found = identify(log, "bouc_wen_classic", axis=axis, draws=20)
-    best = found.best
-    said = predict(best.plant, best.friction, logs.bouc_wen_test(), axis, "open-loop")
-    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+    identification = identify(log, "bouc_wen_classic", axis=axis, draws=20)
+    best = identification.best
+    text = predict(best.plant, best.friction, logs.bouc_wen_test(), axis, "open-loop")
+    return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
 
 
 @golden(measured=True)
@@ -183,8 +183,8 @@ def bouc_wen_all() -> Found:
     """Every model but elastoplastic, which alone takes longer than all other cases."""
     log, axis = logs.bouc_wen()
     names = [name for name in friction.MODELS if name not in ("elastoplastic", "maxwell_stribeck")]
-    asked = ",".join(["stribeck+asymmetry", *names])
-    return fitted(within(log, (0.0, 10.92)), asked, axis, method="inverse_dynamics", blocks=3)
+    requested = ",".join(["stribeck+asymmetry", *names])
+    return fitted(within(log, (0.0, 10.92)), requested, axis, method="inverse_dynamics", blocks=3)
 
 
 @golden(measured=True)
@@ -207,15 +207,15 @@ def demo_draws() -> Found:
     """The models of the demonstration, and its unseen log as predicted with a band."""
     log, axis = logs.demo()
     unseen, _ = logs.demo(2)
-    found = identify(log, "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry", axis=axis, draws=20)
-    best = found.best
+    identification = identify(log, "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry", axis=axis, draws=20)
+    best = identification.best
     assert best.resampling is not None
-    said = {
+    text = {
         mode: of_prediction(predict(best.plant, best.friction, unseen, axis, mode, bands=best.resampling.bands), best.friction)
         for mode in ("inverse", "closed-loop")
     }
     force = unexplained(best.plant, best.friction, unseen, axis)
-    return of_identification(found) | {"predictions": said, "unexplained": force}
+    return of_identification(identification) | {"predictions": text, "unexplained": force}
 
 
 @golden()
@@ -269,10 +269,10 @@ def closed_loop() -> Found:
 @golden(fast=True)
 def closed_loop_without_blocks() -> Found:
     log, axis = simulated.in_loop(pairs=3), replace(LOOP, seeks_lag=True)
-    found = identify(log, "stribeck", axis=axis, draws=0, blocks=0)
-    best = found.best
-    said = predict(best.plant, best.friction, log, LOOP, "closed-loop", lag=best.lag)
-    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+    identification = identify(log, "stribeck", axis=axis, draws=0, blocks=0)
+    best = identification.best
+    text = predict(best.plant, best.friction, log, LOOP, "closed-loop", lag=best.lag)
+    return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
 
 
 @golden(fast=True)
@@ -294,10 +294,10 @@ def closed_loop_several_draws() -> Found:
 def late_effort() -> Found:
     """An effort that is recorded three samples late, whose delay is found."""
     log = simulated.late()
-    found = identify(log, "coulomb_viscous,stribeck", axis=Axis(seeks_delay=True), draws=20)
-    best = found.best
-    said = predict(best.plant, best.friction, log, delay=found.treatment["delay"])
-    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+    identification = identify(log, "coulomb_viscous,stribeck", axis=Axis(seeks_delay=True), draws=20)
+    best = identification.best
+    text = predict(best.plant, best.friction, log, delay=identification.treatment["delay"])
+    return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
 
 
 @golden(fast=True)
@@ -371,7 +371,7 @@ def refused() -> Found:
     """What cannot be identified, and what is said of it."""
     motion = sines(3.0)
     effort = sliding_effort(motion)
-    asked: dict[str, dict[str, Any]] = {
+    requested: dict[str, dict[str, Any]] = {
         "no model": {"model": "lugr"},
         "twice": {"model": "dahl,dahl"},
         "no shape": {"model": "coulomb_viscous", "free": "exponent"},
@@ -383,7 +383,7 @@ def refused() -> Found:
         "no loop": {"model": "coulomb_viscous", "axis": Axis(loop="closed", method="output_error")},
         "one way": {"model": "coulomb_viscous+asymmetry", "log": _one_way()},
     }
-    return {name: _refusal(**({"log": log_of(motion, effort)} | one)) for name, one in asked.items()}
+    return {name: _refusal(**({"log": log_of(motion, effort)} | item)) for name, item in requested.items()}
 
 
 def _one_way() -> Log:
@@ -392,9 +392,9 @@ def _one_way() -> Log:
     return log_of(onward, sliding_effort(onward))
 
 
-def _refusal(**asked: Any) -> list[str]:
+def _refusal(**requested: Any) -> list[str]:
     try:
-        identify(**asked, draws=0)
+        identify(**requested, draws=0)
     except InputError as error:
         return [str(error)]
     return ["was not refused"]
@@ -403,8 +403,8 @@ def _refusal(**asked: Any) -> list[str]:
 @golden(fast=True)
 def pulls_from_rest() -> Found:
     log, truth = simulated.pulls()
-    found = fitted(log, "coulomb_viscous,maxwell_slip", simulated.PULLED, cutoff=60.0)
-    return found | {"break_aways": of_break_aways(log, simulated.PULLED, 60.0, plants.inertia(M=28.0), truth)}
+    result = fitted(log, "coulomb_viscous,maxwell_slip", simulated.PULLED, cutoff=60.0)
+    return result | {"break_aways": of_break_aways(log, simulated.PULLED, 60.0, plants.inertia(M=28.0), truth)}
 
 
 # --- hysteresis operators -------------------------------------------------------------------------------------------
@@ -419,10 +419,10 @@ def magnet_operators() -> Found:
 def friction_operators() -> Found:
     rng = np.random.default_rng(11)
     curves = simulated.curve_along(simulated.wandering(rng, 50, 800), rng, offset=0.3)
-    found = identify_operator(curves, cells=12)
+    result = identify_operator(curves, cells=12)
     unseen = simulated.curve_along(simulated.wandering(rng, 30, 500))
-    said = predict_operator(found.best.operator, unseen, found.best.offset)
-    return of_operators(found) | {"prediction": of_operator_prediction(said, found.best.operator, unseen)}
+    text = predict_operator(result.best.operator, unseen, result.best.offset)
+    return of_operators(result) | {"prediction": of_operator_prediction(text, result.best.operator, unseen)}
 
 
 @golden()

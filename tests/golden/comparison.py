@@ -56,9 +56,9 @@ def _compared(path: str, was: Any, now: Any, relative: float, scale: float) -> I
     elif isinstance(was, list) and isinstance(now, list):
         if len(was) != len(now):
             yield Difference(f"{path}.length", len(was), len(now))
-        largest = max([scale, *(_magnitude(one) for one in was)])
-        for place, (one, other) in enumerate(zip(was, now, strict=False)):
-            yield from _compared(f"{path}[{place}]", one, other, relative, largest)
+        largest = max([scale, *(_magnitude(wa) for wa in was)])
+        for place, (wa, other) in enumerate(zip(was, now, strict=False)):
+            yield from _compared(f"{path}[{place}]", wa, other, relative, largest)
     elif _is_number(was) and _is_number(now):
         if not math.isclose(was, now, rel_tol=relative, abs_tol=relative * scale):
             yield Difference(path, was, now)
@@ -73,19 +73,19 @@ def _text(value: Any, relative: float) -> Any:
 
 def _tables(path: str, was: dict[str, Any], now: dict[str, Any], relative: float) -> Iterator[Difference]:
     scale = _scale_of(was)
-    for name, one in was.items():
+    for name, item in was.items():
         below = f"{path}.{name}" if path else name
         if name not in now:
-            yield Difference(below, one, MISSING)
+            yield Difference(below, item, MISSING)
         else:
-            yield from _compared(below, one, now[name], relative, scale.get(name, 0.0))
+            yield from _compared(below, item, now[name], relative, scale.get(name, 0.0))
 
 
 def _scale_of(table: dict[str, Any]) -> dict[str, float]:
     """Return the scale of those numbers of a table that may happen to be next to nothing."""
     if "value" in table:  # an estimate
-        ends = [one for name in SURE for one in _numbers(table.get(name))]
-        return dict.fromkeys(("value", "interval"), max((abs(one) for one in ends), default=0.0))
+        ends = [number for name in SURE for number in _numbers(table.get(name))]
+        return dict.fromkeys(("value", "interval"), max((abs(number) for number in ends), default=0.0))
     if "rms" in table and "samples" in table:  # a signal
         return dict.fromkeys(("mean", "samples"), _magnitude(table["rms"]))
     if "aic" in table:  # above those of the best model: differences of numbers as large as the rows
@@ -102,7 +102,7 @@ def _scale_of(table: dict[str, Any]) -> dict[str, float]:
 
 
 def _numbers(value: Any) -> list[float]:
-    return [one for one in (value if isinstance(value, list) else [value]) if _is_number(one)]
+    return [item for item in (value if isinstance(value, list) else [value]) if _is_number(item)]
 
 
 def _magnitude(value: Any) -> float:
@@ -121,11 +121,11 @@ def frozen_text(found: Any) -> str:
 def _written(value: Any, margin: str) -> str:
     line = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     below = list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
-    numbers = all(one is None or _is_number(one) for one in below)
-    if numbers or (len(line) <= LINE and not any(isinstance(one, dict) for one in below)):
+    numbers = all(item is None or _is_number(item) for item in below)
+    if numbers or (len(line) <= LINE and not any(isinstance(item, dict) for item in below)):
         return line
     deeper = margin + " "
     if isinstance(value, dict):
-        entries = [f"{deeper}{json.dumps(name)}: {_written(one, deeper)}" for name, one in value.items()]
+        entries = [f"{deeper}{json.dumps(name)}: {_written(item, deeper)}" for name, item in value.items()]
         return "{\n" + ",\n".join(entries) + f"\n{margin}}}"
-    return "[\n" + ",\n".join(f"{deeper}{_written(one, deeper)}" for one in value) + f"\n{margin}]"
+    return "[\n" + ",\n".join(f"{deeper}{_written(item, deeper)}" for item in value) + f"\n{margin}]"

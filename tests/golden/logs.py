@@ -54,7 +54,7 @@ def tribometer() -> tuple[Log, Axis]:
 def damper(*tests: str) -> tuple[list[Log], Axis]:
     """Return tests of the friction damper."""
     axis, file = axis_of("friction_damper"), data() / "friction_damper" / "brfd_all.npz"
-    return [read_log(f"{file}::{DAMPER.format(one)}", axis) for one in tests], axis
+    return [read_log(f"{file}::{DAMPER.format(test)}", axis) for test in tests], axis
 
 
 @cache
@@ -70,7 +70,7 @@ def bouc_wen_test() -> Log:
     columns = {}
     for name in "uy":
         read = scipy.io.loadmat(data() / "bouc_wen" / f"{name}val_multisine.mat")
-        columns[name] = next(one for key, one in read.items() if not key.startswith("__")).ravel()
+        columns[name] = next(item for key, item in read.items() if not key.startswith("__")).ravel()
     with tempfile.TemporaryDirectory() as place:
         np.savez(Path(place) / "test.npz", **columns)
         return read_log(Path(place) / "test.npz", axis_of("bouc_wen"))

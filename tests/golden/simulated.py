@@ -44,16 +44,16 @@ def ringing() -> Log:
     lines, rng = np.arange(10, 300), np.random.default_rng(0)
     time = np.arange(SIZE * FINE) / (RATE * FINE)
     phases = rng.uniform(0.0, 2.0 * np.pi, lines.size)
-    one = 4.0 * np.cos(np.pi * np.outer(time, lines) + phases).sum(axis=1)
+    item = 4.0 * np.cos(np.pi * np.outer(time, lines) + phases).sum(axis=1)
     plant = plants.oscillator(M=2.0, c=40.0, k=5e4)
     spring = friction.bouc_wen_classic(alpha=4e4, beta=1e3, gamma=0.9, delta=0.3)
-    trace = run_open_loop(plant, spring, np.tile(one, 6), 1.0 / (RATE * FINE), hold="linear")
-    position = np.tile(trace.position[-one.size :: FINE], 2)
+    trace = run_open_loop(plant, spring, np.tile(item, 6), 1.0 / (RATE * FINE), hold="linear")
+    position = np.tile(trace.position[-item.size :: FINE], 2)
     position = position + np.random.default_rng(2).normal(0.0, 5e-6, position.size)
     return Log(
         time=Channel(np.arange(position.size) / RATE, "s", "t"),
         position=Channel(position, "m", "y"),
-        effort=Channel(np.tile(one[::FINE], 2), "N", "u"),
+        effort=Channel(np.tile(item[::FINE], 2), "N", "u"),
         sample_time=1.0 / RATE,
         segments=(slice(0, position.size),),
     )
@@ -79,9 +79,9 @@ def elements(load: np.ndarray | None = None) -> Log:
     fine, dt = 10, 1e-3
     motion = sines(12.0, dt / fine, *SLOW)
     truth = find("maxwell_slip")(F_C=20.0, nu_i=[0.3, 0.4, 0.3], k_i=[3e6, 8e6 / 6.0, 0.4e6], sigma_2=300.0, offset=1.5)
-    given = {} if load is None else {"load": np.repeat(load, fine)}
-    force = force_along(truth, motion.velocity, dt / fine, motion.position, **given)
-    coarse = Motion(*(one[::fine] for one in motion))
+    values = {} if load is None else {"load": np.repeat(load, fine)}
+    force = force_along(truth, motion.velocity, dt / fine, motion.position, **values)
+    coarse = Motion(*(item[::fine] for item in motion))
     scatter = np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size)
     log = log_of(coarse, 12.0 * coarse.acceleration + force[::fine] + scatter)
     return log if load is None else replace(log, load=Channel(load, "1", "load"))
@@ -93,7 +93,7 @@ def elements_with_stribeck() -> Log:
     loops = sines(8.0, dt, *SLOW)
     slides = sines(8.0, dt, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
     x = np.concatenate([loops.position, slides.position + loops.position[-1] - slides.position[0]])
-    v, a = (np.concatenate([getattr(one, name) for one in (loops, slides)]) for name in ("velocity", "acceleration"))
+    v, a = (np.concatenate([getattr(item, name) for item in (loops, slides)]) for name in ("velocity", "acceleration"))
     truth = find("gms")(
         F_C=20.0, F_S=28.0, v_S=1e-3, C=2e3, sigma_2=300.0, offset=1.5, nu_i=share, k_i=28.0 * share / np.array([2e-6, 6e-6, 15e-6])
     )
@@ -101,7 +101,7 @@ def elements_with_stribeck() -> Log:
     leg = np.cumsum(np.diff(sides, prepend=sides[0]) != 0.0)
     levels = 1.0 + 0.03 * np.random.default_rng(10).standard_normal(leg[-1] + 1)
     force = (force_along(truth, v, dt, x) - 1.5) * levels[leg] + 1.5
-    coarse = Motion(*(one[::10] for one in (dt * np.arange(x.size), x, v, a)))
+    coarse = Motion(*(item[::10] for item in (dt * np.arange(x.size), x, v, a)))
     noise = np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size)
     return log_of(coarse, 12.0 * coarse.acceleration + force[::10] + noise, step=1e-8)
 

@@ -18,7 +18,7 @@ def skeleton(value: Any, key: str = "", *, bare: bool = False) -> Any:
     """
     bare = bare or key in OF_THE_PLACE
     if isinstance(value, dict):
-        return {name: skeleton(one, name, bare=bare) for name, one in value.items()}
+        return {name: skeleton(item, name, bare=bare) for name, item in value.items()}
     if isinstance(value, list):
         return _of_list(value, key, bare=bare)
     if isinstance(value, str):
@@ -35,29 +35,29 @@ def _is_name(value: str, key: str) -> bool:
 
 
 def _of_list(value: list[Any], key: str, *, bare: bool) -> Any:
-    names = [one.get(NAME) if isinstance(one, dict) else one for one in value]
-    if names and all(isinstance(one, str) and _is_name(one, key) for one in names) and len(set(names)) == len(names):
-        return {f"[{name}]": skeleton(one, bare=bare) for name, one in zip(names, value, strict=True)}
-    found: Any = "empty"
-    for one in value:
-        found = _joined(found, skeleton(one, key, bare=bare))
-    return {"[]": found}
+    names = [item.get(NAME) if isinstance(item, dict) else item for item in value]
+    if names and all(isinstance(item, str) and _is_name(item, key) for item in names) and len(set(names)) == len(names):
+        return {f"[{name}]": skeleton(item, bare=bare) for name, item in zip(names, value, strict=True)}
+    result: Any = "empty"
+    for item in value:
+        result = _joined(result, skeleton(item, key, bare=bare))
+    return {"[]": result}
 
 
-def _joined(one: Any, other: Any) -> Any:
+def _joined(item: Any, other: Any) -> Any:
     """Return what two items of a list have between them; of words that differ, each that was seen."""
-    if one in (other, "empty"):
+    if item in (other, "empty"):
         return other
-    if isinstance(one, dict) and isinstance(other, dict) and not (_is_seen(one) or _is_seen(other)):
-        return {name: _joined(one.get(name, ABSENT), other.get(name, ABSENT)) for name in one | other}
-    return {f"seen: {word}": "" for word in sorted({*_words(one), *_words(other)})}
+    if isinstance(item, dict) and isinstance(other, dict) and not (_is_seen(item) or _is_seen(other)):
+        return {name: _joined(item.get(name, ABSENT), other.get(name, ABSENT)) for name in item | other}
+    return {f"seen: {word}": "" for word in sorted({*_words(item), *_words(other)})}
 
 
-def _is_seen(found: dict[str, Any]) -> bool:
-    return any(name.startswith("seen: ") for name in found)
+def _is_seen(result: dict[str, Any]) -> bool:
+    return any(name.startswith("seen: ") for name in result)
 
 
-def _words(found: Any) -> list[str]:
-    if isinstance(found, dict):
-        return [name.removeprefix("seen: ") for name in found] if _is_seen(found) else ["table"]
-    return [found]
+def _words(result: Any) -> list[str]:
+    if isinstance(result, dict):
+        return [name.removeprefix("seen: ") for name in result] if _is_seen(result) else ["table"]
+    return [result]

@@ -10,9 +10,9 @@ from tests.golden.case import CASES, FROZEN, differences_of, tolerance_for
 from tests.golden.comparison import ELSEWHERE, differences, frozen_text
 
 FAST = [
-    pytest.param(one, id=one.name, marks=[pytest.mark.measured] if one.measured else [])
-    for one in CASES.values()
-    if one.fast and not one.name.startswith("json_")
+    pytest.param(item, id=item.name, marks=[pytest.mark.measured] if item.measured else [])
+    for item in CASES.values()
+    if item.fast and not item.name.startswith("json_")
 ]
 
 
@@ -20,11 +20,11 @@ FAST = [
 def test_what_is_found_is_what_was_found(case):
     if case.measured and not os.environ.get("BRISTLE_DATA"):
         pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
-    assert [str(one) for one in differences_of(case, tolerance_for(case))][:20] == []
+    assert [str(item) for item in differences_of(case, tolerance_for(case))][:20] == []
 
 
 def test_every_case_is_frozen_and_nothing_else():
-    assert {one.stem for one in FROZEN.glob("*.json")} == set(CASES)
+    assert {item.stem for item in FROZEN.glob("*.json")} == set(CASES)
 
 
 ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.0], "status": "identified"}
@@ -54,7 +54,7 @@ ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.
     ],
 )
 def test_a_difference_is_told_with_its_place(was, now, paths):
-    assert [one.path for one in differences(was, now)] == paths
+    assert [difference.path for difference in differences(was, now)] == paths
 
 
 @pytest.mark.parametrize(
@@ -69,14 +69,14 @@ def test_a_difference_is_told_with_its_place(was, now, paths):
     ],
 )
 def test_elsewhere_digits_may_differ_and_no_word(was, now, paths):
-    assert [one.path for one in differences(was, now, ELSEWHERE)] == paths
+    assert [difference.path for difference in differences(was, now, ELSEWHERE)] == paths
 
 
 def test_what_was_and_what_is_are_told():
-    (one,) = differences({"fits": [{"rank": 1}]}, {"fits": [{"rank": 2}]})
-    assert str(one) == "fits[0].rank: was 1, is 2"
+    (item,) = differences({"fits": [{"rank": 1}]}, {"fits": [{"rank": 2}]})
+    assert str(item) == "fits[0].rank: was 1, is 2"
 
 
 def test_numbers_survive_the_file_to_the_last_bit():
-    found = {"a": [0.1 + 0.2, 5e-324, -1e300], "b": {"c": [1, None, True]}, "µ": ["x", {}], "d": [], "e": [[1.5], [2.5]]}
-    assert json.loads(frozen_text(found)) == found
+    result = {"a": [0.1 + 0.2, 5e-324, -1e300], "b": {"c": [1, None, True]}, "µ": ["x", {}], "d": [], "e": [[1.5], [2.5]]}
+    assert json.loads(frozen_text(result)) == result

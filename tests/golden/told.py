@@ -33,11 +33,11 @@ __all__ = [
 MARKS = 7  # of a signal that are kept one by one, beside its length, mean and root mean square
 
 
-def of_identification(found: Any) -> dict[str, Any]:
+def of_identification(result: Any) -> dict[str, Any]:
     """Return all that an identification says."""
-    summary = identification_summary(found, table=drive_table(found.best, 20), simulation=None, prediction=None, provenance={})
-    traces = {name: signal(values) for name, values in vars(found.best.traces).items()}
-    return plain({"json": summary, "notes": found.notes, "fits": [_fit(one) for one in found.fits], "traces": traces})
+    summary = identification_summary(result, table=drive_table(result.best, 20), simulation=None, prediction=None, provenance={})
+    traces = {name: signal(values) for name, values in vars(result.best.traces).items()}
+    return plain({"json": summary, "notes": result.notes, "fits": [_fit(fit) for fit in result.fits], "traces": traces})
 
 
 def _fit(fit: Any) -> dict[str, Any]:
@@ -47,11 +47,11 @@ def _fit(fit: Any) -> dict[str, Any]:
         "rank": fit.rank,
         "plant": {"name": fit.plant.name, **fit.plant.values},
         "friction": dict(fit.friction.values),
-        "order": [one.name for one in fit.estimates],
+        "order": [estimate.name for estimate in fit.estimates],
         "error_percent": fit.error_percent,
         "held_out": None if fit.held_out is None else vars(fit.held_out),
         "measurements": None if fit.information is None else fit.information.measurements,
-        "combinations": {one.name: _estimate(one) for one in fit.combinations},
+        "combinations": {estimate.name: _estimate(estimate) for estimate in fit.combinations},
         "correlation": {
             "names": fit.correlation_names,
             "below_the_diagonal": [row[:place] for place, row in enumerate(fit.correlation)][1:],
@@ -66,19 +66,19 @@ def _fit(fit: Any) -> dict[str, Any]:
     }
 
 
-def _estimate(one: Any) -> dict[str, Any]:
-    numbers = {name: getattr(one, name) for name in ("value", "std", "robust_std", "interval")}
-    return numbers | {"name": one.name, "unit": one.unit, "status": one.status, "note": note_of(one), "description": one.description}
+def _estimate(item: Any) -> dict[str, Any]:
+    numbers = {name: getattr(item, name) for name in ("value", "std", "robust_std", "interval")}
+    return numbers | {"name": item.name, "unit": item.unit, "status": item.status, "note": note_of(item), "description": item.description}
 
 
-def _resampling(found: Any) -> dict[str, Any]:
-    draws = {name: np.asarray(one) for name, one in found.bands.draws.items()}
+def _resampling(result: Any) -> dict[str, Any]:
+    draws = {name: np.asarray(item) for name, item in result.bands.draws.items()}
     return {
-        "draws": {name: one if one.ndim == 1 else [signal(each) for each in one] for name, one in draws.items()},
-        "bands": {name: value for name, value in vars(found.bands).items() if name != "draws"},
-        "scatter": found.scatter,
-        "jackknife": found.jackknife,
-        "curve": found.curve,
+        "draws": {name: item if item.ndim == 1 else [signal(each) for each in item] for name, item in draws.items()},
+        "bands": {name: value for name, value in vars(result.bands).items() if name != "draws"},
+        "scatter": result.scatter,
+        "jackknife": result.jackknife,
+        "curve": result.curve,
     }
 
 
@@ -89,7 +89,7 @@ def of_prediction(prediction: Any, friction: Any) -> dict[str, Any]:
     return plain({"json": summary, "signals": {name: signal(getattr(prediction, name)) for name in names}})
 
 
-def of_operators(found: Any) -> dict[str, Any]:
+def of_operators(result: Any) -> dict[str, Any]:
     """Return all that an identification of operators says."""
     fits = [
         {
@@ -101,9 +101,9 @@ def of_operators(found: Any) -> dict[str, Any]:
             "notes": fit.notes,
             "outputs": signal(np.concatenate(fit.prediction.outputs)),
         }
-        for fit in found.fits
+        for fit in result.fits
     ]
-    return plain({"json": operator_summary(found, provenance={}), "notes": found.notes, "fits": fits})
+    return plain({"json": operator_summary(result, provenance={}), "notes": result.notes, "fits": fits})
 
 
 def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dict[str, Any]:
@@ -114,7 +114,7 @@ def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dic
 
 def of_break_aways(log: Any, axis: Any, cutoff: float, plant: Any, friction: Any) -> list[Any]:
     """Return the break-aways of a log by rate, of a model that is known."""
-    return plain([one._asdict() for one in treat(log, axis, cutoff).break_aways(plant, friction.values["offset"])])
+    return plain([break_away._asdict() for break_away in treat(log, axis, cutoff).break_aways(plant, friction.values["offset"])])
 
 
 def unexplained(plant: Any, friction: Any, log: Any, axis: Any) -> dict[str, Any] | None:
@@ -124,7 +124,7 @@ def unexplained(plant: Any, friction: Any, log: Any, axis: Any) -> dict[str, Any
 
 def _short(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values, of long lists what tells them apart."""
-    return {name: signal(one) if np.size(one) > 100 else one for name, one in values.items()}
+    return {name: signal(item) if np.size(item) > 100 else item for name, item in values.items()}
 
 
 def signal(values: Any) -> dict[str, Any] | None:

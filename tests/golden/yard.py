@@ -129,7 +129,7 @@ def _write_loop(folder: Path) -> None:
     variants = simulate(read_experiment(folder / "experiment.toml")).variants
     columns, fed = (
         np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
-        for variant in (variants["none"], next(one for name, one in variants.items() if name != "none"))
+        for variant in (variants["none"], next(item for name, item in variants.items() if name != "none"))
     )
     for name, rows in {"log.csv": columns, "second.csv": columns[:4000], "fed.csv": fed}.items():
         np.savetxt(folder / name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
@@ -154,5 +154,5 @@ def _write_curves(folder: Path) -> None:
     rng = np.random.default_rng(11)
     (curve,) = simulated.curve_along(simulated.wandering(rng, 40, 600), rng).curves
     np.savetxt(folder / "curves.csv", np.column_stack(curve), delimiter=",", header="x,F", comments="", fmt="%.9g")
-    curves = {f"curve_{k:02}": np.column_stack(one) for k, one in enumerate(simulated.reversal_curves(21))}
+    curves = {f"curve_{k:02}": np.column_stack(item) for k, item in enumerate(simulated.reversal_curves(21))}
     np.savez(folder / "reversals.npz", **curves)

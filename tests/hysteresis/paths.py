@@ -30,7 +30,7 @@ def walk(seed, count=2000, amplitude=4.0):
     return path * (amplitude / np.max(np.abs(path)))
 
 
-OPERATORS = {name: one(**one.example) for name, one in hysteresis.OPERATORS.items()} | {
+OPERATORS = {name: item(**item.example) for name, item in hysteresis.OPERATORS.items()} | {
     f"preisach {kernel}": of(kernel) for kernel in KERNELS
 }
 

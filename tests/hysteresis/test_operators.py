@@ -45,7 +45,7 @@ def test_plain_python_and_compiled_give_the_same_bits(operator):
 def test_kernels_can_be_exported_and_variables_are_described(operator):
     component = operator.component
     reached = reachable_kernels(component.trial, component.commit)
-    assert [text for one in reached for text in violations_of(one)] == []
+    assert [text for item in reached for text in violations_of(item)] == []
     assert variables_of(component.Parameters)
     variables_of(component.State)
 
@@ -79,9 +79,9 @@ def test_minor_loops_between_the_same_inputs_are_congruent(operator, before):
     # Whatever came before, a loop between the same inputs has the same shape, but for its height.
     loop = sized(operator, along([0.5, 1.0, 0.5, 1.0], 4))
     whole = sized(operator, np.array([3.5, *before]))
-    one = response(operator, loop, history=sized(operator, np.array([3.5, -3.5])))[4:]
+    item = response(operator, loop, history=sized(operator, np.array([3.5, -3.5])))[4:]
     other = response(operator, loop, history=whole)[4:]
-    assert_close(one - one[0], other - other[0], one)
+    assert_close(item - item[0], other - other[0], item)
 
 
 @every_operator

@@ -62,14 +62,14 @@ def test_masing_kernels_are_congruent_everywhere(kernel, bias):
     # Both loops lie inside a large one, far apart: only those that know no origin have the same shape.
     loop = along([-0.4, 0.4, -0.4], 5)
     here = response(of(kernel), loop, history=[-9.0])[5:]
-    there = response(of(kernel), loop + bias, history=[-9.0])[5:]
-    assert np.max(np.abs((here - here[0]) - (there - there[0]))) <= 1e-14
+    present = response(of(kernel), loop + bias, history=[-9.0])[5:]
+    assert np.max(np.abs((here - here[0]) - (present - present[0]))) <= 1e-14
 
 
 def test_the_exact_kernel_has_an_origin():
     loop = along([-0.4, 0.4, -0.4], 5)
-    here, there = (response(of("reformed_dahl_exact"), loop + bias, history=[-9.0])[5:] for bias in (0.0, 4.0))
-    assert np.max(np.abs((here - here[0]) - (there - there[0]))) > 1e-2
+    here, present = (response(of("reformed_dahl_exact"), loop + bias, history=[-9.0])[5:] for bias in (0.0, 4.0))
+    assert np.max(np.abs((here - here[0]) - (present - present[0]))) > 1e-2
 
 
 @every_kernel
@@ -85,8 +85,8 @@ def test_no_closed_cycle_returns_energy(kernel):
     force = response(of(kernel), path)
     mean, step = 0.5 * (force[1:] + force[:-1]), np.diff(path)
     rounds = [slice(end - 1 - length, end - 1) for length, end in ends]
-    assert max(abs(force[one.stop] - force[one.start]) for one in rounds) <= 1e-14
-    taken = np.array([np.sum(mean[one] * step[one]) for one in rounds])
+    assert max(abs(force[item.stop] - force[item.start]) for item in rounds) <= 1e-14
+    taken = np.array([np.sum(mean[item] * step[item]) for item in rounds])
     # Between turns the branches bend so that the trapezoids give less than was taken.
     assert np.min(taken) >= 0.0
 

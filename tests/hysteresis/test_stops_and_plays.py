@@ -48,8 +48,8 @@ def test_stops_are_the_maxwell_slip_model():
 @given(bias=st.floats(-3.0, 3.0), tip=st.floats(0.1, 4.0))
 def test_stops_are_congruent_everywhere_and_obey_masing(bias, tip):
     loop = along([-0.5 * tip, 0.5 * tip, -0.5 * tip], 5)
-    here, there = (response(STOPS, loop + b, history=[-20.0])[5:] for b in (0.0, bias))
-    assert np.max(np.abs((here - here[0]) - (there - there[0]))) <= 1e-13
+    here, present = (response(STOPS, loop + b, history=[-20.0])[5:] for b in (0.0, bias))
+    assert np.max(np.abs((here - here[0]) - (present - present[0]))) <= 1e-13
     virgin = response(STOPS, [0.5 * tip])[0]
     assert abs((here[0] - here[-1]) - 2.0 * virgin) <= 1e-13
 

@@ -14,11 +14,11 @@ GRID = hysteresis.preisach_grid(**hysteresis.preisach_grid.example)
 
 def curves_of(operator, extent=4.0, count=81, side=1.0, samples=80):
     # Denser where a curve is steepest.
-    found = []
+    result = []
     for turn in np.linspace(-extent, 0.95 * extent, count).tolist():
         u = side * (turn + (extent - turn) * np.linspace(0.0, 1.0, samples) ** 2)
-        found.append((u, response(operator, u, history=[side * extent])))
-    return found
+        result.append((u, response(operator, u, history=[side * extent])))
+    return result
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -34,9 +34,9 @@ def sines(duration=10.0, dt=1e-3, amplitudes=(0.02, 0.008, 0.004), frequencies=(
 def strokes(repeats=5, dt=1e-3, length=0.05, move=1.0, dwell=0.8):
     """Back and forth with a rest at either end: a motion with a jerk limit."""
     s = np.linspace(0.0, 1.0, round(move / dt), endpoint=False)
-    there = length * (s - np.sin(2.0 * np.pi * s) / (2.0 * np.pi))
+    present = length * (s - np.sin(2.0 * np.pi * s) / (2.0 * np.pi))
     rest = np.full(round(dwell / dt), length)
-    q = np.tile(np.concatenate([there, rest, length - there, 0.0 * rest]), repeats)
+    q = np.tile(np.concatenate([present, rest, length - present, 0.0 * rest]), repeats)
     v = np.gradient(q, dt)
     return Motion(dt * np.arange(q.size), q, v, np.gradient(v, dt))
 
@@ -80,7 +80,7 @@ def slow_log(model: Model, *, M: float = 12.0, noise: float = 0.05, step: float 
     motion = sines(duration, dt / fine, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
     friction = force_along(model, motion.velocity, dt / fine, motion.position)
     scatter = np.random.default_rng(1).normal(0.0, noise, motion.time[::fine].size)
-    coarse = Motion(*(one[::fine] for one in motion))
+    coarse = Motion(*(item[::fine] for item in motion))
     return log_of(coarse, M * coarse.acceleration + friction[::fine] + scatter, step=step)
 
 

@@ -32,8 +32,8 @@ def certain(log):
 @pytest.mark.parametrize(("cutoff", "decimation"), [(100.0, 10), (100.0, 1), (30.0, 5), (200.0, 2)])
 def test_noise_alone_makes_them_hold_19_of_20(log, certain, cutoff, decimation):
     bands = replace(certain, noise=NOISE)
-    found = predict(PLANT, FRICTION, log, cutoff=cutoff, decimation=decimation, bands=bands)
-    assert 92.0 < found.inside_percent < 98.0
+    prediction = predict(PLANT, FRICTION, log, cutoff=cutoff, decimation=decimation, bands=bands)
+    assert 92.0 < prediction.inside_percent < 98.0
 
 
 def test_what_the_model_lacks_and_what_is_not_known_of_it_add_their_squares(log, certain):
@@ -53,5 +53,5 @@ def test_what_the_model_lacks_and_what_is_not_known_of_it_add_their_squares(log,
 
 
 def test_a_level_that_scatters_makes_them_as_wide_as_the_friction_that_it_changes(log, certain):
-    found = predict(PLANT, FRICTION, log, bands=replace(certain, scatter=0.05)).half_width
-    assert np.median(found) == pytest.approx(1.96 * 0.05 * TRUTH["F_C"], rel=0.15)
+    half_width = predict(PLANT, FRICTION, log, bands=replace(certain, scatter=0.05)).half_width
+    assert np.median(half_width) == pytest.approx(1.96 * 0.05 * TRUTH["F_C"], rel=0.15)

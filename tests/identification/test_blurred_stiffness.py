@@ -27,10 +27,10 @@ def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
     stiffness = fit.parameters["sigma_0"]
     assert stiffness.interval[1] < 0.1 * truth.friction.sigma_0
     assert (stiffness.status, stiffness.reason.code) == ("unidentifiable", "as_soft")
-    told = stiffness.reason.numbers
-    assert told["times"] == pytest.approx(10.0, rel=0.05)
-    assert 1 <= told["alike"] < told["fits"]
-    assert f"in {told['alike']} of {told['fits']} logs drawn of the same motion" in " ".join(warnings_of(fit))
+    message = stiffness.reason.numbers
+    assert message["times"] == pytest.approx(10.0, rel=0.05)
+    assert 1 <= message["alike"] < message["fits"]
+    assert f"in {message['alike']} of {message['fits']} logs drawn of the same motion" in " ".join(warnings_of(fit))
     assert fit.parameters["sigma_1"].reason.code == "as_soft"
 
 

@@ -47,22 +47,22 @@ def distance():
 
 
 def test_without_scatter_force_and_distance_are_those_of_the_elements_at_every_rate(motion):
-    found = treat(pulled(motion, scatter=0.0), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
-    speeds = sorted({round(one.speed, 12) for one in motion.pieces if one.name == "break-away ramp"})
-    assert len(found) == len(speeds) == 3
-    for one, speed in zip(found, speeds, strict=True):
-        assert one.speed == pytest.approx(speed, rel=0.1)
-        assert one.legs >= 2
-        assert one.force == pytest.approx(60.0, rel=0.02)
-        assert one.distance == pytest.approx(distance(), rel=0.08)
+    result = treat(pulled(motion, scatter=0.0), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
+    speeds = sorted({round(piece.speed, 12) for piece in motion.pieces if piece.name == "break-away ramp"})
+    assert len(result) == len(speeds) == 3
+    for piece, speed in zip(result, speeds, strict=True):
+        assert piece.speed == pytest.approx(speed, rel=0.1)
+        assert piece.legs >= 2
+        assert piece.force == pytest.approx(60.0, rel=0.02)
+        assert piece.distance == pytest.approx(distance(), rel=0.08)
 
 
 def test_intervals_hold_the_truth_where_friction_scatters(motion):
     inside = []
     for seed in range(15):
-        for one in treat(pulled(motion, seed), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET):
-            inside.append(one.force_interval[0] < 60.0 < one.force_interval[1])
-            assert one.force_interval[1] / one.force_interval[0] < 1.6
+        for break_away in treat(pulled(motion, seed), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET):
+            inside.append(break_away.force_interval[0] < 60.0 < break_away.force_interval[1])
+            assert break_away.force_interval[1] / break_away.force_interval[0] < 1.6
     assert len(inside) >= 30
     assert np.mean(inside) > 0.85
 
@@ -75,8 +75,8 @@ def test_intervals_of_the_distance_hold_it_wherever_the_steps_of_the_encoder_lie
         rng = np.random.default_rng(seed)
         moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
         effort = MASS * motion.acceleration + friction + 0.05 * rng.standard_normal(v.size)
-        for one in treat(log_of(moved, effort, step=step), axis, CUTOFF).break_aways(inertia(M=MASS), TRUTH.values["offset"]):
-            low, high = one.distance_interval
+        for break_away in treat(log_of(moved, effort, step=step), axis, CUTOFF).break_aways(inertia(M=MASS), TRUTH.values["offset"]):
+            low, high = break_away.distance_interval
             inside.append(low < distance() < high)
             assert high / low < 1.05
     # All legs of a log err alike: they agree within a fifth of that.
@@ -86,11 +86,11 @@ def test_intervals_of_the_distance_hold_it_wherever_the_steps_of_the_encoder_lie
 
 def test_an_identification_tells_them_and_too_fast_a_pull_is_left_out(motion):
     log = pulled(motion)
-    asked = {"mass": MASS, "axis": AXIS, "blocks": 0, "draws": 0}
-    found = identify(log, "maxwell_slip", cutoff=CUTOFF, **asked)
-    assert len(found.break_aways) == 3
-    assert found.break_aways[0].force == pytest.approx(60.0, rel=0.12)
-    smeared = identify(log, "maxwell_slip", cutoff=2.0, decimation=50, **asked)
+    requested = {"mass": MASS, "axis": AXIS, "blocks": 0, "draws": 0}
+    identification = identify(log, "maxwell_slip", cutoff=CUTOFF, **requested)
+    assert len(identification.break_aways) == 3
+    assert identification.break_aways[0].force == pytest.approx(60.0, rel=0.12)
+    smeared = identify(log, "maxwell_slip", cutoff=2.0, decimation=50, **requested)
     assert len(smeared.break_aways) < 3
 
 

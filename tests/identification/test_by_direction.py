@@ -67,10 +67,10 @@ def test_a_component_tells_what_it_calls_a_parameter_by_direction(name):
 def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     truth = find("coulomb_viscous+asymmetry")(F_C_pos=5.0, F_C_neg=4.0, F_v_pos=0.0, F_v_neg=0.0, offset=offset)
     fit = identify(slow_log(truth, duration=10.0), "coulomb_viscous+asymmetry", blocks=0, draws=0).best
-    found = {name: one.value for name, one in fit.parameters.items()}
+    result = {name: item.value for name, item in fit.parameters.items()}
     assert fit.parameters["offset"].reason.code == code
-    assert found["F_C_pos"] + found["offset"] == pytest.approx(5.0 + offset, abs=0.1)
-    assert found["F_C_neg"] - found["offset"] == pytest.approx(4.0 - offset, abs=0.1)
+    assert result["F_C_pos"] + result["offset"] == pytest.approx(5.0 + offset, abs=0.1)
+    assert result["F_C_neg"] - result["offset"] == pytest.approx(4.0 - offset, abs=0.1)
     assert {fit.parameters[name].status for name in ("F_C_pos", "F_C_neg")} == {"identified"}
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
     assert [name for name, remark in remarks.items() if remark == WITH_CONSTANT] == ["F_C_pos", "F_C_neg"]
@@ -81,9 +81,9 @@ def test_a_constant_force_is_large_beside_the_level_not_beside_break_away():
     """It is told from a quarter of the level on: 2.2 N beside 6 N, whatever the axis breaks away at."""
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "offset": 2.2}
     log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=10.0)
-    found = identify(log, ["lugre+asymmetry", "lugre"], blocks=0, draws=0)
-    fits = {fit.name: fit for fit in found.fits}
-    notes = replace(found, fits=(fits["lugre+asymmetry"], fits["lugre"])).notes
+    identification = identify(log, ["lugre+asymmetry", "lugre"], blocks=0, draws=0)
+    fits = {fit.name: fit for fit in identification.fits}
+    notes = replace(identification, fits=(fits["lugre+asymmetry"], fits["lugre"])).notes
     assert any("holds offset at 0" in note for note in notes)
 
 
@@ -92,8 +92,8 @@ def test_break_away_by_direction_holds_with_the_offset_too():
     truth = find("lugre+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_S_pos=11.0, F_S_neg=9.0, **shape)
     fit = identify(slow_log(truth, duration=10.0), "lugre+asymmetry", blocks=0, draws=0).best
     assert fit.with_constant == ("F_C_pos", "F_C_neg", "F_S_pos", "F_S_neg")
-    (told,) = (text for text in warnings_of(fit) if "which is a guess" in text)
-    assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg hold beside an offset of 12" in told
+    (message,) = (text for text in warnings_of(fit) if "which is a guess" in text)
+    assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg hold beside an offset of 12" in message
     judgement = judged(fit, DEFAULT)
     assert judgement.level != "usable"
     assert any("a guessed weight" in reason for reason in judgement.reasons)
@@ -103,12 +103,12 @@ def test_break_away_by_direction_holds_with_the_offset_too():
 def test_a_constant_force_that_another_model_found_is_named(offset, told):
     log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=offset), duration=10.0)
     split, plain = "coulomb_viscous+asymmetry", "coulomb_viscous"
-    found = identify(log, [split, plain], blocks=0, draws=0)
-    fits = {fit.name: fit for fit in found.fits}
-    notes = replace(found, fits=(fits[split], fits[plain])).notes
+    identification = identify(log, [split, plain], blocks=0, draws=0)
+    fits = {fit.name: fit for fit in identification.fits}
+    notes = replace(identification, fits=(fits[split], fits[plain])).notes
     named = [note for note in notes if "holds offset at 0" in note]
     assert bool(named) is told
     if told:
         assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])
-    assert not [note for note in replace(found, fits=(fits[plain], fits[split])).notes if "offset" in note]
-    assert not [note for note in replace(found, fits=(fits[split],)).notes if "offset" in note]
+    assert not [note for note in replace(identification, fits=(fits[plain], fits[split])).notes if "offset" in note]
+    assert not [note for note in replace(identification, fits=(fits[split],)).notes if "offset" in note]

@@ -34,8 +34,8 @@ def test_noise_of_a_coarse_encoder_hides_no_friction():
 
 
 def test_fewer_rows_are_told_with_what_they_cost():
-    (told,) = (text for text in assumptions_of(found(coarse_log(2.5e-5)).best) if "as many rows as usual" in text)
-    share = float(told.split(" % of what friction")[0].split()[-1])
+    (message,) = (text for text in assumptions_of(found(coarse_log(2.5e-5)).best) if "as many rows as usual" in text)
+    share = float(message.split(" % of what friction")[0].split()[-1])
     # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
     motion = sines(20.0, 5e-4, **FAST)
     turned = np.fft.rfftfreq(motion.time.size, 5e-4)
@@ -50,9 +50,9 @@ def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
 
 
 def test_noise_beyond_friction_is_told_in_plain_numbers():
-    (told,) = (text for text in assumptions_of(found(coarse_log(8e-5)).best) if "as many rows as usual" in text)
-    assert 100.0 < float(told.split(" % of what friction")[0].split()[-1]) < 500.0
-    assert "e+" not in told
+    (message,) = (text for text in assumptions_of(found(coarse_log(8e-5)).best) if "as many rows as usual" in text)
+    assert 100.0 < float(message.split(" % of what friction")[0].split()[-1]) < 500.0
+    assert "e+" not in message
 
 
 @pytest.mark.parametrize("step", [1e-6, 8e-6])

@@ -14,20 +14,20 @@ from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
 
 
-def told(log, code, model="coulomb_viscous", **asked):
+def told(log, code, model="coulomb_viscous", **requested):
     """Return what a fit says of one code; none where it says nothing."""
-    return [one for one in identify(log, model, draws=0, blocks=0, **asked).best.diagnostics if one.code == code]
+    return [diagnostic for diagnostic in identify(log, model, draws=0, blocks=0, **requested).best.diagnostics if diagnostic.code == code]
 
 
 def test_every_parameter_that_trades_places_at_one_speed_is_named():
-    (found,) = told(Run(0, (0.3,)).log(), "one_speed")
-    assert set(found.numbers["names"]) == {"F_C", "F_v", "offset"}
-    assert "F_v, F_C, offset cannot be told apart" in message(found)
+    (result,) = told(Run(0, (0.3,)).log(), "one_speed")
+    assert set(result.numbers["names"]) == {"F_C", "F_v", "offset"}
+    assert "F_v, F_C, offset cannot be told apart" in message(result)
 
 
 def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_not():
-    (found,) = told(Run(0, back=False).log(), "one_direction")
-    assert set(found.numbers["names"]) == {"F_C", "offset"}
+    (result,) = told(Run(0, back=False).log(), "one_direction")
+    assert set(result.numbers["names"]) == {"F_C", "offset"}
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_no
 )
 def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(run, traded):
     fit = identify(run.log(), "coulomb_viscous", draws=0, blocks=0).best
-    doubted = {one.name for one in fit.estimates if one.status == "identified"} & traded
+    doubted = {estimate.name for estimate in fit.estimates if estimate.status == "identified"} & traded
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
     assert doubted
     assert {name for name, remark in remarks.items() if DOUBTED in remark} == doubted
@@ -50,30 +50,30 @@ def test_every_finding_that_names_parameters_marks_their_rows():
 
 
 def test_a_parameter_that_was_told_trades_places_with_none():
-    (found,) = told(Run(0, back=False).log(), "one_direction", offset=2.0)
-    assert set(found.numbers["names"]) == {"F_C"}
+    (result,) = told(Run(0, back=False).log(), "one_direction", offset=2.0)
+    assert set(result.numbers["names"]) == {"F_C"}
 
 
 def test_parameters_of_an_effort_that_is_cut_off_are_effective():
     run = Run(0, (0.1, 0.5, 0.9))
     top = 0.6 * np.max(np.abs(run.effort()))
     noise = np.random.default_rng(0).normal(0.0, 0.3, run.t.size)
-    found = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
-    assert {"M", "F_v", "F_C"} <= set(found.best.effective)
-    assert "effective" in {row[-1] for row in parameter_table(found.best).rows}
-    assert any("effective: the effort is cut off" in line for _, lines in answers(found, None, None) for line in lines)
+    identification = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
+    assert {"M", "F_v", "F_C"} <= set(identification.best.effective)
+    assert "effective" in {row[-1] for row in parameter_table(identification.best).rows}
+    assert any("effective: the effort is cut off" in line for _, lines in answers(identification, None, None) for line in lines)
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 
 def test_a_right_log_is_fitted_without_a_word():
     fit = identify(Run(0).log(), "coulomb_viscous", mass=MASS, draws=0, blocks=0).best
-    assert [one.code for one in fit.diagnostics if one.code in set(CHECKS) - {"motion_repeats"}] == []
+    assert [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.code in set(CHECKS) - {"motion_repeats"}] == []
 
 
 def test_the_mass_that_is_asked_for_is_compared():
-    (found,) = told(Run(0).log(), "mass_contradicts", mass=2.0 * MASS)
-    assert found.numbers["ratio"] == pytest.approx(2.0, rel=0.03)
-    assert "is 2 times the 12 kg that the log shows" in message(found)
+    (result,) = told(Run(0).log(), "mass_contradicts", mass=2.0 * MASS)
+    assert result.numbers["ratio"] == pytest.approx(2.0, rel=0.03)
+    assert "is 2 times the 12 kg that the log shows" in message(result)
 
 
 def test_each_model_says_it_and_a_threshold_may_be_set():
@@ -87,7 +87,7 @@ def test_what_a_fit_says_with_more_is_said_once():
     x = np.cumsum(np.sin(2.0 * np.pi * 1e-3 * np.arange(16_000))) * 1e-3
     v = np.gradient(x, 1e-3)
     log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
-    codes = [one.code for one in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
+    codes = [diagnostic.code for diagnostic in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
     assert "motion_repeats" in codes
     assert "motion_repeats" not in codes
 
@@ -97,7 +97,7 @@ def test_nothing_is_fitted_across_lost_rows():
     left = np.r_[: 16_000 // 3, 16_000 // 3 + 137 : 16_000]
     log = Run(0).log(time=1e-3 * np.arange(left.size), position=np.round(run.x, 7)[left], effort=run.effort()[left])
     fit = identify(log, "coulomb_viscous", draws=0, blocks=0).best
-    assert "rows_lost" in {one.code for one in fit.diagnostics}
+    assert "rows_lost" in {diagnostic.code for diagnostic in fit.diagnostics}
     assert fit.plant.values["M"] == pytest.approx(MASS, rel=2e-3)
     # Nor is it predicted across them: the step there would be an acceleration of many g.
     assert predict(fit.plant, fit.friction, log).metrics["force_error_percent"] < 1.5 * fit.force_error_percent

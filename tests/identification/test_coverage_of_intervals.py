@@ -46,7 +46,7 @@ def half_width(estimate) -> float:
 def swings(count: int, amplitude: float = 0.02) -> Motion:
     """Half-cycles of a cosine, to and fro."""
     t, w = DT * np.arange(round(count * HALF_CYCLE / DT)), np.pi / HALF_CYCLE
-    return Motion(t, *(amplitude * one for one in (-np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t))))
+    return Motion(t, *(amplitude * item for item in (-np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t))))
 
 
 def side_of(motion: Motion) -> np.ndarray:
@@ -90,15 +90,15 @@ def test_the_scatter_is_what_the_levels_have_and_not_what_the_fit_leaves_of_it()
 
 @pytest.mark.parametrize("count", FEW)
 def test_the_scatter_has_the_interval_of_chi_square(count):
-    found = levelled(count).fit.resampling.scatter
-    for end, tail in ((found.low, 0.975), (found.high, 0.025)):
-        assert end / found.value == pytest.approx(((count - 1) / stats.chi2.ppf(tail, count - 1)) ** 0.5, rel=0.15)
+    scatter = levelled(count).fit.resampling.scatter
+    for end, tail in ((scatter.low, 0.975), (scatter.high, 0.025)):
+        assert end / scatter.value == pytest.approx(((count - 1) / stats.chi2.ppf(tail, count - 1)) ** 0.5, rel=0.15)
 
 
 @pytest.mark.parametrize("count", [5, 6])
 def test_the_jackknife_of_a_mean_is_its_standard_error(count):
-    one = levelled(count)
-    assert one.fit.resampling.jackknife["F_C"] == pytest.approx(one.standard_error, rel=0.08)
+    item = levelled(count)
+    assert item.fit.resampling.jackknife["F_C"] == pytest.approx(item.standard_error, rel=0.08)
 
 
 @pytest.mark.parametrize(("spread", "told"), [(0.0, False), (0.05, True)])
@@ -110,7 +110,7 @@ def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
     parts = tuple(slice(k * size, (k + 1) * size) for k in range(count))
     log = log_of(motion, effort + 0.05 * rng.standard_normal(effort.size), segments=parts)
     fit = identify(log, "coulomb", offset=0.0, decimation=5, blocks=0, draws=20).best
-    assert any(one.code == "half_cycles_differ" and one.numbers["names"] == ("M",) for one in fit.diagnostics) == told
+    assert any(diagnostic.code == "half_cycles_differ" and diagnostic.numbers["names"] == ("M",) for diagnostic in fit.diagnostics) == told
     if told:
         assert fit.resampling.jackknife["M"] == pytest.approx(stats.sem(masses), rel=0.03)
 
@@ -123,8 +123,8 @@ def noisy():
 
 def test_what_noise_does_to_a_linear_fit_it_does_to_both_sides_alike():
     for name in NAMES:
-        one = noisy().parameters[name]
-        assert np.mean(one.interval) == pytest.approx(one.value, abs=0.02 * half_width(one))
+        item = noisy().parameters[name]
+        assert np.mean(item.interval) == pytest.approx(item.value, abs=0.02 * half_width(item))
 
 
 def test_noise_explains_all_of_a_residual_that_is_noise():
@@ -185,8 +185,8 @@ def rounded():
 
 @pytest.mark.parametrize("name", ["F_C", "F_v"])
 def test_the_bias_of_a_filter_is_turned_around(name):
-    one = rounded().parameters[name]
-    bias, left = one.value - TRUTH[name], np.mean(one.interval) - TRUTH[name]
+    item = rounded().parameters[name]
+    bias, left = item.value - TRUTH[name], np.mean(item.interval) - TRUTH[name]
     assert abs(bias) > 2e-3 * TRUTH[name]
     # Two thirds of it are; of corners that are not put back first, less than half.
     assert abs(left) < 0.4 * abs(bias)
@@ -196,8 +196,8 @@ def spotted(seed: int) -> Log:
     """A log with a force at one place, of which the model knows nothing: a tenth of the time it errs by far."""
     motion = sines(6.0, phases=tuple(np.random.default_rng(100 + seed).uniform(0.0, 2.0 * np.pi, 3)))
     low, high = np.quantile(motion.position, [0.75, 0.85])
-    there = (low < motion.position) & (motion.position < high)
-    return log_of(motion, sliding_effort(motion, seed, noise=0.2) + 4.0 * there)
+    present = (low < motion.position) & (motion.position < high)
+    return log_of(motion, sliding_effort(motion, seed, noise=0.2) + 4.0 * present)
 
 
 def test_bands_hold_19_of_20_though_what_the_model_lacks_is_rare_and_large():
@@ -219,8 +219,8 @@ def test_bands_hold_what_a_fit_to_the_other_blocks_would_have_missed():
     alone = log_of(motion, effort, segments=(slice(0, slow.time.size),))
     first = identify(alone, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     rest = log_of(motion, effort, segments=(slice(slow.time.size, motion.time.size),))
-    found = predict(first.plant, first.friction, rest, bands=whole.resampling.bands)
-    assert found.inside_percent > 50.0
+    prediction = predict(first.plant, first.friction, rest, bands=whole.resampling.bands)
+    assert prediction.inside_percent > 50.0
 
 
 def test_what_is_weakly_seen_does_not_make_others_look_sure():
@@ -239,21 +239,21 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
 def test_at_an_edge_an_interval_goes_one_way(seed, status):
     motion = sines(3.0)
     log = log_of(motion, sliding_effort(motion, seed, noise=1.0, F_v=0.0))
-    one = identify(log, "coulomb_viscous", axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
-    assert one.status == status
-    assert one.interval[0] == 0.0
-    assert one.interval[1] > one.value
+    item = identify(log, "coulomb_viscous", axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
+    assert item.status == status
+    assert item.interval[0] == 0.0
+    assert item.interval[1] > item.value
 
 
 def test_errors_of_a_stiffness_are_factors():
     log = slow_log(friction.dahl(F_C=LEVEL, sigma_0=4e4), duration=3.0, noise=20.0)
     fit = identify(log, "dahl", mass=MASS, offset=0.0, blocks=0, draws=20).best
-    one, draws = fit.parameters["sigma_0"], fit.resampling.bands.draws["sigma_0"]
-    assert one.interval[1] > 1.3 * one.value
-    assert one.interval[0] < 4e4 < one.interval[1]
+    item, draws = fit.parameters["sigma_0"], fit.resampling.bands.draws["sigma_0"]
+    assert item.interval[1] > 1.3 * item.value
+    assert item.interval[0] < 4e4 < item.interval[1]
     # Replicates come out above the truth that they were made with, and so may the value: by factors, never below zero.
-    assert one.interval[1] - one.value > 1.5 * (one.value - one.interval[0])
-    assert one.interval == pytest.approx(tuple(np.percentile(draws, [2.5, 97.5])))
+    assert item.interval[1] - item.value > 1.5 * (item.value - item.interval[0])
+    assert item.interval == pytest.approx(tuple(np.percentile(draws, [2.5, 97.5])))
 
 
 def replicates() -> RowReplicates:
@@ -292,8 +292,8 @@ def test_noise_of_a_replicate_is_white():
 def test_noise_of_the_position_is_what_rounding_is_not(step, noise):
     shaken = MOTION.position + noise * np.random.default_rng(6).standard_normal(MOTION.time.size)
     log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION), step=step)
-    found = disturbance_of(treat(log, Axis(resolution=step or None)), 0.0)
-    assert found.jitter == pytest.approx(noise, rel=0.2, abs=0.2 * step)
+    result = disturbance_of(treat(log, Axis(resolution=step or None)), 0.0)
+    assert result.jitter == pytest.approx(noise, rel=0.2, abs=0.2 * step)
 
 
 def test_noise_of_the_position_explains_a_residual_that_it_makes():
@@ -308,7 +308,7 @@ def test_the_level_of_a_replicate_is_another_one_after_each_turn():
     starts = np.flatnonzero(np.diff(np.sign(MOTION.velocity))) + 1
     # The edges, in which a filter has its transient, have no turns of their own.
     starts = starts[(starts > 60) & (starts < MOTION.time.size - 60)]
-    levels = np.stack([np.median(one, axis=1) for one in np.split(off, starts, axis=1)], axis=1)
+    levels = np.stack([np.median(item, axis=1) for item in np.split(off, starts, axis=1)], axis=1)
     assert np.std(levels) == pytest.approx(SCATTER * TRUTH["F_C"], rel=0.1)
     assert np.max(np.abs(np.corrcoef(levels.T) - np.eye(levels.shape[1]))) < 0.5
 
@@ -322,10 +322,10 @@ def test_noise_that_lasts_tells_a_level_no_better_than_the_few_rows_that_it_is_w
     lasting = 4.0 * lfilter([1.0], [1.0, -along], rng.standard_normal(levels.shape))
     # White noise that does the same to a mean over many rows.
     white = 4.0 / (1.0 - along) * rng.standard_normal(levels.shape)
-    one, other = (np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise])) for noise in (lasting, white))
-    assert one == pytest.approx(other, rel=0.08)
+    item, other = (np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise])) for noise in (lasting, white))
+    assert item == pytest.approx(other, rel=0.08)
     means = np.add.reduceat(levels + lasting, np.cumsum(lengths) - lengths, axis=1) / lengths
-    assert one < 0.8 * np.sqrt(np.mean(means**2)), "long half-cycles count for more"
+    assert item < 0.8 * np.sqrt(np.mean(means**2)), "long half-cycles count for more"
 
 
 class Looped(NamedTuple):
@@ -370,9 +370,9 @@ def looped(count: int, *, scatter=0.0, step=1e-7, noise=0.02, wave=0.0, spot=0.0
 
 
 def test_in_a_loop_the_level_scatters_too():
-    one = looped(6, scatter=SCATTER)
-    assert one.fit.resampling.scatter.value * LEVEL == pytest.approx(np.std(one.levels, ddof=1), rel=0.2)
-    assert 0.6 < half_width(one.fit.parameters["F_C"]) / (1.96 * stats.sem(one.levels)) < 1.6
+    item = looped(6, scatter=SCATTER)
+    assert item.fit.resampling.scatter.value * LEVEL == pytest.approx(np.std(item.levels, ddof=1), rel=0.2)
+    assert 0.6 < half_width(item.fit.parameters["F_C"]) / (1.96 * stats.sem(item.levels)) < 1.6
 
 
 def test_in_a_loop_steps_of_the_encoder_explain_the_effort_that_they_cause():
@@ -397,9 +397,9 @@ def test_in_a_loop_what_lasts_comes_back_with_either_sign():
 
 
 def test_in_a_loop_bands_hold_what_is_rare_and_large():
-    one = looped(6, spot=4.0)
-    found = predict(one.fit.plant, one.fit.friction, one.log, one.axis, "closed-loop", bands=one.fit.resampling.bands)
-    assert 94.0 < found.inside_percent < 98.5
+    item = looped(6, spot=4.0)
+    prediction = predict(item.fit.plant, item.fit.friction, item.log, item.axis, "closed-loop", bands=item.fit.resampling.bands)
+    assert 94.0 < prediction.inside_percent < 98.5
 
 
 @cache
@@ -418,18 +418,22 @@ def test_a_value_outside_its_interval_is_told(monkeypatch):
     monkeypatch.setattr(inverse_dynamics, "DOUBT", 0.1)
     monkeypatch.setattr(inverse_dynamics, "UNSEEN", 0.0)
     fit = cornered.__wrapped__("lugre")
-    (told,) = (one.numbers["names"] for one in fit.diagnostics if one.code == "shifted")
-    inside = {name for name, one in fit.parameters.items() if one.interval and one.interval[0] <= one.value <= one.interval[1]}
-    assert "F_S" in told
-    assert not inside.intersection(told)
-    assert not any(one.code == "shifted" for one in cornered.__wrapped__("coulomb_viscous").diagnostics)
+    (message,) = (diagnostic.numbers["names"] for diagnostic in fit.diagnostics if diagnostic.code == "shifted")
+    inside = {
+        name
+        for name, diagnostic in fit.parameters.items()
+        if diagnostic.interval and diagnostic.interval[0] <= diagnostic.value <= diagnostic.interval[1]
+    }
+    assert "F_S" in message
+    assert not inside.intersection(message)
+    assert not any(diagnostic.code == "shifted" for diagnostic in cornered.__wrapped__("coulomb_viscous").diagnostics)
 
 
 def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
     fit = cornered("lugre")
     for name, truth in ROUNDED.items():
-        one = fit.parameters[name]
-        assert one.interval[0] < truth < one.interval[1]
+        item = fit.parameters[name]
+        assert item.interval[0] < truth < item.interval[1]
         # The middle of the draws is closer than the value, which misses by more than noise.
         draws = fit.best.resampling.bands.draws[name]
         assert abs(np.mean(draws) / truth - 1.0) < 2.5e-3
@@ -437,4 +441,4 @@ def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
 
 
 def test_a_right_model_does_not_differ_between_half_cycles():
-    assert not any(one.code == "half_cycles_differ" for one in cornered("lugre").diagnostics)
+    assert not any(diagnostic.code == "half_cycles_differ" for diagnostic in cornered("lugre").diagnostics)

@@ -65,10 +65,10 @@ def found_in(log, axis=None):
 
 @pytest.mark.parametrize("samples", [-1.7, -0.5, 0.0, 2.2, 6.3])
 def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
-    found = found_in(late(samples * DT))
-    assert abs(found.delay - samples * DT) < found.delay_half_width < 0.15 * DT
-    assert found.smoothing is None
-    assert abs(found.mass - TRUTH["M"]) < found.mass_half_width < 0.005 * TRUTH["M"]
+    result = found_in(late(samples * DT))
+    assert abs(result.delay - samples * DT) < result.delay_half_width < 0.15 * DT
+    assert result.smoothing is None
+    assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.005 * TRUTH["M"]
 
 
 def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
@@ -98,19 +98,19 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model
     viscous = "sigma_2" if model == "dahl" else "F_v"
     for name, true in (("M", TRUTH["M"]), (viscous, TRUTH["F_v"]), ("F_C", TRUTH["F_C"])):
         assert fit.best.parameters[name].value == pytest.approx(true, rel=0.01), name
-    told = next(one for one in fit.best.diagnostics if one.code == "filter_suspect")
-    assert told.numbers["channel"] == channel
+    text = next(diagnostic for diagnostic in fit.best.diagnostics if diagnostic.code == "filter_suspect")
+    assert text.numbers["channel"] == channel
     words = "is a command" if channel == "command" else f"{channel} passed a filter of"
-    assert any(words in one for one in warnings_of(fit.best))
+    assert any(words in diagnostic for diagnostic in warnings_of(fit.best))
     treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
     again = predict(fit.best.plant, fit.best.friction, log, **treatment)
     assert again.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
 
 
 def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(monkeypatch):
-    log, told = late(position_lag=3e-3), list[str]()
-    identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: told.append(task))
-    assert told[0] == "looking for the channel that was filtered"
+    log, text = late(position_lag=3e-3), list[str]()
+    identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task))
+    assert text[0] == "looking for the channel that was filtered"
     module = sys.modules["bristle.identification.identify"]
 
     def interrupted(*arguments):
@@ -160,89 +160,89 @@ def test_a_stated_delay_is_left_alone():
     log = late(3.0 * DT)
     stated = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0)
     assert "delay" not in stated.treatment
-    assert not [one for one in stated.best.diagnostics if one.code in ("delay_found", "delay_rough", "delay_unknown")]
+    assert not [diagnostic for diagnostic in stated.best.diagnostics if diagnostic.code in ("delay_found", "delay_rough", "delay_unknown")]
 
 
 def test_a_log_that_does_not_show_it_is_not_refused():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
     log = log_of(motion, sliding_effort(motion, noise=1.0))
     fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
-    assert "delay_unknown" in [one.code for one in fit.diagnostics]
-    assert any("hardly shows by how much the effort lags" in one for one in warnings_of(fit))
+    assert "delay_unknown" in [diagnostic.code for diagnostic in fit.diagnostics]
+    assert any("hardly shows by how much the effort lags" in diagnostic for diagnostic in warnings_of(fit))
 
 
 def test_friction_before_sliding_is_taken_for_no_delay():
     fine = sines(20.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
     friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
-    assert found_in(log_of(type(fine)(*(one[::10] for one in fine)), friction[::10])).delay is None
+    assert found_in(log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])).delay is None
 
 
 def test_a_long_way_before_sliding_is_taken_for_no_filter():
     fine, motion = sines(dt=FINE, **FAST), sines(dt=DT, **FAST)
     friction = force_along(find("dahl")(F_C=TRUTH["F_C"], sigma_0=1e5), fine.velocity, FINE)
     effort = (sliding_effort(fine, noise=0.0, F_C=0.0) + friction)[:: round(DT / FINE)]
-    found = found_in(log_of(motion, effort + np.random.default_rng(5).normal(0.0, 0.05, effort.size)))
-    assert found.smoothing is None
-    assert abs(found.mass - TRUTH["M"]) < 0.003 * TRUTH["M"]
+    result = found_in(log_of(motion, effort + np.random.default_rng(5).normal(0.0, 0.05, effort.size)))
+    assert result.smoothing is None
+    assert abs(result.mass - TRUTH["M"]) < 0.003 * TRUTH["M"]
 
 
 def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
     log, widths = late(0.0), []
     for width in (0.0, 3.0 * DT):
-        found = replace(found_in(log), delay_half_width=width)
-        monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, found=found, **__: found)
+        result = replace(found_in(log), delay_half_width=width)
+        monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, result=result, **__: result)
         low, high = identify(log, "coulomb_viscous", blocks=0, draws=20).best.parameters["F_v"].interval
         widths.append(high - low)
     assert widths[1] > 3.0 * widths[0]
 
 
 def test_rows_that_want_another_inertia_are_told(monkeypatch):
-    log, found = late(0.0), found_in(late(0.0))
-    for factor, told in ((1.0, False), (1.05, True)):
-        other = replace(found, mass=factor * found.mass)
+    log, result = late(0.0), found_in(late(0.0))
+    for factor, text in ((1.0, False), (1.05, True)):
+        other = replace(result, mass=factor * result.mass)
         monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other)
         fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
-        assert ("stages_differ" in [one.code for one in fit.diagnostics]) is told, factor
+        assert ("stages_differ" in [diagnostic.code for diagnostic in fit.diagnostics]) is text, factor
 
 
 def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
     fit = identify(late(3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    (told,) = (one for one in fit.diagnostics if one.code == "delay_rough")
-    assert told.numbers["samples"] == pytest.approx(3.0, abs=0.1)
+    (printed,) = (diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "delay_rough")
+    assert printed.numbers["samples"] == pytest.approx(3.0, abs=0.1)
     assert any("only roughly that the effort lags" in text and "3 ms (3.0 samples" in text for text in warnings_of(fit))
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 
 @pytest.mark.parametrize(("model", "severity"), [("coulomb_viscous", "note"), ("dahl", "warning")])
 def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feels_it(monkeypatch, model, severity):
-    log, found = late(4.0 * DT), found_in(late(4.0 * DT))
-    assert not found.filter_open
-    unsure = replace(found, filter_open=True)
+    log, result = late(4.0 * DT), found_in(late(4.0 * DT))
+    assert not result.filter_open
+    unsure = replace(result, filter_open=True)
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: unsure)
     fit = identify(log, model, blocks=0, draws=0).best
-    (told,) = (one for one in fit.diagnostics if one.code == "delay_or_filter")
-    assert told.severity == severity
-    assert told.numbers["delay"] == pytest.approx(4.0 * DT, abs=0.1 * DT)
-    assert ("sigma_0" in message(told)) is (model == "dahl")
+    (text,) = (diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "delay_or_filter")
+    assert text.severity == severity
+    assert text.numbers["delay"] == pytest.approx(4.0 * DT, abs=0.1 * DT)
+    assert ("sigma_0" in message(text)) is (model == "dahl")
 
 
 def test_where_the_treatment_is_in_doubt_intervals_of_what_shows_at_reversals_are_wider(monkeypatch):
-    log, found, widths, said = late(4.0 * DT), found_in(late(4.0 * DT)), [], []
+    log, result, widths, text = late(4.0 * DT), found_in(late(4.0 * DT)), [], []
     for is_open in (False, True):
-        unsure = replace(found, filter_open=is_open)
+        unsure = replace(result, filter_open=is_open)
         stage = sys.modules["bristle.identification.identify"]
-        monkeypatch.setattr(stage, "alignment_of", lambda *_, given=unsure, **__: given)
+        monkeypatch.setattr(stage, "alignment_of", lambda *_, values=unsure, **__: values)
         fit = identify(log, "dahl", blocks=0, draws=20).best
-        widths.append({name: np.ptp(one.interval) for name, one in fit.parameters.items() if one.interval is not None})
-        said.append([one for one in fit.diagnostics if one.code == "widened"])
+        widths.append({name: np.ptp(diagnostic.interval) for name, diagnostic in fit.parameters.items() if diagnostic.interval is not None})
+        text.append([diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "widened"])
     known, doubted = widths
     assert 1.4 < doubted["sigma_0"] / known["sigma_0"] < 2.5  # it cannot fall below zero
     for name in ("M", "F_C"):
         assert doubted[name] == pytest.approx(known[name])
-    assert said[0] == []
-    (told,) = said[1]
-    assert (told.severity, told.numbers) == ("note", {"names": ("sigma_0",), "times": 2.5})
-    assert "2.5 times as wide" in message(told)
+    assert text[0] == []
+    (printed,) = text[1]
+    assert (printed.severity, printed.numbers) == ("note", {"names": ("sigma_0",), "times": 2.5})
+    assert "2.5 times as wide" in message(printed)
 
 
 @pytest.mark.parametrize("code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"])
@@ -257,18 +257,18 @@ def test_each_doubt_about_the_treatment_counts_for_what_shows_where_friction_tur
 
 @pytest.mark.parametrize("lags", [{}, {"effort_lag": 4e-3}])
 def test_nobody_asks_for_the_channel_where_the_effort_alone_can_have_been_filtered(monkeypatch, lags):
-    asked = []
-    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "_left", lambda context: asked.append(0) or 0.0)
+    requested = []
+    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "_left", lambda context: requested.append(0) or 0.0)
     identify(late(**lags), "coulomb_viscous", blocks=0, draws=0)
-    assert not asked
+    assert not requested
     identify(late(position_lag=4e-3), "coulomb_viscous", blocks=0, draws=0)
-    assert len(asked) == 2
+    assert len(requested) == 2
 
 
 def test_an_effort_that_runs_ahead_roughly_is_told_without_a_sign():
     fit = identify(late(-3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    (told,) = (text for text in warnings_of(fit) if "only roughly" in text)
-    assert "runs ahead of the position by 3 ms (3.0 samples" in told
+    (printed,) = (text for text in warnings_of(fit) if "only roughly" in text)
+    assert "runs ahead of the position by 3 ms (3.0 samples" in printed
 
 
 def test_thresholds_decide_what_is_known():
@@ -285,18 +285,18 @@ def test_the_derivative_is_of_fourth_order():
 
 @pytest.mark.parametrize("factor", [0.85, 1.0, 1.15])
 def test_the_interval_of_an_inertia_reaches_over_both_stages_where_they_have_nothing_in_common(monkeypatch, factor):
-    log, found = late(0.0), found_in(late(0.0))
-    other = replace(found, mass=factor * found.mass, mass_half_width=0.04 * found.mass)
+    log, result = late(0.0), found_in(late(0.0))
+    other = replace(result, mass=factor * result.mass, mass_half_width=0.04 * result.mass)
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: other)
     fit = identify(log, "coulomb_viscous", blocks=0, draws=20).best
     low, high = fit.parameters["M"].interval
-    told = [one for one in fit.diagnostics if one.code == "stages_differ"]
+    text = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "stages_differ"]
     assert low < TRUTH["M"] < high
     if factor == 1.0:
-        assert not told
+        assert not text
         assert high - low < 0.02 * TRUTH["M"]
         return
-    assert [one.numbers["first"] for one in told] == [other.mass]
-    ends = (factor - 0.04) * found.mass, (factor + 0.04) * found.mass
+    assert [diagnostic.numbers["first"] for diagnostic in text] == [other.mass]
+    ends = (factor - 0.04) * result.mass, (factor + 0.04) * result.mass
     assert (low if factor < 1.0 else high) == pytest.approx(ends[factor > 1.0])
     assert (high if factor < 1.0 else low) == pytest.approx(TRUTH["M"], rel=0.02)

@@ -38,18 +38,18 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
     stiffness[[4, 11, 20]] = 3e6, 1e6, 4e5
     level = float(stiffness @ r)
     variables = elements.parameters.variables
-    values = elements.parameters.complete({one: 0.1 * rng.standard_normal() for one in elements.parameters.free})
+    values = elements.parameters.complete({factor: 0.1 * rng.standard_normal() for factor in elements.parameters.free})
     values |= dict.fromkeys(elements._levels, level) | {"s": float(np.sum(stiffness))}
     assert set(values) == {*variables, "s"} - {"k_i", "nu_i"}
 
-    factors = np.array([values[one] for one in elements._factors])
-    others = [values.get(one, 0.0) for one in elements._single]
-    said = elements._columns(factors) @ np.concatenate([stiffness, others])
+    factors = np.array([values[factor] for factor in elements._factors])
+    rest = [values.get(factor, 0.0) for factor in elements._single]
+    text = elements._columns(factors) @ np.concatenate([stiffness, rest])
     view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
     parameters = context.parameters(view)
     wanted = InverseDynamics(dataset, parameters).predicted(values)
-    held = dataset.effort - elements._target
-    assert said + held == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
+    fixed = dataset.effort - elements._target
+    assert text + fixed == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
 
 
 def test_errors_of_level_and_stiffness_are_those_of_sums_over_elements_that_are_free():
@@ -57,12 +57,12 @@ def test_errors_of_level_and_stiffness_are_those_of_sums_over_elements_that_are_
     elements = elements_of(context_of(dataset, PriorKnowledge(None, {"M": MASS})), find("maxwell_slip"))
     problem, solution = elements.solution()
     residual = problem.residual(solution.values)
-    found = dict(zip(solution.space.reported, covariance_of(solution, residual).std.tolist(), strict=True))
+    result = dict(zip(solution.space.reported, covariance_of(solution, residual).std.tolist(), strict=True))
     best = elements._best(slice(None))
     pressed, count = best.stiffness > 0.0, best.stiffness.size
     assert np.sum(pressed) > 2
     columns = best.columns[:, np.concatenate([pressed, np.ones(best.columns.shape[1] - count, dtype=bool)])]
-    square = float(residual @ residual) / (residual.size - len(found))
+    square = float(residual @ residual) / (residual.size - len(result))
     covariance = square * np.linalg.inv(columns.T @ columns)[: np.sum(pressed), : np.sum(pressed)]
     for name, share in (("F_C", elements.thresholds[pressed]), ("s", np.ones(np.sum(pressed)))):
-        assert found[name] == pytest.approx((share @ covariance @ share) ** 0.5, rel=1e-3), name
+        assert result[name] == pytest.approx((share @ covariance @ share) ** 0.5, rel=1e-3), name

@@ -32,13 +32,13 @@ def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load
     motion = sines(duration, dt / fine, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
     truth = find(name)(**(ELEMENTS | {"sigma_2": 300.0, "offset": 1.5} | more))
     around = {"load": load, "temperature": temperature}
-    given = {key: np.repeat(one, fine) for key, one in around.items() if one is not None}
-    friction = force_along(truth, motion.velocity, dt / fine, motion.position, **given)
-    coarse = type(motion)(*(one[::fine] for one in motion))
+    values = {key: np.repeat(item, fine) for key, item in around.items() if item is not None}
+    friction = force_along(truth, motion.velocity, dt / fine, motion.position, **values)
+    coarse = type(motion)(*(item[::fine] for item in motion))
     scatter = np.random.default_rng(seed).normal(0.0, noise, coarse.time.size)
     log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + scatter)
     units = {"load": "1", "temperature": "K"}
-    return replace(log, **{key: Channel(one, units[key], key) for key, one in around.items() if one is not None})
+    return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
 
 
 def test_level_stiffness_and_the_curve_between_come_back():
@@ -58,9 +58,9 @@ def test_level_stiffness_and_the_curve_between_come_back():
 
 
 def test_they_come_before_models_of_local_memory_where_loops_lie_inside_loops():
-    found = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
-    assert found.best.name == "maxwell_slip"
-    errors = {fit.name: fit.held_out.mean_percent for fit in found.fits}
+    identification = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
+    assert identification.best.name == "maxwell_slip"
+    errors = {fit.name: fit.held_out.mean_percent for fit in identification.fits}
     assert errors["maxwell_slip"] < 0.7 * errors["dahl"]
 
 
@@ -69,24 +69,24 @@ def test_a_model_file_with_elements_predicts_another_log(tmp_path):
     write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates)
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
-    said = predict(read.plant, read.friction, elements_log(seed=1), cutoff=80.0, decimation=2)
-    assert said.metrics["force_rmse"] < 0.15
-    assert said.metrics["force_unit"] == "N"
+    text = predict(read.plant, read.friction, elements_log(seed=1), cutoff=80.0, decimation=2)
+    assert text.metrics["force_rmse"] < 0.15
+    assert text.metrics["force_unit"] == "N"
 
 
 def test_friction_that_varies_along_the_axis_is_told_from_a_force_that_does():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
     log = elements_log("maxwell_slip+position", **truth)
-    found = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, draws=0)
-    assert found.best.name == "maxwell_slip+position"
-    fit = found.best
+    identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, draws=0)
+    assert identification.best.name == "maxwell_slip+position"
+    fit = identification.best
     x = np.linspace(-40e-6, 40e-6, 9)
 
     def along(p):
         xi = np.clip((x - p["x_0"]) / p["x_L"], -1.0, 1.0)
         return p["F_C"] * (1.0 + xi * (p["p_1"] + xi * p["p_2"])), xi * (p["a_1"] + xi * p["a_2"]) + p["offset"]
 
-    level, beside = along({name: one.value for name, one in fit.parameters.items()})
+    level, beside = along({name: item.value for name, item in fit.parameters.items()})
     true_level, true_beside = along(ELEMENTS | truth | {"offset": 1.5})
     assert np.max(np.abs(level - true_level)) < 0.5
     assert np.max(np.abs(beside - true_beside)) < 0.25
@@ -110,7 +110,7 @@ def test_load_and_temperature_are_factors_of_friction():
 def test_the_interval_of_the_level_leaves_the_shape_free():
     fits = [identify(elements_log(seed=seed), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best for seed in range(8)]
     for name in ("F_C", "offset"):
-        spread = float(np.std([one.parameters[name].value for one in fits], ddof=1))
+        spread = float(np.std([fit.parameters[name].value for fit in fits], ddof=1))
         assert fits[0].parameters[name].larger_std > 0.5 * spread, name
         assert fits[0].parameters[name].std < 10.0 * spread, name
 
@@ -123,7 +123,7 @@ def test_at_one_speed_viscous_friction_is_no_number():
     fit = identify(log_of(motion, friction), "maxwell_slip", axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best
     assert fit.parameters["sigma_2"].status == "held"
     assert fit.friction.values["sigma_2"] == 0.0
-    assert any("moves at one speed only" in one for one in assumptions_of(fit))
+    assert any("moves at one speed only" in item for item in assumptions_of(fit))
     assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
 
 
@@ -138,8 +138,8 @@ def test_levels_by_direction_are_as_sure_as_a_level_and_an_offset():
         for name in ("maxwell_slip", "maxwell_slip+asymmetry")
     )
     # F_C + d and F_C - d: the sum of their variances is twice that of F_C and of d.
-    found = np.hypot(sided["F_C_pos"].std, sided["F_C_neg"].std)
-    assert found == pytest.approx(2.0**0.5 * np.hypot(plain["F_C"].std, plain["offset"].std), rel=0.01)
+    result = np.hypot(sided["F_C_pos"].std, sided["F_C_neg"].std)
+    assert result == pytest.approx(2.0**0.5 * np.hypot(plain["F_C"].std, plain["offset"].std), rel=0.01)
 
 
 def test_directions_differ_by_one_number():
@@ -148,18 +148,18 @@ def test_directions_differ_by_one_number():
     motion = sines(12.0, 1e-4, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
     truth = find("maxwell_slip+asymmetry")(**levels, **shape)
     friction = force_along(truth, motion.velocity, 1e-4, motion.position)
-    coarse = Motion(*(one[::10] for one in motion))
+    coarse = Motion(*(item[::10] for item in motion))
     noise = np.random.default_rng(3).normal(0.0, 0.05, coarse.time.size)
     log = log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise, step=1e-7)
-    asked = {"axis": KNOWN, "decimation": 5, "blocks": 0}
-    fit = identify(log, "maxwell_slip+asymmetry", draws=20, **asked).best
+    requested = {"axis": KNOWN, "decimation": 5, "blocks": 0}
+    fit = identify(log, "maxwell_slip+asymmetry", draws=20, **requested).best
     for name in ("F_C_pos", "F_C_neg"):
         assert fit.parameters[name].value == pytest.approx(levels[name], abs=0.3)
         assert fit.parameters[name].interval[0] < levels[name] < fit.parameters[name].interval[1]
     assert fit.parameters["s"].value == pytest.approx(sum(shape["k_i"]), rel=0.15)
     assert fit.parameters["offset"].status == "held"
     # Without directions of their own the elements are the same, and the difference is an offset.
-    plain = identify(log, "maxwell_slip", draws=0, **asked).best
+    plain = identify(log, "maxwell_slip", draws=0, **requested).best
     assert plain.parameters["offset"].value == pytest.approx(4.0, abs=0.3)
     assert plain.parameters["F_C"].value == pytest.approx(20.0, abs=0.3)
 
@@ -171,8 +171,8 @@ def elements_through(step):
 
 
 def test_elements_that_slip_within_five_encoder_steps_do_not_tell_a_stiffness():
-    asked = {"axis": KNOWN, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
-    coarse, fine = (identify(elements_through(step), "maxwell_slip", **asked).best for step in (1e-7, 1e-8))
+    requested = {"axis": KNOWN, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
+    coarse, fine = (identify(elements_through(step), "maxwell_slip", **requested).best for step in (1e-7, 1e-8))
     stiffness = coarse.parameters["s"]
     assert (stiffness.status, stiffness.reason.code) == ("unidentifiable", "coarse_elements")
     # What of it slips within 0.5 um, as the model tells it.
@@ -185,5 +185,5 @@ def test_elements_that_slip_within_five_encoder_steps_do_not_tell_a_stiffness():
     assert coarse.parameters["F_C"].status == "identified"
     assert (fine.parameters["s"].status, fine.resampling.curve_from) == ("identified", 0.0)
     # Whoever knows better may say so.
-    trusting = identify(elements_through(1e-7), "maxwell_slip", settings={"blurred_share": 1.0}, **asked).best
+    trusting = identify(elements_through(1e-7), "maxwell_slip", settings={"blurred_share": 1.0}, **requested).best
     assert trusting.parameters["s"].status == "identified"

@@ -52,7 +52,7 @@ def test_symmetric_friction_as_published(emps):
 
 def test_what_the_symmetric_model_lacks_is_the_direction_and_a_turn_of_the_screw(emps):
     fit = identify(emps, "coulomb_viscous", draws=0, blocks=0).best
-    missing = {one.code: one.numbers for one in fit.diagnostics if one.code.startswith("missing_")}
+    missing = {diagnostic.code: diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code.startswith("missing_")}
     assert missing["missing_direction"]["model"] == "coulomb_viscous+asymmetry"
     assert missing["missing_ripple"]["period"] == pytest.approx(2.5e-3, rel=0.01)
 
@@ -74,7 +74,7 @@ def test_with_nothing_stated_the_command_runs_ahead_of_the_same_axis(emps):
         fit = identify(emps, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best
         masses.append(fit.parameters["M"].value)
         assert 94.2 < masses[-1] < 95.6
-        lead = next(one.numbers for one in fit.diagnostics if one.code == "delay_found")
+        lead = next(diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "delay_found")
         assert -0.95e-3 < lead["delay"] < -0.65e-3
         assert lead["half_width"] < 0.15e-3
     assert masses[0] == pytest.approx(masses[1], rel=1e-6)
@@ -105,7 +105,7 @@ def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
 def test_seven_reversals_do_not_show_presliding(emps):
     result = identify(emps, "lugre,dahl", axis=PUBLISHED, draws=0)
     for fit in result.fits:
-        warning = next(one for one in warnings_of(fit) if one.startswith("sigma_0 cannot be identified"))
+        warning = next(item for item in warnings_of(fit) if item.startswith("sigma_0 cannot be identified"))
         assert "only 7 reversals" in warning
     lugre = next(fit for fit in result.fits if fit.name == "lugre")
     assert lugre.parameters["sigma_1"].status == "unidentifiable"

@@ -10,7 +10,7 @@ from bristle.report.messages import warnings_of
 
 
 def codes(fit, name):
-    return [one.code for one in fit.diagnostics if one.parameter == name]
+    return [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.parameter == name]
 
 
 @pytest.mark.parametrize(("F_v", "expected"), [(30.0, []), (-3.0, ["edge_of_model"])])
@@ -28,11 +28,11 @@ def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls
     motion = sines(phases=tuple(np.random.default_rng(0).uniform(0.0, 6.0, 3)))
     falls = (F_S - TRUTH["F_C"]) * np.exp(-((motion.velocity / v_S) ** 2)) * np.sign(motion.velocity)
     log = log_of(motion, sliding_effort(motion) + falls)
-    found = identify(log, "stribeck", axis=STATED, blocks=0, draws=0).best.parameters
-    assert (found["F_S"].status, found["v_S"].status) == (known, fall)
+    parameters = identify(log, "stribeck", axis=STATED, blocks=0, draws=0).best.parameters
+    assert (parameters["F_S"].status, parameters["v_S"].status) == (known, fall)
     if known == "identified":
-        assert found["F_S"].value == pytest.approx(F_S, rel=0.02)
-        assert found["v_S"].value == pytest.approx(v_S, rel=0.1)
+        assert parameters["F_S"].value == pytest.approx(F_S, rel=0.02)
+        assert parameters["v_S"].value == pytest.approx(v_S, rel=0.1)
 
 
 def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes():
@@ -57,4 +57,4 @@ def test_a_level_beside_a_viscous_friction_that_is_known_is_no_level_at_slow_spe
     fit = identify(slow_log(find("coulomb_viscous")(F_C=8.0, F_v=90.0)), "stribeck", blocks=0, draws=0).best
     statuses = {name: fit.parameters[name].status == "identified" for name in ("F_C", "F_v", "v_S")}
     assert statuses == {"F_C": True, "F_v": True, "v_S": False}
-    assert "level_as_seen" not in [one.code for one in fit.diagnostics]
+    assert "level_as_seen" not in [diagnostic.code for diagnostic in fit.diagnostics]

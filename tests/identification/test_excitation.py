@@ -24,9 +24,9 @@ def planned_sweeps(speeds):
 
 
 def warning_about(name: str, warnings: tuple[str, ...]) -> str:
-    found = [one for one in warnings if one.startswith(f"{name} cannot be identified: ")]
-    assert len(found) == 1, warnings
-    return found[0]
+    result = [warning for warning in warnings if warning.startswith(f"{name} cannot be identified: ")]
+    assert len(result) == 1, warnings
+    return result[0]
 
 
 def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
@@ -90,15 +90,15 @@ def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and
     log = log_of(motion, sliding_effort(motion), step=1e-6)
     noisy = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=1000.0), blocks=0, draws=0).best
     assert noisy.parameters["M"].value < 0.97 * 12.0
-    advice = next(one for one in warnings_of(noisy) if one.startswith("M is too small by about"))
+    advice = next(item for item in warnings_of(noisy) if item.startswith("M is too small by about"))
     cutoff = float(advice.split("cut-off to ")[1].split()[0])
     mended = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=cutoff), blocks=0, draws=0).best
     assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
-    assert not any(one.startswith("M is too small") for one in warnings_of(mended))
+    assert not any(item.startswith("M is too small") for item in warnings_of(mended))
     # With nothing stated it is no matter.
-    found = identify(log, "coulomb_viscous", blocks=0, draws=0).best
-    assert found.parameters["M"].value == pytest.approx(12.0, rel=0.002)
-    assert not any(one.startswith("M is too small") for one in warnings_of(found))
+    best = identify(log, "coulomb_viscous", blocks=0, draws=0).best
+    assert best.parameters["M"].value == pytest.approx(12.0, rel=0.002)
+    assert not any(item.startswith("M is too small") for item in warnings_of(best))
 
 
 def test_an_inertia_that_drowns_in_noise_is_not_identified():
@@ -109,7 +109,7 @@ def test_an_inertia_that_drowns_in_noise_is_not_identified():
     mass = fit.parameters["M"]
     assert mass.value < 0.93 * 12.0
     assert mass.status == "unidentifiable"
-    assert [one.code for one in fit.diagnostics].count("noisy_acceleration") == 1
+    assert [diagnostic.code for diagnostic in fit.diagnostics].count("noisy_acceleration") == 1
     assert fit.parameters["F_C"].status == "identified"
 
 
@@ -118,17 +118,17 @@ def test_noise_makes_no_inertia_too_small_that_is_not_identified():
     noise = np.random.default_rng(1).normal(0.0, 15e-6, motion.time.size)
     log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
 
-    def told(settings):
+    def message(settings):
         axis = Axis(seeks_delay=False, cutoff=100.0)
         fit = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, settings=settings).best
-        return fit.parameters["M"].status, [one.code for one in fit.diagnostics].count("noisy_acceleration")
+        return fit.parameters["M"].status, [diagnostic.code for diagnostic in fit.diagnostics].count("noisy_acceleration")
 
-    assert told({}) == ("identified", 1)
-    assert told({"unsure_std": 1e-9}) == ("unidentifiable", 0)
+    assert message({}) == ("identified", 1)
+    assert message({"unsure_std": 1e-9}) == ("unidentifiable", 0)
 
 
 def test_a_model_that_explains_little_is_said():
     motion = sines()
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", mass=400.0, draws=0).best
     assert fit.force_error_percent > 40.0
-    assert any("of the effort unexplained" in one for one in warnings_of(fit))
+    assert any("of the effort unexplained" in item for item in warnings_of(fit))

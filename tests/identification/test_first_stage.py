@@ -77,28 +77,28 @@ def test_a_delay_that_may_be_none_is_taken_out_where_the_inertia_is_known_well_o
     ],
 )
 def test_a_delay_that_a_filter_may_make_is_left_open(delay, c, c_std, is_open):
-    one = rung(10.0, delay, c, c_std=c_std)
-    assert aligned_by(one, one).filter_open is is_open
+    item = rung(10.0, delay, c, c_std=c_std)
+    assert aligned_by(item, item).filter_open is is_open
 
 
 def test_a_delay_that_is_not_known_or_is_a_filter_leaves_none_open():
     unknown, filtered = rung(10.0, 5e-3, std=0.8, c_std=2e-5), rung(10.0, 6.3e-3, 1.7e-5, c_std=2e-6)
     assert aligned_by(unknown, unknown).filter_open is False
-    found = aligned_by(filtered, filtered, bent=instruments(10.0, 6.3e-3, 1.7e-5, c_std=2e-6))
-    assert found.smoothing == pytest.approx(5.8e-3, abs=0.1e-3)
-    assert found.filter_open is False
+    result = aligned_by(filtered, filtered, bent=instruments(10.0, 6.3e-3, 1.7e-5, c_std=2e-6))
+    assert result.smoothing == pytest.approx(5.8e-3, abs=0.1e-3)
+    assert result.filter_open is False
 
 
 def test_one_sine_is_a_spring_and_several_are_none():
-    one, several = (
+    item, several = (
         wide_rows([log_of(motion, sliding_effort(motion))], [None])
         for motion in (sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,)), sines(20.0, **FAST))
     )
-    assert one.springiness(10.0) > 0.95
+    assert item.springiness(10.0) > 0.95
     assert several.springiness(10.0) < 0.6
     elsewhere = sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,))
     far = elsewhere._replace(position=elsewhere.position + 0.7)
-    assert wide_rows([log_of(far, sliding_effort(far))], [None]).springiness(10.0) == pytest.approx(one.springiness(10.0), abs=1e-3)
+    assert wide_rows([log_of(far, sliding_effort(far))], [None]).springiness(10.0) == pytest.approx(item.springiness(10.0), abs=1e-3)
 
 
 @pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])
@@ -144,7 +144,7 @@ def test_one_fierce_block_neither_hides_a_filter_nor_makes_one():
 
 def agree(*rungs, sought=True):
     run = agreeing(rungs, DT, sought=sought)
-    return [place for place, one in enumerate(rungs) if any(one is agreed for agreed in run)]
+    return [place for place, item in enumerate(rungs) if any(item is agreed for agreed in run)]
 
 
 def test_cutoffs_that_agree_are_believed():
@@ -190,10 +190,10 @@ def test_cutoffs_that_all_contradict_each_other_are_doubted_until_some_agree():
     assert agree(*apart) == []
     run, scale = believed(apart, DT, sought=True)
     assert scale == 2.0
-    assert [one.plain.std(0) for one in run] == pytest.approx([0.02, 0.02])
-    found = aligned_by(*run, scale=scale)
-    assert abs(found.mass - 10.0) < found.mass_half_width
-    assert abs(found.mass - 10.025) < found.mass_half_width < 0.1
+    assert [item.plain.std(0) for item in run] == pytest.approx([0.02, 0.02])
+    result = aligned_by(*run, scale=scale)
+    assert abs(result.mass - 10.0) < result.mass_half_width
+    assert abs(result.mass - 10.025) < result.mass_half_width < 0.1
     assert believed((rung(10.0), rung(11.0)), DT, sought=True) == ([], 1.0)
     assert believed((rung(), rung()), DT, sought=True)[1] == 1.0
 
@@ -212,8 +212,8 @@ def recorded(effort, motion=None, *, step=0.0):
     return log_of(motion, effort + rng.normal(0.0, 0.05, effort.size), step=step)
 
 
-def holds(found):
-    return abs(found.mass - TRUTH["M"]) < found.mass_half_width and abs(found.delay) < found.delay_half_width
+def holds(result):
+    return abs(result.mass - TRUTH["M"]) < result.mass_half_width and abs(result.delay) < result.delay_half_width
 
 
 def test_waves_are_columns_of_all_that_is_fitted_afterwards():
@@ -231,16 +231,16 @@ def test_waves_are_columns_of_all_that_is_fitted_afterwards():
 def test_cogging_is_no_inertia_and_no_delay():
     motion = sines(20.0, DT, **FAST)
     pull = 1.5 * np.sin(2.0 * np.pi * motion.position / 4e-3 + 0.5)
-    found = alignment_of([recorded(sliding_effort(motion, noise=0.0) + pull)], [None], DEFAULT)
+    result = alignment_of([recorded(sliding_effort(motion, noise=0.0) + pull)], [None], DEFAULT)
     smooth = alignment_of([recorded(sliding_effort(motion, noise=0.0))], [None], DEFAULT)
-    assert holds(found)
-    assert found.mass_half_width < 2.0 * smooth.mass_half_width
+    assert holds(result)
+    assert result.mass_half_width < 2.0 * smooth.mass_half_width
 
 
 def test_a_spring_is_no_inertia():
     motion = sines(20.0, DT, **FAST)
-    found = alignment_of([recorded(sliding_effort(motion, noise=0.0) + 300.0 * motion.position)], [None], DEFAULT)
-    assert holds(found)
+    result = alignment_of([recorded(sliding_effort(motion, noise=0.0) + 300.0 * motion.position)], [None], DEFAULT)
+    assert holds(result)
 
 
 def test_friction_that_bends_with_speed_and_by_direction_is_none():
@@ -263,10 +263,10 @@ def test_a_filter_below_a_sample_is_no_matter():
     motion = sines(20.0, DT / 50, **FAST)
     pole = np.exp(-DT / 50 / 0.5e-3)
     effort = lfilter([1.0 - pole], [1.0, -pole], sliding_effort(motion, noise=0.0))[::50]
-    found = alignment_of([recorded(effort, Motion(*(signal[::50] for signal in motion)))], [None], DEFAULT)
-    assert found.smoothing is None
-    assert found.delay == pytest.approx(0.5e-3, abs=found.delay_half_width)
-    assert abs(found.mass - TRUTH["M"]) < found.mass_half_width
+    result = alignment_of([recorded(effort, Motion(*(signal[::50] for signal in motion)))], [None], DEFAULT)
+    assert result.smoothing is None
+    assert result.delay == pytest.approx(0.5e-3, abs=result.delay_half_width)
+    assert abs(result.mass - TRUTH["M"]) < result.mass_half_width
 
 
 def moved(distances, speeds, rates):
@@ -274,8 +274,8 @@ def moved(distances, speeds, rates):
     parts = [np.zeros(300)]
     for distance, speed, rate in zip(distances, speeds, rates, strict=True):
         up, cruise = round(speed / rate / DT), max(round((distance / speed - speed / rate) / DT), 0)
-        one = speed * np.concatenate([np.arange(up) / up, np.ones(cruise), np.arange(up)[::-1] / up])
-        parts += [one, np.zeros(100), -one, np.zeros(100)]
+        item = speed * np.concatenate([np.arange(up) / up, np.ones(cruise), np.arange(up)[::-1] / up])
+        parts += [item, np.zeros(100), -item, np.zeros(100)]
     return np.convolve(np.concatenate([*parts, np.zeros(300)]), np.ones(20) / 20, "same")
 
 
@@ -310,28 +310,28 @@ def noisy(position, effort, seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_filter_that_tells_nothing_of_other_parts_of_the_log_is_none(driven, seed):
     mass, position, effort = driven
-    found = alignment_of([noisy(position, effort, seed)], [None], DEFAULT)
-    assert found.smoothing is None
+    result = alignment_of([noisy(position, effort, seed)], [None], DEFAULT)
+    assert result.smoothing is None
     # The effort acts from its sample to the next.
-    assert found.delay == pytest.approx(-0.5 * DT, abs=found.delay_half_width)
-    assert found.mass == pytest.approx(mass, rel=2e-3)
+    assert result.delay == pytest.approx(-0.5 * DT, abs=result.delay_half_width)
+    assert result.mass == pytest.approx(mass, rel=2e-3)
 
 
 @pytest.mark.parametrize("lag", [3e-3, 5e-3])
 def test_a_filter_of_a_drive_is_found_beside_friction_that_turns_at_once(driven, lag):
     mass, position, effort = driven
     gain = 1.0 - np.exp(-DT / lag)
-    found = alignment_of([noisy(position, lfilter([gain], [1.0, gain - 1.0], effort), 0)], [None], DEFAULT)
-    assert found.smoothing == pytest.approx(lag, rel=0.04)
-    assert found.mass == pytest.approx(mass, rel=2e-3)
+    result = alignment_of([noisy(position, lfilter([gain], [1.0, gain - 1.0], effort), 0)], [None], DEFAULT)
+    assert result.smoothing == pytest.approx(lag, rel=0.04)
+    assert result.mass == pytest.approx(mass, rel=2e-3)
 
 
 def test_steps_of_the_encoder_look_like_no_filter():
     motion = sines(20.0, DT, **FAST)
-    found = alignment_of([recorded(sliding_effort(motion, noise=0.0), step=2e-5)], [None], DEFAULT)
-    assert found.smoothing is None
+    result = alignment_of([recorded(sliding_effort(motion, noise=0.0), step=2e-5)], [None], DEFAULT)
+    assert result.smoothing is None
     # Three sines that repeat meet the same steps again and again.
-    assert found.mass == pytest.approx(TRUTH["M"], rel=5e-3)
+    assert result.mass == pytest.approx(TRUTH["M"], rel=5e-3)
 
 
 def swung(step):
@@ -348,10 +348,10 @@ def swung(step):
 
 
 def test_a_coarse_encoder_hides_no_delay():
-    found = alignment_of([swung(1.5e-3)], [None], DEFAULT)
-    assert found.delay == pytest.approx(2.0 * DT, abs=found.delay_half_width)
-    assert found.delay_half_width < 0.3 * DT
-    assert found.mass == pytest.approx(TRUTH["M"], abs=found.mass_half_width)
+    result = alignment_of([swung(1.5e-3)], [None], DEFAULT)
+    assert result.delay == pytest.approx(2.0 * DT, abs=result.delay_half_width)
+    assert result.delay_half_width < 0.3 * DT
+    assert result.mass == pytest.approx(TRUTH["M"], abs=result.mass_half_width)
 
 
 @pytest.mark.parametrize(("step", "left"), [(0.0, True), (1.5e-3, False)])

@@ -54,11 +54,11 @@ class Landscape:
         return self.percent(self.search.space.values(theta))
 
 
-def found_where_descents_fail(there):
-    ends = [there.percent(place, limit=30) for place in there.places]
-    assert sum(end > 1.5 * there.goal for end in ends) >= 2
-    worst = there.places[int(np.argmax(ends))]
-    assert there.explored(worst) < 1.05 * there.goal
+def found_where_descents_fail(present):
+    ends = [present.percent(place, limit=30) for place in present.places]
+    assert sum(end > 1.5 * present.goal for end in ends) >= 2
+    worst = present.places[int(np.argmax(ends))]
+    assert present.explored(worst) < 1.05 * present.goal
 
 
 @pytest.mark.slow
@@ -73,17 +73,17 @@ def test_presliding_in_a_loop_is_found_from_where_a_descent_fails(monkeypatch):
 
 
 def test_interrupted_on_the_way_it_returns_the_best_place_so_far():
-    told = []
+    message = []
 
     def report(share, text):
-        told.append(text)
-        if sum("looking everywhere" in one for one in told) == 3:
+        message.append(text)
+        if sum("looking everywhere" in item for item in message) == 3:
             raise KeyboardInterrupt
 
-    found = identify(recorded(), "bouc_wen_classic", axis=OPEN, draws=0, blocks=0, global_search=True, progress=report)
-    assert found.best.unfinished
-    assert found.best.position_error_percent < 5.0
-    assert any("looking everywhere, best so far" in one for one in told)
+    identification = identify(recorded(), "bouc_wen_classic", axis=OPEN, draws=0, blocks=0, global_search=True, progress=report)
+    assert identification.best.unfinished
+    assert identification.best.position_error_percent < 5.0
+    assert any("looking everywhere, best so far" in item for item in message)
 
 
 def test_inverse_dynamics_looks_everywhere_too(monkeypatch):

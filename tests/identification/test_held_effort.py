@@ -26,34 +26,34 @@ def fit_with(log, held):
 def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
     fit = fit_with(log, True)
     for name, truth in TRUTH.items():
-        found = fit.parameters[name]
-        assert found.status == "identified", note_of(found)
+        result = fit.parameters[name]
+        assert result.status == "identified", note_of(result)
         if name != "sigma_1":
-            assert abs(found.value - truth) < 0.015 * found.interval_percent * found.value, name
+            assert abs(result.value - truth) < 0.015 * result.interval_percent * result.value, name
     damping = fit.parameters["sigma_1"]
     # Of the half sample, a few hundredths of a sample are left: friction bends between the samples.
     left = 0.03 * log.sample_time * TRUTH["sigma_0"]
     assert abs(damping.value - TRUTH["sigma_1"]) < 0.01 * damping.interval_percent * damping.value + left
     assert damping.interval_percent < 5.0
-    assert not any("held" in one for one in warnings_of(fit))
+    assert not any("held" in item for item in warnings_of(fit))
 
 
 def test_where_it_is_not_stated_the_damping_is_doubted(log):
     fit = fit_with(log, None)
     # Half a sample of the stiffness is 500 N s/m.
     assert fit.parameters["sigma_1"].value > 2.4e3
-    warning = next(one for one in warnings_of(fit) if "`held = true`" in one)
+    warning = next(item for item in warnings_of(fit) if "`held = true`" in item)
     assert warning.startswith("sigma_1 may be too large by ")
     assert 450.0 < float(re.findall(r"by ([0-9.]+) N·s/m", warning)[0]) < 550.0
-    assert not any("held" in one for one in warnings_of(fit_with(log, False)))
+    assert not any("held" in item for item in warnings_of(fit_with(log, False)))
 
 
 def test_predictions_use_the_effort_in_the_same_way(log):
     model = friction.lugre(**TRUTH)
     plant = identify(sliding_log(), "coulomb_viscous", mass=28.0, blocks=0, draws=0).best.plant
-    stated, unstated = (predict(plant, model, log, Axis(held=held)).metrics["force_error_percent"] for held in (True, None))
+    stated, unstated = (predict(plant, model, log, Axis(held=fixed)).metrics["force_error_percent"] for fixed in (True, None))
     assert stated < 0.6 * unstated
 
 
 def test_a_static_model_does_not_speak_of_it(log):
-    assert not any("held" in one for one in warnings_of(identify(log, "stribeck", blocks=0, draws=0).best))
+    assert not any("held" in item for item in warnings_of(identify(log, "stribeck", blocks=0, draws=0).best))

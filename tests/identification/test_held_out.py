@@ -25,8 +25,8 @@ def test_the_model_with_the_structure_of_the_truth_wins():
 
 def test_ranks_do_not_depend_on_the_order_asked_for():
     names = ["coulomb_viscous", "coulomb_viscous+asymmetry", "coulomb"]
-    one, other = (identify(asymmetric_log(), names, axis=STATED, draws=0), identify(asymmetric_log(), names[::-1], axis=STATED, draws=0))
-    assert [fit.name for fit in one.fits] == [fit.name for fit in other.fits]
+    item, other = (identify(asymmetric_log(), names, axis=STATED, draws=0), identify(asymmetric_log(), names[::-1], axis=STATED, draws=0))
+    assert [fit.name for fit in item.fits] == [fit.name for fit in other.fits]
 
 
 def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
@@ -48,8 +48,8 @@ def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, be
     # A push of 40 ms, two periods of the cut-off before or after the block.
     push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
     pushed, plain = (
-        identify(log_of(motion, one), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
-        for one in (effort + push, effort)
+        identify(log_of(motion, item), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
+        for item in (effort + push, effort)
     )
     # The other half, whose part it is, is predicted badly; this one as if there had been no push.
     assert pushed[1 - block] > 50.0
@@ -81,15 +81,15 @@ def test_of_two_models_that_are_no_different_the_simpler_one_wins():
 def test_a_short_log_has_as_many_blocks_as_there_is_room_for():
     motion = sines(1.5)
     log = log_of(motion, sliding_effort(motion))
-    found = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0)
-    assert len(found.best.held_out.block_errors_percent) == 3
+    identification = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0)
+    assert len(identification.best.held_out.block_errors_percent) == 3
     with pytest.raises(InputError, match="too many for this log; found 5, allowed 2 to 3"):
         identify(log, "coulomb_viscous", axis=STATED, blocks=5, draws=0)
 
 
 def test_a_log_with_no_room_for_two_says_so():
     motion = sines(0.7)
-    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", axis=STATED, draws=0)
-    assert found.best.name == "coulomb_viscous"
-    assert found.best.held_out is None
-    assert warnings_of(found.best)[0].startswith("the log is too short for a part of it to be held out")
+    identification = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", axis=STATED, draws=0)
+    assert identification.best.name == "coulomb_viscous"
+    assert identification.best.held_out is None
+    assert warnings_of(identification.best)[0].startswith("the log is too short for a part of it to be held out")

@@ -17,8 +17,10 @@ from bristle.report.model_tables import comparison_table
 @pytest.fixture(scope="module")
 def compared():
     motion = sines(10.0)
-    found = identify(log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0, blocks=0)
-    return {fit.name: fit for fit in found.fits}
+    identification = identify(
+        log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0, blocks=0
+    )
+    return {fit.name: fit for fit in identification.fits}
 
 
 def test_the_truth_costs_least(compared):
@@ -34,26 +36,26 @@ def test_each_criterion_is_the_difference_to_its_own_smallest(compared, criterio
 
 
 def test_both_criteria_differ_by_the_price_of_a_parameter(compared):
-    one, other = compared["coulomb_viscous"], compared["coulomb_viscous+asymmetry"]
-    more = len(other.correlation_names) - len(one.correlation_names)
-    aic = other.information.aic - one.information.aic
-    bic = other.information.bic - one.information.bic
-    assert bic - aic == pytest.approx(more * (np.log(one.information.measurements) - 2.0))
-    assert one.information.measurements <= one.traces.time.size
-    assert {"aic", "bic"} <= set(one.metrics)
+    item, other = compared["coulomb_viscous"], compared["coulomb_viscous+asymmetry"]
+    more = len(other.correlation_names) - len(item.correlation_names)
+    aic = other.information.aic - item.information.aic
+    bic = other.information.bic - item.information.bic
+    assert bic - aic == pytest.approx(more * (np.log(item.information.measurements) - 2.0))
+    assert item.information.measurements <= item.traces.time.size
+    assert {"aic", "bic"} <= set(item.metrics)
 
 
 def test_each_element_that_slips_has_its_price():
-    found = identify(elements_log(), "dahl,maxwell_slip", mass=12.0, cutoff=80.0, draws=0, blocks=0)
-    fits = {fit.name: fit for fit in found.fits}
-    one, other = fits["dahl"], fits["maxwell_slip"]
+    identification = identify(elements_log(), "dahl,maxwell_slip", mass=12.0, cutoff=80.0, draws=0, blocks=0)
+    fits = {fit.name: fit for fit in identification.fits}
+    item, other = fits["dahl"], fits["maxwell_slip"]
     elements = len(other.friction.values["k_i"])
     assert elements >= 3
     # Stiffness of each element, viscous friction and offset.
-    more = elements + 2 - len(one.correlation_names)
-    told = (other.information.bic - one.information.bic) - (other.information.aic - one.information.aic)
-    assert told == pytest.approx(more * (np.log(one.information.measurements) - 2.0))
-    count = {row[0]: row[1] for row in comparison_table(found).rows}
+    more = elements + 2 - len(item.correlation_names)
+    message = (other.information.bic - item.information.bic) - (other.information.aic - item.information.aic)
+    assert message == pytest.approx(more * (np.log(item.information.measurements) - 2.0))
+    count = {row[0]: row[1] for row in comparison_table(identification).rows}
     assert int(count["maxwell_slip"]) == elements + 2
 
 
@@ -61,5 +63,5 @@ def test_a_model_that_heeds_none_of_its_parameters_is_one_of_which_nothing_is_kn
     text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
     (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
     log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)
-    found = identify(log, load_code(tmp_path / "own.py"), mass=28.0, offset=0.0, draws=0, blocks=0)
-    assert found.best.parameters["F_C"].status == "unidentifiable"
+    identification = identify(log, load_code(tmp_path / "own.py"), mass=28.0, offset=0.0, draws=0, blocks=0)
+    assert identification.best.parameters["F_C"].status == "unidentifiable"

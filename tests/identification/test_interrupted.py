@@ -68,73 +68,73 @@ def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
 def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrupted_after):
     motion = sines()
     interrupted_after(50)
-    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", axis=STATED, blocks=2)
-    assert [fit.name for fit in found.fits] == ["coulomb_viscous", "lugre"]
-    assert [fit.unfinished for fit in found.fits] == [False, True]
-    assert found.unfinished == "interrupted: lugre is as far as it was fitted until then; dahl was not fitted"
+    identification = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", axis=STATED, blocks=2)
+    assert [fit.name for fit in identification.fits] == ["coulomb_viscous", "lugre"]
+    assert [fit.unfinished for fit in identification.fits] == [False, True]
+    assert identification.unfinished == "interrupted: lugre is as far as it was fitted until then; dahl was not fitted"
 
 
 def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
     interrupted_after(150)
-    found = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=2)
-    assert [fit.name for fit in found.fits] == ["lugre", "coulomb_viscous"]
-    assert [fit.unfinished for fit in found.fits] == [True, False]
-    assert [fit.rank for fit in found.fits] == [1, 2]
-    assert found.best.error_percent < 0.7 * found.fits[1].held_out.mean_percent
+    identification = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=2)
+    assert [fit.name for fit in identification.fits] == ["lugre", "coulomb_viscous"]
+    assert [fit.unfinished for fit in identification.fits] == [True, False]
+    assert [fit.rank for fit in identification.fits] == [1, 2]
+    assert identification.best.error_percent < 0.7 * identification.fits[1].held_out.mean_percent
 
 
 def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypatch):
-    def interrupted(*given):
+    def interrupted(*values):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(fitting, "held_out_error", interrupted)
-    found = identify(log, "maxwell_slip,dahl", axis=STATED, blocks=2)
-    assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
-    assert len(found.best.friction.values["k_i"]) >= 1
-    assert found.unfinished == "interrupted: maxwell_slip is as far as it was fitted until then; dahl was not fitted"
+    identification = identify(log, "maxwell_slip,dahl", axis=STATED, blocks=2)
+    assert [(fit.name, fit.unfinished, fit.held_out) for fit in identification.fits] == [("maxwell_slip", True, None)]
+    assert len(identification.best.friction.values["k_i"]) >= 1
+    assert identification.unfinished == "interrupted: maxwell_slip is as far as it was fitted until then; dahl was not fitted"
 
 
 @pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: the intervals are not those of simulated logs"), (0, "")])
 def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch, draws, said):
     calls, original = [], request.with_structure
 
-    def interrupted_once(*given):
-        calls.append(given)
+    def interrupted_once(*values):
+        calls.append(values)
         if len(calls) == 1:
             raise KeyboardInterrupt
-        return original(*given)
+        return original(*values)
 
     monkeypatch.setattr(request, "with_structure", interrupted_once)
-    found = identify(log, "coulomb_viscous", axis=STATED, blocks=2, draws=draws)
+    identification = identify(log, "coulomb_viscous", axis=STATED, blocks=2, draws=draws)
     assert len(calls) == 2
-    assert (found.best.unfinished, found.unfinished) == (False, said)
-    assert found.best.rank == 1
+    assert (identification.best.unfinished, identification.unfinished) == (False, said)
+    assert identification.best.rank == 1
 
 
 def test_what_was_fitted_is_kept_where_slots_are_looked_for(log, monkeypatch):
-    def interrupted(*given):
+    def interrupted(*values):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(request, "next_models", interrupted)
     monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
-    found = identify(log, "all", axis=STATED, blocks=2, draws=20)
-    assert {fit.name for fit in found.fits} == {"coulomb", "viscous"}
-    assert found.unfinished == "interrupted: slots were not looked for to the end"
+    identification = identify(log, "all", axis=STATED, blocks=2, draws=20)
+    assert {fit.name for fit in identification.fits} == {"coulomb", "viscous"}
+    assert identification.unfinished == "interrupted: slots were not looked for to the end"
 
 
 def test_slots_are_not_looked_for_after_an_interruption(log, monkeypatch):
     original, seen = request.fit, []
 
-    def interrupted(context, component, *given):
+    def interrupted(context, component, *values):
         if component.name == "viscous":
             raise KeyboardInterrupt
-        return original(context, component, *given)
+        return original(context, component, *values)
 
     monkeypatch.setattr(request, "fit", interrupted)
-    monkeypatch.setattr(request, "next_models", lambda *given: seen.append(given) or ())
+    monkeypatch.setattr(request, "next_models", lambda *values: seen.append(values) or ())
     monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
-    found = identify(log, "all", axis=STATED, blocks=2)
-    assert (found.unfinished, seen) == ("interrupted: viscous was not fitted", [])
+    identification = identify(log, "all", axis=STATED, blocks=2)
+    assert (identification.unfinished, seen) == ("interrupted: viscous was not fitted", [])
 
 
 def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):
@@ -144,24 +144,24 @@ def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_a
 
 
 def test_progress_tells_the_best_so_far(log):
-    told = []
-    identify(log, "lugre", axis=STATED, blocks=0, progress=lambda share, text: told.append((share, text)))
-    assert [share for share, _ in told] == sorted(share for share, _ in told)
-    best = [float(text.split("best so far ")[1].split(" %")[0]) for _, text in told if "best so far" in text]
+    message = []
+    identify(log, "lugre", axis=STATED, blocks=0, progress=lambda share, text: message.append((share, text)))
+    assert [share for share, _ in message] == sorted(share for share, _ in message)
+    best = [float(text.split("best so far ")[1].split(" %")[0]) for _, text in message if "best so far" in text]
     assert len(best) == 2
     assert best == sorted(best, reverse=True)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
 def test_intervals_that_were_interrupted_leave_the_fit(monkeypatch, error):
-    def interrupted(*given):
+    def interrupted(*values):
         raise error
 
     monkeypatch.setattr(sys.modules[identify.__module__], "with_uncertainty", interrupted)
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
-    found = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
-    assert found.unfinished == "interrupted: the intervals are not those of simulated logs"
-    assert found.best.parameters["F_C"].status == "identified"
+    identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
+    assert identification.unfinished == "interrupted: the intervals are not those of simulated logs"
+    assert identification.best.parameters["F_C"].status == "identified"
 
 
 @pytest.mark.parametrize("number", [2, 15], ids=["Ctrl-C", "SIGTERM"])
@@ -176,8 +176,8 @@ def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interr
     )
     interrupted_after(60, number)
     out = tmp_path / "out"
-    asked = [str(tmp_path / "log.csv"), "--axis", str(tmp_path / "axis.toml"), "--out", str(out)]
-    assert main(["identify", *asked, "--model", "lugre", "--json"]) == 128 + number
+    requested = [str(tmp_path / "log.csv"), "--axis", str(tmp_path / "axis.toml"), "--out", str(out)]
+    assert main(["identify", *requested, "--model", "lugre", "--json"]) == 128 + number
     printed = capsys.readouterr()
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: lugre")
     assert "interrupted: lugre is as far as it was fitted until then" in printed.err

@@ -26,11 +26,11 @@ def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
     for seed in range(60):
         motion = sines(phases=tuple(np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)))
         effort = sliding_effort(motion, noise=0.0) + 0.5 * coloured(seed, correlation_time, motion.time.size)
-        found = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters
+        parameters = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters
         for name, truth in TRUTH.items():
-            error = abs(found[name].value - truth)
-            inside.append(100.0 * error < found[name].interval_percent * abs(found[name].value))
-            inside_plain.append(error < 1.96 * found[name].std)
+            error = abs(parameters[name].value - truth)
+            inside.append(100.0 * error < parameters[name].interval_percent * abs(parameters[name].value))
+            inside_plain.append(error < 1.96 * parameters[name].std)
     # Of 240 intervals of 95 %, fewer than 90 % hold the truth once in a thousand times.
     assert 0.90 < np.mean(inside) < 0.99
     assert np.mean(inside_plain) < 0.75

@@ -35,7 +35,7 @@ def test_a_fall_that_the_log_does_not_show_is_held_where_the_search_begins(plain
     assert v_S.std is None
     assert v_S.reason.code in ("no_fall", "no_fall")
     assert "v_S" not in plain.correlation_names
-    assert [one.parameter for one in plain.diagnostics].count("v_S") == 1
+    assert [diagnostic.parameter for diagnostic in plain.diagnostics].count("v_S") == 1
     assert plain.parameters["F_C_pos"].value == pytest.approx(8.0, rel=0.02)
 
 

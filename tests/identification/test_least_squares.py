@@ -27,8 +27,8 @@ def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():
     context, parameters = (context_of(dataset, PriorKnowledge()), parameters_of(find("coulomb_viscous"), PriorKnowledge(), dataset))
     exact, stepped = (context.search(problem(dataset, parameters), 1.0, simulates=True) for problem in (InverseDynamics, Stepped))
     theta = exact.space.theta(TRUTH)
-    found, wanted = (one.descend(theta, limit=1).jacobian for one in (stepped, exact))
-    np.testing.assert_allclose(found, wanted, atol=2e-3 * np.max(np.abs(wanted)))
+    result, wanted = (item.descend(theta, limit=1).jacobian for item in (stepped, exact))
+    np.testing.assert_allclose(result, wanted, atol=2e-3 * np.max(np.abs(wanted)))
     # As finely as a computed residual allows, the jumps would be a good part of it.
     fine = replace(stepped, simulates=False).descend(theta, limit=1).jacobian
     assert np.max(np.abs(fine - wanted)) > 0.02 * np.max(np.abs(wanted))

@@ -41,8 +41,8 @@ def held_out(fit):
 
 
 def test_friction_of_a_gear_rises_with_what_it_carries():
-    found = identified(truth.log(), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
-    with_slot, without = found.fits
+    result = identified(truth.log(), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
+    with_slot, without = result.fits
     assert with_slot.name == "coulomb_viscous+transmitted"
     assert held_out(without) > 2.0 * held_out(with_slot)
     values = with_slot.friction.values
@@ -52,23 +52,23 @@ def test_friction_of_a_gear_rises_with_what_it_carries():
 
 
 def test_where_friction_is_constant_the_slot_loses_nothing():
-    found = identified(truth.log(share=0.0), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
-    errors = {fit.name: held_out(fit) for fit in found.fits}
+    result = identified(truth.log(share=0.0), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
+    errors = {fit.name: held_out(fit) for fit in result.fits}
     assert errors["coulomb_viscous+transmitted"] < 1.02 * errors["coulomb_viscous"]
-    slot = next(fit for fit in found.fits if "+" in fit.name)
+    slot = next(fit for fit in result.fits if "+" in fit.name)
     assert abs(slot.friction.values["c_T"]) < 0.005
 
 
 def said_of(columns, model="coulomb_viscous"):
     best = identified(columns, ARM, model).best
-    return {one.code: one for one in best.diagnostics}
+    return {diagnostic.code: diagnostic for diagnostic in best.diagnostics}
 
 
 def test_a_gear_is_named_by_what_its_friction_follows():
-    said = said_of(truth.log())
-    assert said["structure"].numbers["causes"][0] == "transmitted"
-    assert said["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
-    assert "`coulomb_viscous+transmitted`" in message(said["missing_transmitted"])
+    text = said_of(truth.log())
+    assert text["structure"].numbers["causes"][0] == "transmitted"
+    assert text["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
+    assert "`coulomb_viscous+transmitted`" in message(text["missing_transmitted"])
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -85,12 +85,12 @@ def test_all_models_include_the_gear_where_the_log_shows_one(share, monkeypatch)
     monkeypatch.setattr(request, "MODELS", {"coulomb": request.MODELS["coulomb"]})
     axis = read_axis(ARM)
     log = Log.from_columns(truth.log(share=share, seconds=10.0), axis=axis)
-    found = identify(log, "all", axis=axis, draws=0, blocks=2)
-    names = [fit.name for fit in found.fits]
+    identification = identify(log, "all", axis=axis, draws=0, blocks=2)
+    names = [fit.name for fit in identification.fits]
     if share:
         assert names[0] == "coulomb_viscous+transmitted"
-        plain = next(fit for fit in found.fits if fit.name == "coulomb")
-        assert held_out(plain) > 2.0 * held_out(found.best)
+        plain = next(fit for fit in identification.fits if fit.name == "coulomb")
+        assert held_out(plain) > 2.0 * held_out(identification.best)
     else:
         assert not any("transmitted" in name for name in names)
 

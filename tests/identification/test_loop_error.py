@@ -43,7 +43,7 @@ def test_inverse_dynamics_of_the_same_log_is_further_off(fit, log):
     start = identify(log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0).best
     assert "lag" not in start.parameters
     for name in ("M", "F_v"):
-        off = [abs(one.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for one in (fit, start)]
+        off = [abs(item.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for item in (fit, start)]
         assert off[0] < 0.2 * off[1], name
 
 
@@ -80,11 +80,11 @@ def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_one
     fit = identify(log, "stribeck", axis=AXIS, draws=60, blocks=0).best
     plain, twins = [], []
     for name, truth in {**TRUTH.values, "M": MASS}.items():
-        one = fit.parameters[name]
-        if one.status != "identified":
+        item = fit.parameters[name]
+        if item.status != "identified":
             continue
-        plain.append(abs(one.value - truth) < 1.96 * one.std)
-        twins.append(one.interval[0] < truth < one.interval[1])
+        plain.append(abs(item.value - truth) < 1.96 * item.std)
+        twins.append(item.interval[0] < truth < item.interval[1])
     assert np.mean(twins) >= 0.8
     assert np.mean(plain) <= 0.6
     assert not fit.resampling.white
@@ -102,11 +102,11 @@ def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
         return residual(self, free)
 
     monkeypatch.setattr(OutputError, "residual", counting)
-    found = identify(log, "stribeck", axis=SOUGHT, draws=0)
-    assert found.best.unfinished
-    assert found.unfinished == "interrupted: stribeck is as far as it was fitted until then"
-    assert warnings_of(found.best)[0].startswith("unfinished: ")
-    assert found.best.loop_error_percent < 20.0
+    identification = identify(log, "stribeck", axis=SOUGHT, draws=0)
+    assert identification.best.unfinished
+    assert identification.unfinished == "interrupted: stribeck is as far as it was fitted until then"
+    assert warnings_of(identification.best)[0].startswith("unfinished: ")
+    assert identification.best.loop_error_percent < 20.0
 
 
 def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
@@ -119,18 +119,18 @@ def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
         return residual(self, free)
 
     monkeypatch.setattr(InverseDynamics, "residual", counting)
-    found = identify(log, "stribeck", axis=SOUGHT, draws=0).best
-    assert found.unfinished
-    assert found.loop_error_percent is None
+    best = identify(log, "stribeck", axis=SOUGHT, draws=0).best
+    assert best.unfinished
+    assert best.loop_error_percent is None
 
 
 def test_what_the_loop_lacks_is_told(log):
-    for axis, changed, said in (
+    for axis, changed, text in (
         (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop"),
         (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
         (replace(SOUGHT, loop="open"), log, "effort.lag: shows in a closed loop only"),
     ):
-        with pytest.raises(InputError, match=said) as refused:
+        with pytest.raises(InputError, match=text) as refused:
             identify(changed, "coulomb_viscous", axis=axis)
         assert "--mode" not in str(refused.value), "that is an option of predict"
     with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
@@ -140,7 +140,7 @@ def test_what_the_loop_lacks_is_told(log):
 
 
 def test_models_that_cannot_be_compared_are_left_out_and_told(log):
-    found = identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0)
-    assert [one.name for one in found.fits] == ["coulomb_viscous"]
-    assert not found.unfinished
-    assert found.notes[-1] == "maxwell_slip+position is left out: is identified by inverse dynamics only"
+    identification = identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0)
+    assert [item.name for item in identification.fits] == ["coulomb_viscous"]
+    assert not identification.unfinished
+    assert identification.notes[-1] == "maxwell_slip+position is left out: is identified by inverse dynamics only"

@@ -19,7 +19,7 @@ def driven_log():
 @pytest.mark.parametrize("model", ["coulomb_viscous", "maxwell_slip"])
 def test_an_effort_of_the_other_sign_is_fitted_and_its_causes_are_named(driven_log, model):
     fit = identify(driven_log, model, mass=12.0, draws=0, blocks=0).best
-    estimate = next(one for one in fit.estimates if one.name == "F_C")
+    estimate = next(item for item in fit.estimates if item.name == "F_C")
     assert estimate.status == "at_edge"
     assert estimate.reason.code == "no_friction"
     assert fit.friction.values["F_C"] < 1e-3 * driven_log.effort.values.std()
@@ -34,5 +34,5 @@ def test_where_damping_opposes_the_motion_no_cause_is_sought_in_the_sign():
     scatter = np.random.default_rng(4).normal(0.0, 0.05, motion.time.size)
     log = log_of(motion, 12.0 * motion.acceleration + 60.0 * motion.velocity - 2.0 * np.sign(motion.velocity) + scatter)
     fit = identify(log, "coulomb_viscous", mass=12.0, draws=0, blocks=0).best
-    estimate = next(one for one in fit.estimates if one.name == "F_C")
+    estimate = next(item for item in fit.estimates if item.name == "F_C")
     assert (estimate.status, estimate.reason.code) == ("at_edge", "edge_of_model")

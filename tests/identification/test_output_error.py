@@ -23,15 +23,15 @@ AXIS = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, m
 
 def recorded(periods: int = 2, noise: float = 5e-6) -> Log:
     """A steady motion: the last of many periods, driven by a smooth force."""
-    one = 4.0 * multisine(np.arange(SIZE * FINE) / (RATE * FINE))
-    trace = run_open_loop(PLANT, YIELDING, np.tile(one, 6), 1.0 / (RATE * FINE), hold="linear")
-    position = np.tile(trace.position[-one.size :: FINE], periods)
+    item = 4.0 * multisine(np.arange(SIZE * FINE) / (RATE * FINE))
+    trace = run_open_loop(PLANT, YIELDING, np.tile(item, 6), 1.0 / (RATE * FINE), hold="linear")
+    position = np.tile(trace.position[-item.size :: FINE], periods)
     position = position + np.random.default_rng(2).normal(0.0, noise, position.size)
     time = np.arange(position.size) / RATE
     return Log(
         time=Channel(time, "s", "t"),
         position=Channel(position, "m", "y"),
-        effort=Channel(np.tile(one[::FINE], periods), "N", "u"),
+        effort=Channel(np.tile(item[::FINE], periods), "N", "u"),
         sample_time=1.0 / RATE,
         segments=(slice(0, time.size),),
     )
@@ -54,8 +54,8 @@ def test_the_truth_comes_back_within_its_intervals(fit):
         assert estimate.status == "identified"
         assert abs(estimate.value - true) < 4.0 * estimate.larger_std, name
         assert estimate.relative_std_percent < 5.0
-    for one, true in zip(fit.combinations, (900.0, 300.0), strict=True):
-        assert abs(one.value - true) < 4.0 * one.larger_std, one.name
+    for combination, true in zip(fit.combinations, (900.0, 300.0), strict=True):
+        assert abs(combination.value - true) < 4.0 * combination.larger_std, combination.name
     assert fit.position_rmse == pytest.approx(5e-6, rel=0.05)
 
 
@@ -63,7 +63,7 @@ def test_a_factor_that_nothing_shows_is_named(fit):
     beta = fit.parameters["beta"]
     assert (beta.status, beta.std) == ("unidentifiable", None)
     assert "only beta*gamma and beta*delta show" in note_of(beta)
-    assert [one.name for one in fit.combinations] == ["beta*gamma", "beta*delta"]
+    assert [combination.name for combination in fit.combinations] == ["beta*gamma", "beta*delta"]
 
 
 def test_what_is_held_out_is_no_repetition(fit):
@@ -83,38 +83,38 @@ def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
 
 def test_a_held_effort_is_simulated_as_one_that_is_held():
     log = recorded(noise=0.0)
-    held = run_open_loop(PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero").position[
+    fixed = run_open_loop(PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero").position[
         -log.position.values.size :
     ]
-    exact = replace(log, position=Channel(held, "m", "y"))
-    found = predict(PLANT, YIELDING, exact, replace(AXIS, hold="zero"), "open-loop")
-    assert found.metrics["position_error_percent"] < 0.5
-    assert "2 equal periods" in notes_of(found)[-1]
+    exact = replace(log, position=Channel(fixed, "m", "y"))
+    prediction = predict(PLANT, YIELDING, exact, replace(AXIS, hold="zero"), "open-loop")
+    assert prediction.metrics["position_error_percent"] < 0.5
+    assert "2 equal periods" in notes_of(prediction)[-1]
 
 
 def test_a_record_said_not_to_be_periodic_begins_at_rest(log, fit):
-    found = predict(fit.plant, fit.friction, log, replace(AXIS, periodic=False), "open-loop")
-    assert notes_of(found)[-1] == "the motion begins at rest"
-    error = np.abs(found.position - found.position_predicted)
+    prediction = predict(fit.plant, fit.friction, log, replace(AXIS, periodic=False), "open-loop")
+    assert notes_of(prediction)[-1] == "the motion begins at rest"
+    error = np.abs(prediction.position - prediction.position_predicted)
     assert np.max(error[:100]) > 5.0 * np.max(error[-SIZE:])
 
 
 def test_a_model_that_leaves_all_numbers_ends_with_a_status(log):
     wild = friction.bouc_wen_classic(alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0)  # each cycle puts energy in
-    found = predict(PLANT, wild, log, AXIS, "open-loop")
-    assert found.metrics["position_rmse"] is None
-    assert found.status.name == "NOT_FINITE"
+    prediction = predict(PLANT, wild, log, AXIS, "open-loop")
+    assert prediction.metrics["position_rmse"] is None
+    assert prediction.status.name == "NOT_FINITE"
 
 
 def test_the_axis_file_refuses_what_contradicts_itself(tmp_path):
     from bristle.files import read_axis
 
     head = 'schema = 1\nkind = "translational"\n[columns]\nposition = "y"\n'
-    for text, said in (
+    for text, message in (
         ('[effort]\nheld = true\nhold = "linear"\n', "effort.hold: contradicts `held`"),
         ('[plant]\nstiffness = "5 N/mm"\n', "plant.stiffness: belongs to an oscillator"),
         ('[effort]\nhold = "sinc"\n', "effort.hold"),
     ):
         (tmp_path / "axis.toml").write_text(head + text)
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=message):
             read_axis(tmp_path / "axis.toml")

@@ -29,10 +29,10 @@ def test_the_coefficient_of_a_drag_is_found_whatever_its_magnitude(length, force
     effort += np.random.default_rng(3).normal(0.0, 0.1, effort.size)
     motion = Motion(moved.time, length * moved.position, length * moved.velocity, length * moved.acceleration)
     best = identify(log_of(motion, force * effort, kind=kind), OWN, blocks=0, draws=0).best
-    found = best.parameters["F_q"]
-    assert found.status == "identified"
-    assert found.value == pytest.approx(TRUTH["F_q"] * force / length**2, rel=0.02)
-    assert found.unit == {"translational": "N*s^2/m^2", "rotational": "N*m*s^2/rad^2"}[kind]
+    result = best.parameters["F_q"]
+    assert result.status == "identified"
+    assert result.value == pytest.approx(TRUTH["F_q"] * force / length**2, rel=0.02)
+    assert result.unit == {"translational": "N*s^2/m^2", "rotational": "N*m*s^2/rad^2"}[kind]
 
 
 SCALES = Scales(
@@ -86,7 +86,7 @@ def test_what_a_search_takes_for_typical_has_the_dimension_of_the_parameter(quan
         expected = pytest.approx(ratio(quantity, *by), rel=1e-12)
         assert other.magnitude(variable) / SCALES.magnitude(variable) == expected
         ends = zip(other.range(variable), SCALES.range(variable), strict=True)
-        assert [one / before for one, before in ends] == [expected, expected]
+        assert [item / before for item, before in ends] == [expected, expected]
         starts = []
         for scales in (other, SCALES):
             sliding = Sliding({}, scales.force, scales.force / scales.speed)

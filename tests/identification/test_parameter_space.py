@@ -76,12 +76,12 @@ def test_the_other_side_is_as_far_and_keeps_what_a_model_allows():
     space, rng = space_of("excess over another"), np.random.default_rng(6)
     best, names = 0.5 * (anywhere(space, rng) + anywhere(space, rng)), space.names
     near = best + 0.01 * rng.standard_normal(best.size)
-    there, middle, here = (
-        dict(zip(names, one, strict=True)) for one in (space.turned(near, best).numbers, space.numbers(best), space.numbers(near))
+    present, middle, here = (
+        dict(zip(names, item, strict=True)) for item in (space.turned(near, best).numbers, space.numbers(best), space.numbers(near))
     )
     for name in set(names) - {"F_S"}:
         side = middle[name] ** 2 / here[name] if name in space.logarithmic else 2.0 * middle[name] - here[name]
-        assert there[name] == pytest.approx(side)
+        assert present[name] == pytest.approx(side)
     # Farther than the excess reaches down, F_S is F_C.
     excess = list(names).index("F_S")
     far = space.turned(np.where(np.arange(best.size) == excess, 3.0 * best, best), best)
@@ -116,7 +116,7 @@ def own_model(relations, **ranges):
         State=State,
         trial=trial,
         commit=commit,
-        relations=tuple(Relation(one, lambda p: True, "Lower b") for one in relations),
+        relations=tuple(Relation(relation, lambda p: True, "Lower b") for relation in relations),
     )
 
 

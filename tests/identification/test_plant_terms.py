@@ -65,10 +65,10 @@ def test_without_the_term_gravity_is_left_over():
 
 
 def test_results_with_terms_are_written_and_read_again(tmp_path):
-    found = identified(arm(1.0), axis(plant={"gravity": "link"}), blocks=0)
-    found.save(tmp_path / "results")
+    result = identified(arm(1.0), axis(plant={"gravity": "link"}), blocks=0)
+    result.save(tmp_path / "results")
     again = load(tmp_path / "results")
-    assert again.best.plant == found.best.plant
+    assert again.best.plant == result.best.plant
     assert 'model = "inertia+gravity"' in (tmp_path / "results" / "model.toml").read_text()
 
 

@@ -35,9 +35,9 @@ def test_every_turning_point_is_a_reversal():
 def test_rows_superpose_and_keep_a_constant(weight, decimation):
     motion = sines(duration=3.0)
     regression = treat(log_of(motion, sliding_effort(motion)), None, decimation=decimation)
-    one, other = [motion.velocity], [np.sign(motion.velocity)]
-    both = regression.rows_of([one[0] + weight * other[0]])
-    assert np.allclose(both, regression.rows_of(one) + weight * regression.rows_of(other), atol=1e-12)
+    item, other = [motion.velocity], [np.sign(motion.velocity)]
+    both = regression.rows_of([item[0] + weight * other[0]])
+    assert np.allclose(both, regression.rows_of(item) + weight * regression.rows_of(other), atol=1e-12)
     assert np.allclose(regression.rows_of([np.full(motion.time.size, 7.0)]), 7.0, rtol=1e-12)
 
 
@@ -115,10 +115,10 @@ def test_all_of_a_position_stands_before_its_filter_rests_too():
     late = treat(log_of(motion._replace(position=behind), sliding_effort(motion)), Axis(keeps_rests=True))
     (segment,), (before,) = shifted(late, 0.0, 0.0, lag).segments, late.segments
     # A filter of first order delays by its time constant, which stays: it is part of the delay.
-    there = np.interp(motion.time - lag, motion.time, motion.position + 0.7)[300:-300]
-    assert segment.recorded[300:-300] == pytest.approx(there, abs=2e-5)
-    assert segment.position[300:-300] == pytest.approx(there, abs=2e-5)
-    assert np.max(np.abs(before.recorded[300:-300] - there)) > 1.5 * np.max(np.abs(segment.recorded[300:-300] - there))
+    present = np.interp(motion.time - lag, motion.time, motion.position + 0.7)[300:-300]
+    assert segment.recorded[300:-300] == pytest.approx(present, abs=2e-5)
+    assert segment.position[300:-300] == pytest.approx(present, abs=2e-5)
+    assert np.max(np.abs(before.recorded[300:-300] - present)) > 1.5 * np.max(np.abs(segment.recorded[300:-300] - present))
     resting = before.velocity == 0.0
     assert np.count_nonzero(resting) > 1000
     assert not np.any(segment.velocity[resting])
@@ -133,15 +133,15 @@ def test_noise_of_the_effort_is_all_of_it_though_a_filter_leaves_some(cutoff):
 
 
 def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
-    missing, told = [], []
+    missing, message = [], []
     for seed in range(4):
         motion = sines()
         noise = np.random.default_rng(seed).normal(0.0, 25e-6, motion.time.size)
         shaken = motion._replace(position=motion.position + noise)
         fit = identify(log_of(shaken, sliding_effort(motion, seed)), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
         missing.append(100.0 * (1.0 - fit.parameters["M"].value / TRUTH["M"]))
-        told.append(next(one.numbers["percent"] for one in fit.diagnostics if one.code == "noisy_acceleration"))
-    assert np.mean(told) == pytest.approx(np.mean(missing), rel=0.25)
+        message.append(next(diagnostic.numbers["percent"] for diagnostic in fit.diagnostics if diagnostic.code == "noisy_acceleration"))
+    assert np.mean(message) == pytest.approx(np.mean(missing), rel=0.25)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_a_log_as_short_as_is_allowed_serves_and_one_sample_less_does_not(cutoff
 
 
 def short(motion, count):
-    return log_of(type(motion)(*(one[:count] for one in motion)), np.ones(count))
+    return log_of(type(motion)(*(item[:count] for item in motion)), np.ones(count))
 
 
 @pytest.mark.parametrize("decimation", [1, 3, 10])
@@ -213,7 +213,7 @@ def test_a_motion_too_slow_to_be_told_from_rest_is_fitted_whole_and_the_fit_says
         treat(Log(time=time, position=coarse, effort=4e6 * fine, sample_time=1e-3), None)
     dataset = treat(log, None)
     assert dataset.time.size == dataset.in_motion.size == 3_990
-    codes = {one.code for one in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
+    codes = {diagnostic.code for diagnostic in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
     assert {"rests", "never_slides"} <= codes
 
 

@@ -27,14 +27,14 @@ def made(fit):
 
     def make(name, errors, parameters, unknown=0, component=None):
         estimates = [replace(fit.estimates[0], name=f"p{i}", status="identified") for i in range(parameters)]
-        estimates[:unknown] = [replace(one, status="unidentifiable") for one in estimates[:unknown]]
+        estimates[:unknown] = [replace(estimate, status="unidentifiable") for estimate in estimates[:unknown]]
         mean = sum(errors) / len(errors)
-        spread = (sum((one - mean) ** 2 for one in errors) / (len(errors) - 1)) ** 0.5
+        spread = (sum((estimate - mean) ** 2 for estimate in errors) / (len(errors) - 1)) ** 0.5
         return replace(
             fit,
             friction=SimpleNamespace(name=name, component=component or fit.friction.component),
             estimates=tuple(estimates),
-            correlation_names=tuple(one.name for one in estimates),
+            correlation_names=tuple(estimate.name for estimate in estimates),
             held_out=HeldOut(tuple(errors), mean, spread),
         )
 
@@ -42,35 +42,35 @@ def made(fit):
 
 
 def order(*fits, spread=0.0):
-    names = [one.name for one in ranked(fits, spread=spread)]
-    assert [one.name for one in ranked(fits[::-1], spread=spread)] == names
+    names = [item.name for item in ranked(fits, spread=spread)]
+    assert [item.name for item in ranked(fits[::-1], spread=spread)] == names
     return names
 
 
 def test_the_smaller_error_wins_where_every_block_agrees(made):
-    simple = made("simple", [one + 0.1 for one in BLOCKS], 3)
+    simple = made("simple", [block + 0.1 for block in BLOCKS], 3)
     assert order(simple, made("rich", BLOCKS, 6)) == ["rich", "simple"]
 
 
 def test_the_simpler_model_wins_where_blocks_disagree(made):
-    mixed = [one + change for one, change in zip(BLOCKS, (0.4, -0.3, 0.5, -0.4, 0.1), strict=True)]
+    mixed = [block + change for block, change in zip(BLOCKS, (0.4, -0.3, 0.5, -0.4, 0.1), strict=True)]
     # The simple model is worse by 0.06 on average, and by 0.06 +- 0.18 as far as five blocks tell.
     assert order(made("simple", mixed, 3), made("rich", BLOCKS, 6)) == ["simple", "rich"]
 
 
 def test_a_model_half_unidentified_gives_way_within_the_spread(made):
-    simple = made("simple", [one + 0.1 for one in BLOCKS], 3)
+    simple = made("simple", [block + 0.1 for block in BLOCKS], 3)
     assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["simple", "rich"]
     assert order(simple, made("rich", BLOCKS, 10, unknown=4)) == ["rich", "simple"]
 
 
 def test_a_model_half_unidentified_wins_where_it_predicts_far_better(made):
-    simple = made("simple", [one + 2.0 for one in BLOCKS], 3)
+    simple = made("simple", [block + 2.0 for block in BLOCKS], 3)
     assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["rich", "simple"]
 
 
 def test_errors_that_differ_by_rounding_are_the_same(made):
-    assert order(made("simple", [one + 1e-7 for one in BLOCKS], 3), made("rich", BLOCKS, 4)) == ["simple", "rich"]
+    assert order(made("simple", [block + 1e-7 for block in BLOCKS], 3), made("rich", BLOCKS, 4)) == ["simple", "rich"]
 
 
 def test_without_blocks_the_error_of_the_fit_decides(fit):
@@ -91,7 +91,7 @@ def test_what_is_within_the_spread_may_lie_on_its_edge(made):
 
 
 def test_what_knows_the_place_gains_nothing_below_the_spread_of_one_motion(made):
-    plain = made("plain", [one + 0.5 for one in BLOCKS], 3)
+    plain = made("plain", [block + 0.5 for block in BLOCKS], 3)
     by_place = made("by place", BLOCKS, 6, component=find("coulomb_viscous+periodic"))
     by_direction = made("by direction", BLOCKS, 6, component=find("coulomb_viscous+asymmetry"))
     assert order(plain, by_place) == ["by place", "plain"]
@@ -102,7 +102,7 @@ def test_what_knows_the_place_gains_nothing_below_the_spread_of_one_motion(made)
 
 
 def test_a_half_unidentified_leader_keeps_the_place_where_no_motion_repeats_itself(made):
-    larger = made("larger", [one + 0.1 for one in BLOCKS], 12)
+    larger = made("larger", [block + 0.1 for block in BLOCKS], 12)
     by_place = made("by place", BLOCKS, 6, unknown=3, component=find("coulomb_viscous+periodic"))
     assert order(larger, by_place) == ["by place", "larger"]
     assert order(larger, by_place, spread=0.2) == ["larger", "by place"]

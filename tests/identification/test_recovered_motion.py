@@ -77,7 +77,7 @@ def test_corners_that_noise_hides_are_as_sharp_as_the_filtered_motion_lets_them_
     hidden = (beyond < 1e-9) & (motion.visible < 0.1)
     hidden[:200] = hidden[-200:] = False
     outwards = np.sign(truth - np.mean(truth))
-    taken, left = (np.mean((outwards * (truth - one.position))[hidden]) for one in (segment, motion.segment))
+    taken, left = (np.mean((outwards * (truth - item.position))[hidden]) for item in (segment, motion.segment))
     assert taken > 1e-7
     assert 0.75 * taken < left < 0.9 * taken
 

@@ -16,8 +16,8 @@ from bristle.report.messages import assumptions_of, note_of, warnings_of
 def test_standard_errors_hold_for_white_noise():
     scores = []
     for seed in range(40):
-        found = identify(sliding_log(seed), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters
-        scores.append([(found[name].value - truth) / found[name].std for name, truth in TRUTH.items()])
+        parameters = identify(sliding_log(seed), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters
+        scores.append([(parameters[name].value - truth) / parameters[name].std for name, truth in TRUTH.items()])
     scores = np.array(scores)
     # The spread of 40 draws is known to 11 %, its mean to 0.16; central differences shift M by a known 1e-4.
     assert np.all(np.abs(scores.mean(axis=0)) < [0.8, 0.5, 0.5, 0.5])
@@ -29,10 +29,10 @@ def test_each_direction_has_its_own_friction():
     forward = sliding_effort(motion, F_C=9.0, F_v=25.0, offset=0.0)
     backward = sliding_effort(motion, F_C=6.0, F_v=40.0, offset=0.0)
     log = log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
-    found = identify(log, "coulomb_viscous+asymmetry", draws=0).best.parameters
+    parameters = identify(log, "coulomb_viscous+asymmetry", draws=0).best.parameters
     for name, truth in {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0, "M": 12.0}.items():
-        assert abs(found[name].value - truth) < 4.0 * found[name].std
-        assert found[name].status == "identified"
+        assert abs(parameters[name].value - truth) < 4.0 * parameters[name].std
+        assert parameters[name].status == "identified"
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,10 @@ def test_nonlinear_models_are_found_again(name, truth):
 def test_a_gap_and_the_hardening_behind_it_are_found_again():
     truth = {"F_C": 8.0, "give": 4e-4, "gap": 6e-4, "n": 2.0, "share": 0.1, "sigma_2": 30.0, "offset": 0.5}
     log = slow_log(friction.find("gap_slider")(**truth), duration=6.0)
-    found = identify(log, "gap_slider", axis=STATED, mass=12.0, blocks=0, draws=0).best.parameters
+    parameters = identify(log, "gap_slider", axis=STATED, mass=12.0, blocks=0, draws=0).best.parameters
     for name, value in truth.items():
-        assert found[name].status == "identified", note_of(found[name])
-        assert found[name].value == pytest.approx(value, rel=0.03), name
+        assert parameters[name].status == "identified", note_of(parameters[name])
+        assert parameters[name].value == pytest.approx(value, rel=0.03), name
 
 
 def test_what_is_known_is_held():
@@ -110,10 +110,10 @@ def test_a_model_of_ones_own_is_identified():
     def commit(state, memory, move, p):
         return state
 
-    own = FrictionModel(
+    friction_model = FrictionModel(
         name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState, trial=trial, commit=commit
     )
-    fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own], axis=STATED, draws=0).best
+    fit = identify(slow_log(friction_model(F_C=8.0, v_t=2e-3)), [friction_model], axis=STATED, draws=0).best
     assert fit.name == "hyperbolic"
     assert fit.friction.values["F_C"] == pytest.approx(8.0, rel=0.01)
     assert fit.friction.values["v_t"] == pytest.approx(2e-3, rel=0.02)
@@ -142,12 +142,12 @@ def test_weight_is_no_friction_that_an_error_could_hide_behind(model):
 
 
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
-    told = []
-    identify(sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: told.append((share, text)), draws=0)
-    shares = [share for share, _ in told]
+    message = []
+    identify(sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: message.append((share, text)), draws=0)
+    shares = [share for share, _ in message]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
-    assert {text.partition(",")[0] for _, text in told} == {"fitting coulomb_viscous", "fitting stribeck"}
+    assert {text.partition(",")[0] for _, text in message} == {"fitting coulomb_viscous", "fitting stribeck"}
 
     def interrupt(share: float, text: str) -> None:
         raise KeyboardInterrupt

@@ -60,9 +60,9 @@ def test_one_direction_does_not_show_the_other():
 def test_reversed_effort_is_recognised_whatever_is_known(known):
     motion = sines()
     fit = identify(log_of(motion, -sliding_effort(motion)), "coulomb_viscous", draws=0, **known).best
-    (told,) = [found for found in fit.diagnostics if found.code == "sign_reversed"]
-    assert told.severity == "error"
-    assert "sign = -1" in message(told)
+    (text,) = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "sign_reversed"]
+    assert text.severity == "error"
+    assert "sign = -1" in message(text)
 
 
 def test_friction_too_small_to_tell_is_no_reversed_effort():
@@ -77,11 +77,11 @@ def test_friction_too_small_to_tell_is_no_reversed_effort():
 @pytest.mark.parametrize(("length", "force"), [(1.0, 1.0), (2.0**10, 2.0**-10), (2.0**-10, 2.0**10)])
 def test_friction_that_puts_energy_in_is_told_whatever_the_magnitudes(length, force):
     moved = sines(4.0)
-    motion = Motion(moved.time, *(length * one for one in moved[1:]))
+    motion = Motion(moved.time, *(length * item for item in moved[1:]))
     # The inertia has its sign, which is no excuse.
     effort = 500.0 * moved.position + sliding_effort(moved, F_C=-8.0, F_v=-30.0, offset=0.0)
     fit = identify(log_of(motion, force * effort), "coulomb_viscous", axis=Axis(plant="oscillator"), draws=0).best
-    assert "sign_reversed" in [found.code for found in fit.diagnostics]
+    assert "sign_reversed" in [diagnostic.code for diagnostic in fit.diagnostics]
 
 
 def test_an_effort_of_zero_is_refused():
@@ -100,19 +100,19 @@ def test_a_log_without_effort_is_refused():
 
 def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():
     rng = np.random.default_rng(0)
-    one, other = rng.normal(size=(2, 200))
-    columns = np.stack([one, 3.0 * one, other, 0.0 * other], axis=1)
+    item, other = rng.normal(size=(2, 200))
+    columns = np.stack([item, 3.0 * item, other, 0.0 * other], axis=1)
     solution = Solution(ParameterSpace(tuple("abcd"), np.full(4, -np.inf), np.full(4, np.inf)), np.ones(4), columns)
-    found = covariance_of(solution, rng.normal(size=200))
-    assert np.isinf(found.std).tolist() == [True, True, False, True]
-    assert found.std[2] == pytest.approx(1.0 / np.linalg.norm(other), rel=0.2)
-    assert found.condition_number > 1e12
+    result = covariance_of(solution, rng.normal(size=200))
+    assert np.isinf(result.std).tolist() == [True, True, False, True]
+    assert result.std[2] == pytest.approx(1.0 / np.linalg.norm(other), rel=0.2)
+    assert result.condition_number > 1e12
 
 
 def test_correlated_residuals_widen_the_robust_error_only():
     rng = np.random.default_rng(0)
     slow = np.repeat(rng.normal(size=40), 50)
     column = np.ones((2000, 1))
-    found = covariance_of(Solution(ParameterSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow)
+    result = covariance_of(Solution(ParameterSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow)
     # Fifty equal residuals carry the information of one.
-    assert found.robust_std[0] / found.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)
+    assert result.robust_std[0] / result.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)

@@ -91,9 +91,9 @@ def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
 
 def test_among_others_it_is_left_out_and_told(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
-    found = identify(rising, [model, "coulomb_viscous"], blocks=0, draws=0)
-    assert [one.name for one in found.fits] == ["coulomb_viscous"]
-    assert "two_levels is left out: the best fit of two_levels is not what the model allows" in found.notes[-1]
+    identification = identify(rising, [model, "coulomb_viscous"], blocks=0, draws=0)
+    assert [fit.name for fit in identification.fits] == ["coulomb_viscous"]
+    assert "two_levels is left out: the best fit of two_levels is not what the model allows" in identification.notes[-1]
 
 
 @pytest.mark.parametrize(

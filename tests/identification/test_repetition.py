@@ -32,20 +32,20 @@ def beginnings(fit):
 
 def test_one_amplitude_and_repetition_are_told():
     log = one_amplitude()
-    found = identify(log, "dahl,maxwell_slip", axis=STATED, mass=1e-3, cutoff=50.0, decimation=2, draws=0)
-    for fit in found.fits:
-        told = " ".join(warnings_of(fit))
-        assert "all 23 half-cycles go the same way of 60 µm" in told or "all 22 half-cycles" in told
-        assert "dahl" in told
-        assert "maxwell_slip" in told
-        assert "the motion repeats itself every 1.8 s" in told
+    identification = identify(log, "dahl,maxwell_slip", axis=STATED, mass=1e-3, cutoff=50.0, decimation=2, draws=0)
+    for fit in identification.fits:
+        message = " ".join(warnings_of(fit))
+        assert "all 23 half-cycles go the same way of 60 µm" in message or "all 22 half-cycles" in message
+        assert "dahl" in message
+        assert "maxwell_slip" in message
+        assert "the motion repeats itself every 1.8 s" in message
     static = identify(log, "coulomb_viscous", axis=STATED, mass=1e-3, draws=0).best
-    assert not any("half-cycles" in one for one in beginnings(static))
+    assert not any("half-cycles" in beginning for beginning in beginnings(static))
 
 
 def test_nested_loops_are_not_one_amplitude_and_a_motion_of_three_sines_repeats_nothing():
     fit = identify(elements_log(), "maxwell_slip", axis=STATED, mass=12.0, cutoff=80.0, decimation=2, draws=0).best
-    assert not any("half-cycles" in one or "repeats" in one for one in beginnings(fit))
+    assert not any("half-cycles" in beginning or "repeats" in beginning for beginning in beginnings(fit))
 
 
 def test_half_cycles_leave_trembles_out():
@@ -96,15 +96,15 @@ def test_logs_that_repeat_one_another_are_no_test_of_the_model():
     half = motion.time.size // 2
     # The second half begins elsewhere in its period.
     halves = [cut(log, 0, half), cut(log, half + 700, motion.time.size)]
-    told = "what was held out is the motion that was fitted"
+    message = "what was held out is the motion that was fitted"
     fit = identify(halves, "coulomb", axis=STATED, mass=1.0, draws=0).best
-    first = next(one for one in warnings_of(fit) if one.startswith("each log repeats the motion of another one: "))
-    assert told in first
+    first = next(item for item in warnings_of(fit) if item.startswith("each log repeats the motion of another one: "))
+    assert message in first
     third = log_of(other, 20.0 * np.sign(other.velocity) + other.acceleration)
     fit = identify([*halves, third], "coulomb", axis=STATED, mass=1.0, draws=0).best
-    assert any(one.startswith("2 of 3 logs repeat the motion") for one in warnings_of(fit))
+    assert any(item.startswith("2 of 3 logs repeat the motion") for item in warnings_of(fit))
     fit = identify([halves[0], third], "coulomb", axis=STATED, mass=1.0, draws=0).best
-    assert not any("repeat" in one for one in warnings_of(fit))
+    assert not any("repeat" in item for item in warnings_of(fit))
 
 
 @pytest.mark.parametrize(("larger", "repeats"), [(1.05, True), (1.5, False)])

@@ -12,7 +12,7 @@ REFUSED = {"maxwell_stribeck"}  # its elements are given, not found
 
 
 def names(model):
-    return [one.name for one in models_of(model)]
+    return [item.name for item in models_of(model)]
 
 
 def test_all_is_every_model_that_can_be_identified():
@@ -36,10 +36,10 @@ def test_all_models_are_ranked_and_the_one_that_made_the_log_is_not_beaten(monke
     monkeypatch.setattr(least_squares, "STARTS", 1)  # the best of few candidates is one enough for a log so plain
     monkeypatch.setattr(least_squares, "CANDIDATES", 8)
     motion = sines(6.0, 4e-3)
-    found = identify(log_of(motion, sliding_effort(motion)), "all", blocks=3, draws=0)
-    plain = [fit for fit in found.fits if "+" not in fit.name]
-    assert len(plain) + len(found.left_out) == len(MODELS) - len(REFUSED)
+    identification = identify(log_of(motion, sliding_effort(motion)), "all", blocks=3, draws=0)
+    plain = [fit for fit in identification.fits if "+" not in fit.name]
+    assert len(plain) + len(identification.left_out) == len(MODELS) - len(REFUSED)
     # The best of them with both directions apart, which this log does not ask for.
-    assert [fit.name for fit in found.fits if fit not in plain] == ["coulomb_viscous+asymmetry"]
-    assert found.best.name == "coulomb_viscous"
-    assert found.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
+    assert [fit.name for fit in identification.fits if fit not in plain] == ["coulomb_viscous+asymmetry"]
+    assert identification.best.name == "coulomb_viscous"
+    assert identification.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)

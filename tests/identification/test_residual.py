@@ -60,26 +60,26 @@ def test_a_fine_encoder_shows_presliding(stiff):
 
 
 def test_a_static_model_is_told_to_lack_presliding(presliding):
-    warning = next(one for one in warnings_of(fit_to(presliding, "coulomb_viscous")) if "around reversals" in one)
+    warning = next(item for item in warnings_of(fit_to(presliding, "coulomb_viscous")) if "around reversals" in item)
     assert "`lugre`" in warning
     assert "units" not in warning
-    assert not any("unexplained" in one for one in warnings_of(fit_to(presliding)))
+    assert not any("unexplained" in item for item in warnings_of(fit_to(presliding)))
 
 
 @pytest.mark.parametrize("threshold", ["reversal_share", "reversal_excess", "reversal_lag"])
 def test_presliding_is_lacking_only_where_much_is_left_over_and_lags(presliding, threshold):
     most = {"reversal_share": 1.0, "reversal_excess": 1e3, "reversal_lag": 10.0}[threshold]
-    assert any(one.code == "no_presliding" for one in fit_to(presliding, "coulomb_viscous").diagnostics)
+    assert any(diagnostic.code == "no_presliding" for diagnostic in fit_to(presliding, "coulomb_viscous").diagnostics)
     doubtful = fit_to(presliding, "coulomb_viscous", settings={threshold: most})
-    assert not any(one.code == "no_presliding" for one in doubtful.diagnostics)
+    assert not any(diagnostic.code == "no_presliding" for diagnostic in doubtful.diagnostics)
 
 
 def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
     motion = sines()
     waves = 4.0 * np.sin(2.0 * np.pi * 2.3 * motion.time)
     white = np.random.default_rng(2).normal(0.0, 12.0, motion.time.size)
-    in_waves, noisy = (fit_to(log_of(motion, sliding_effort(motion) + one), "coulomb_viscous") for one in (waves, white))
+    in_waves, noisy = (fit_to(log_of(motion, sliding_effort(motion) + diagnostic), "coulomb_viscous") for diagnostic in (waves, white))
     assert in_waves.force_error_percent > 15.0
     assert noisy.force_error_percent > 15.0
-    assert any("lasts from row to row" in one for one in warnings_of(in_waves))
-    assert not any(one.severity == "warning" for one in noisy.diagnostics)
+    assert any("lasts from row to row" in diagnostic for diagnostic in warnings_of(in_waves))
+    assert not any(diagnostic.severity == "warning" for diagnostic in noisy.diagnostics)

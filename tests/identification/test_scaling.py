@@ -34,9 +34,9 @@ def test_magnitudes_scale(name):
     length, force = 2.0**9, 2.0**-12
     motion = Motion(log.time.values, length * log.position.values, log.position.values, log.position.values)
     small = log_of(motion, force * log.effort.values, kind="rotational")
-    one, other = identify(log, name, blocks=0, draws=0).best, identify(small, name, blocks=0, draws=0).best
-    assert other.force_error_percent == pytest.approx(one.force_error_percent, rel=1e-4)
-    for parameter, estimate in one.parameters.items():
+    item, other = identify(log, name, blocks=0, draws=0).best, identify(small, name, blocks=0, draws=0).best
+    assert other.force_error_percent == pytest.approx(item.force_error_percent, rel=1e-4)
+    for parameter, estimate in item.parameters.items():
         if parameter not in POWERS:
             continue
         of_length, of_force = POWERS[parameter]
@@ -63,8 +63,8 @@ def test_turning_the_axis_round_exchanges_the_directions():
     motion = Motion(log.time.values, -log.position.values, log.position.values, log.position.values)
     turned = log_of(motion, -log.effort.values)
     name = "coulomb_viscous+asymmetry"
-    one, other = identify(log, name, draws=0).best.friction.values, identify(turned, name, draws=0).best.friction.values
+    item, other = identify(log, name, draws=0).best.friction.values, identify(turned, name, draws=0).best.friction.values
     for parameter in ("F_C", "F_v"):
-        assert other[f"{parameter}_pos"] == pytest.approx(one[f"{parameter}_neg"], rel=1e-9)
-        assert other[f"{parameter}_neg"] == pytest.approx(one[f"{parameter}_pos"], rel=1e-9)
-    assert np.isfinite(list(one.values())).all()
+        assert other[f"{parameter}_pos"] == pytest.approx(item[f"{parameter}_neg"], rel=1e-9)
+        assert other[f"{parameter}_neg"] == pytest.approx(item[f"{parameter}_pos"], rel=1e-9)
+    assert np.isfinite(list(item.values())).all()

@@ -67,8 +67,8 @@ def test_a_damping_before_sliding_is_told_beside_its_stiffness_only(monkeypatch,
     monkeypatch.setattr("bristle.identification.uncertainty.unidentifiable", lambda *_: unseen)
     fit = identify(slow_log(LUGRE), "lugre", axis=STATED, blocks=0, draws=20).best
     assert tuple(fit.parameters[name].status for name in ("sigma_0", "sigma_1")) == statuses
-    told = [text for text in warnings_of(fit) if "sigma_1 cannot be identified" in text]
-    assert any("beside sigma_0, which the log does not show" in text for text in told) is (lost == ("sigma_0",))
+    message = [text for text in warnings_of(fit) if "sigma_1 cannot be identified" in text]
+    assert any("beside sigma_0, which the log does not show" in text for text in message) is (lost == ("sigma_0",))
 
 
 @pytest.mark.parametrize(("status", "lost"), [("held", ()), ("identified", ()), ("unidentifiable", ("sigma_1",))])

@@ -21,17 +21,17 @@ def log():
     return log_of(motion, sliding_effort(motion, noise=3.0))
 
 
-def codes(found):
-    return [one.code for one in found.best.diagnostics]
+def codes(result):
+    return [diagnostic.code for diagnostic in result.best.diagnostics]
 
 
 def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
     assert len(thresholds()) > 30
-    for one in thresholds():
-        assert len(one.meaning) > 10, one.name
-        assert one.unit, one.name
-        assert one.least <= one.default <= one.most, one.name
-    assert Settings.of({one.name: one.default for one in thresholds()}) == DEFAULT
+    for threshold in thresholds():
+        assert len(threshold.meaning) > 10, threshold.name
+        assert threshold.unit, threshold.name
+        assert threshold.least <= threshold.default <= threshold.most, threshold.name
+    assert Settings.of({threshold.name: threshold.default for threshold in thresholds()}) == DEFAULT
 
 
 @pytest.mark.parametrize(
@@ -53,14 +53,14 @@ def test_what_is_no_threshold_or_out_of_range_is_refused(log, given, told):
 def test_thresholds_of_the_axis_hold_and_those_of_the_call_go_before(log):
     axis = replace(AS_TREATED, settings={"unsure_std": 1e-9, "negligible_force": 0.0})
     strict = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0)
-    assert {one.status for one in strict.best.estimates} == {"unidentifiable"}
+    assert {estimate.status for estimate in strict.best.estimates} == {"unidentifiable"}
     assert strict.settings.changed == {"unsure_std": 1e-9, "negligible_force": 0.0}
     mild = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings={"unsure_std": 0.5})
-    assert {one.status for one in mild.best.estimates} == {"identified"}
+    assert {estimate.status for estimate in mild.best.estimates} == {"identified"}
     assert mild.settings.changed == {"negligible_force": 0.0}
     # Nothing but what is said of the fit depends on them.
-    for name, one in strict.best.parameters.items():
-        assert one.value == mild.best.parameters[name].value
+    for name, estimate in strict.best.parameters.items():
+        assert estimate.value == mild.best.parameters[name].value
     with pytest.raises(InputError, match=r"identification\.settings\.nothing"):
         identify(log, "coulomb_viscous", axis=Axis(settings={"nothing": 1.0}), draws=0)
 
@@ -92,8 +92,8 @@ def test_a_threshold_of_resampling_decides_what_is_said(log, changed, code):
 
 
 def test_a_share_by_which_parameters_are_moved_stands_in_the_sentence(log):
-    found = identify(log, "coulomb_viscous", draws=20, blocks=0, settings={"seen_rise": 1e12, "moved": 0.2})
-    assert any("changed by 20 %" in one for one in warnings_of(found.best))
+    identification = identify(log, "coulomb_viscous", draws=20, blocks=0, settings={"seen_rise": 1e12, "moved": 0.2})
+    assert any("changed by 20 %" in item for item in warnings_of(identification.best))
 
 
 def test_rows_of_a_held_out_block_decide_how_many_there_are(log):

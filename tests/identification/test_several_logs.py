@@ -14,17 +14,17 @@ from bristle.identification import identify
 def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
     logs = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]
     alone = identify(logs[0], "coulomb_viscous", draws=0).best
-    found = identify(logs, "coulomb_viscous", draws=0)
+    identification = identify(logs, "coulomb_viscous", draws=0)
     for name, true in TRUTH.items():
-        estimate = found.best.parameters[name]
+        estimate = identification.best.parameters[name]
         assert abs(estimate.value - true) < 4.0 * estimate.larger_std, name
     # Three times the rows, and no row between the logs.
-    assert found.best.parameters["F_C"].std < 0.75 * alone.parameters["F_C"].std
-    assert found.treatment["rows"] == pytest.approx(3 * alone.traces.time.size, rel=0.01)
-    assert found.best.held_out.of == "logs"
-    assert len(found.best.held_out.block_errors_percent) == 3
-    assert found.further_logs == tuple(logs[1:])
-    assert np.all(np.diff(found.best.traces.time) > 0.0)
+    assert identification.best.parameters["F_C"].std < 0.75 * alone.parameters["F_C"].std
+    assert identification.treatment["rows"] == pytest.approx(3 * alone.traces.time.size, rel=0.01)
+    assert identification.best.held_out.of == "logs"
+    assert len(identification.best.held_out.block_errors_percent) == 3
+    assert identification.further_logs == tuple(logs[1:])
+    assert np.all(np.diff(identification.best.traces.time) > 0.0)
 
 
 def test_a_log_that_is_unlike_the_others_stands_out_when_it_is_held_out():
@@ -37,8 +37,8 @@ def test_each_log_has_its_own_axis_or_one_serves_all():
     first, second = sliding_log(1), sliding_log(2)
     axes = [Axis(resolution=1e-7), Axis(resolution=1e-6)]
     both = identify([first, second], "coulomb_viscous", axis=axes, draws=0).best
-    one = identify([first, second], "coulomb_viscous", axis=axes[0], draws=0).best
-    assert both.parameters["M"].value == pytest.approx(one.parameters["M"].value, rel=1e-3)
+    item = identify([first, second], "coulomb_viscous", axis=axes[0], draws=0).best
+    assert both.parameters["M"].value == pytest.approx(item.parameters["M"].value, rel=1e-3)
     with pytest.raises(InputError, match=r"2 for 1 logs; allowed 1, or 1"):
         identify([first], "coulomb_viscous", axis=axes, draws=0)
     with pytest.raises(InputError, match="names no log"):

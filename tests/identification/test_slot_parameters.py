@@ -19,8 +19,8 @@ def screw_log(**changes):
 
 
 def test_the_pitch_is_found_and_the_wave_with_it():
-    found = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic", draws=0)
-    fit = found.best
+    identification = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic", draws=0)
+    fit = identification.best
     assert fit.name == "coulomb_viscous+periodic"
     assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
     known = identify(screw_log(), "coulomb_viscous+periodic", axis=Axis(pitch=PITCH), draws=0).best

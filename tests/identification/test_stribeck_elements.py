@@ -28,13 +28,13 @@ def gms_log(name="gms", *, seed=0, scatter=0.0, **truth):
     loops = sines(8.0, dt, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
     slides = sines(8.0, dt, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
     x = np.concatenate([loops.position, slides.position + loops.position[-1] - slides.position[0]])
-    v, a = (np.concatenate([getattr(one, name) for one in (loops, slides)]) for name in ("velocity", "acceleration"))
+    v, a = (np.concatenate([getattr(item, name) for item in (loops, slides)]) for name in ("velocity", "acceleration"))
     friction = force_along(find(name)(**(SHAPE | (truth or TRUTH))), v, dt, x)
     sides = np.sign(v)
     leg = np.cumsum(np.diff(sides, prepend=sides[0]) != 0.0)
     levels = 1.0 + scatter * np.random.default_rng(seed + 10).standard_normal(leg[-1] + 1)
     friction = (friction - TRUTH["offset"]) * levels[leg] + TRUTH["offset"]
-    coarse = Motion(*(one[::10] for one in (dt * np.arange(x.size), x, v, a)))
+    coarse = Motion(*(item[::10] for item in (dt * np.arange(x.size), x, v, a)))
     noise = np.random.default_rng(seed).normal(0.0, 0.05, coarse.time.size)
     return log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise, step=1e-8)
 
@@ -45,19 +45,19 @@ def virgin_curve(values, x):
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return identify(gms_log(), "gms", draws=30, **ASKED)
 
 
-def test_curve_attraction_and_stiffness_come_back(found):
-    fit = found.best
+def test_curve_attraction_and_stiffness_come_back(result):
+    fit = result.best
     truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
     for name, value in truth.items():
         estimate = fit.parameters[name]
         assert estimate.status == "identified", note_of(estimate)
         assert estimate.value == pytest.approx(value, rel=0.05), name
     assert fit.parameters["s"].value == pytest.approx(float(np.sum(SHAPE["k_i"])), rel=0.05)
-    assert any("elements of this shape" in one for one in assumptions_of(fit))
+    assert any("elements of this shape" in item for item in assumptions_of(fit))
 
 
 def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_intervals():
@@ -68,20 +68,20 @@ def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_inter
         assert high - low < 0.5 * value, name
 
 
-def test_so_does_the_curve_from_rest_whatever_the_single_elements(found):
-    values, x = found.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
+def test_so_does_the_curve_from_rest_whatever_the_single_elements(result):
+    values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
     assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(SHAPE | TRUTH, x))) < 0.02 * TRUTH["F_S"]
 
 
-def test_its_model_file_predicts_another_log_with_bands(found, tmp_path):
-    fit = found.best
+def test_its_model_file_predicts_another_log_with_bands(result, tmp_path):
+    fit = result.best
     write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates, bands=fit.resampling.bands)
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
     bands = Bands(**read.info["bands"])
-    said = predict(read.plant, read.friction, gms_log(seed=5), cutoff=80.0, decimation=2, bands=bands)
-    assert said.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=0.1)
-    assert said.inside_percent > 85.0
+    text = predict(read.plant, read.friction, gms_log(seed=5), cutoff=80.0, decimation=2, bands=bands)
+    assert text.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=0.1)
+    assert text.inside_percent > 85.0
 
 
 def test_it_comes_before_elements_that_know_no_curve():

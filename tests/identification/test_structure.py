@@ -58,7 +58,7 @@ def best_of(motion, cause, model="coulomb_viscous", seed=0, **settings):
 
 
 def causes_in(fit):
-    return next((one.numbers["causes"] for one in fit.diagnostics if one.code == "structure"), ())
+    return next((diagnostic.numbers["causes"] for diagnostic in fit.diagnostics if diagnostic.code == "structure"), ())
 
 
 @pytest.mark.parametrize(
@@ -74,9 +74,9 @@ def causes_in(fit):
 def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, following):
     fit = best_of(motion, cause).best
     assert causes_in(fit)[0] == cause
-    named = next(one for one in fit.diagnostics if one.code == f"missing_{cause}")
+    named = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == f"missing_{cause}")
     assert named.numbers["model"] == following
-    assert any(f"`{following}`" in one for one in warnings_of(fit))
+    assert any(f"`{following}`" in diagnostic for diagnostic in warnings_of(fit))
 
 
 @pytest.mark.parametrize(
@@ -84,24 +84,26 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
     [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"), ("lag", "gms")],
 )
 def test_nobody_is_sent_to_a_model_that_was_compared(motion, cause, compared):
-    found = best_of(motion, cause, f"coulomb_viscous,{compared}", same_error=1e3)
-    assert [fit.name for fit in found.fits] == ["coulomb_viscous", compared]
-    named = next(one for one in found.best.diagnostics if one.code == f"missing_{cause}")
+    result = best_of(motion, cause, f"coulomb_viscous,{compared}", same_error=1e3)
+    assert [fit.name for fit in result.fits] == ["coulomb_viscous", compared]
+    named = next(diagnostic for diagnostic in result.best.diagnostics if diagnostic.code == f"missing_{cause}")
     assert (named.numbers["model"], named.numbers["compared"]) == ("", compared)
     assert message(named).endswith(f". `{compared}`, which was compared, is no better")
 
 
 def test_a_force_too_small_to_matter_makes_parameters_effective_and_asks_for_no_care(motion):
-    found = best_of(motion, "position", missing_force=0.5, coloured_error=100.0)
-    assert causes_in(found.best) == ("position",)
-    assert "F_C" in found.best.effective
-    assert {one.severity for one in found.best.diagnostics if one.code in ("structure", "missing_position")} == {"note"}
-    assert judged(found.best, Settings()).level == "usable"
+    result = best_of(motion, "position", missing_force=0.5, coloured_error=100.0)
+    assert causes_in(result.best) == ("position",)
+    assert "F_C" in result.best.effective
+    assert {diagnostic.severity for diagnostic in result.best.diagnostics if diagnostic.code in ("structure", "missing_position")} == {
+        "note"
+    }
+    assert judged(result.best, Settings()).level == "usable"
     assert judged(best_of(motion, "position").best, Settings()).level == "with_care"
 
 
 def test_a_ripple_has_its_period_and_amplitude(motion):
-    numbers = next(one for one in best_of(motion, "ripple").best.diagnostics if one.code == "missing_ripple").numbers
+    numbers = next(diagnostic for diagnostic in best_of(motion, "ripple").best.diagnostics if diagnostic.code == "missing_ripple").numbers
     assert numbers["period"] == pytest.approx(0.01, rel=0.01)
     assert numbers["amplitude"] == pytest.approx(0.1 * LEVEL, rel=0.15)
 
@@ -120,8 +122,8 @@ def test_a_ripple_says_whether_it_turns_with_the_motion_and_what_has_it(motion, 
 def ripple_of(motion, effort, lead=None):
     axis = Axis(pitch=lead)
     fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=axis, blocks=0, draws=0).best
-    found = next(one for one in fit.diagnostics if one.code == "missing_ripple")
-    return found.numbers, message(found)
+    result = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_ripple")
+    return result.numbers, message(result)
 
 
 def test_cogging_is_named_as_it_is_typed(motion):
@@ -144,7 +146,7 @@ def of_a_link(motion, force):
     """What is said of an arm on a motion of a radian or two, beside friction."""
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + force
     fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", blocks=0, draws=0).best
-    return {one.code: one for one in fit.diagnostics}
+    return {diagnostic.code: diagnostic for diagnostic in fit.diagnostics}
 
 
 def swinging():
@@ -153,20 +155,20 @@ def swinging():
 
 def test_the_gravity_of_a_link_is_named_before_a_place_and_as_it_is_typed():
     motion = swinging()
-    said = of_a_link(motion, WEIGHT * np.sin(motion.position - 0.4))
-    assert said["structure"].numbers["causes"][0] == "gravity"
-    assert said["missing_gravity"].numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
-    assert '`gravity = "link"` under `[plant]`' in message(said["missing_gravity"])
-    assert "missing_position" not in said
-    assert "missing_ripple" not in said
+    text = of_a_link(motion, WEIGHT * np.sin(motion.position - 0.4))
+    assert text["structure"].numbers["causes"][0] == "gravity"
+    assert text["missing_gravity"].numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
+    assert '`gravity = "link"` under `[plant]`' in message(text["missing_gravity"])
+    assert "missing_position" not in text
+    assert "missing_ripple" not in text
 
 
 @pytest.mark.parametrize("power", [1, 2])
 def test_a_cable_is_not_called_the_gravity_of_a_link(power):
     motion = swinging()
-    said = of_a_link(motion, WEIGHT * motion.position**power)
-    assert "missing_position" in said
-    assert "missing_gravity" not in said
+    text = of_a_link(motion, WEIGHT * motion.position**power)
+    assert "missing_position" in text
+    assert "missing_gravity" not in text
 
 
 def test_an_axis_that_moves_along_a_line_has_no_link():
@@ -214,8 +216,8 @@ def test_what_acts_around_reversals_is_named_nothing_else(motion):
 def test_what_only_the_fitted_half_cycles_show_is_nothing():
     motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     least = dict.fromkeys(("missing_share", "missing_share_around"), 0.08)
-    found = [best_of(motion, "nothing", seed=seed, missing_force=0.0, missing_effort=0.0, **least) for seed in range(4)]
-    assert not any(causes_in(one.best) for one in found)
+    result = [best_of(motion, "nothing", seed=seed, missing_force=0.0, missing_effort=0.0, **least) for seed in range(4)]
+    assert not any(causes_in(item.best) for item in result)
 
 
 def test_the_model_that_is_named_has_it(motion):
@@ -223,10 +225,10 @@ def test_the_model_that_is_named_has_it(motion):
 
 
 def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
-    found = best_of(motion, "ripple")
-    assert set(found.best.effective) == {"M", "F_v", "F_C", "offset"}
-    assert {row[-1] for row in parameter_table(found.best).rows} == {"effective"}
-    assert any("effective" in line for _, lines in answers(found, None, None) for line in lines)
+    result = best_of(motion, "ripple")
+    assert set(result.best.effective) == {"M", "F_v", "F_C", "offset"}
+    assert {row[-1] for row in parameter_table(result.best).rows} == {"effective"}
+    assert any("effective" in line for _, lines in answers(result, None, None) for line in lines)
     assert not best_of(motion, "nothing").best.effective
 
 
@@ -255,17 +257,17 @@ def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, 
     request = import_module("bristle.identification.request")
     fit = module.fit
 
-    def refusing(context, component, *others):
+    def refusing(context, component, *rest):
         if "+" in component.name:
             raise InputError("cannot be fitted", path="model", value=component.name)
-        return fit(context, component, *others)
+        return fit(context, component, *rest)
 
     monkeypatch.setattr(module, "fit", refusing)
     monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
     log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    found = identify(log, "all", blocks=3, draws=0)
-    assert [one.name for one in found.fits] == ["coulomb_viscous"]
-    assert set(found.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
+    identification = identify(log, "all", blocks=3, draws=0)
+    assert [item.name for item in identification.fits] == ["coulomb_viscous"]
+    assert set(identification.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
 
 
 def test_what_the_parameters_may_take_is_theirs_before_it_is_a_missing_force():
@@ -337,18 +339,18 @@ def test_a_slow_force_counts_from_its_size_on(motion):
 
 
 def test_friction_that_lags_behind_the_speed_is_told_and_that_which_does_not_is_not(motion):
-    told, fit = told_of(motion, lagging(motion, 0.02), "stribeck", step=1e-7)
-    assert told == ("lag",)
-    assert next(one for one in fit.diagnostics if one.code == "missing_lag").numbers["model"] == "gms"
+    text, fit = told_of(motion, lagging(motion, 0.02), "stribeck", step=1e-7)
+    assert text == ("lag",)
+    assert next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_lag").numbers["model"] == "gms"
     assert told_of(motion, lagging(motion, 0.0), "stribeck", step=1e-7)[0] == ()
 
 
 def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
-    told, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
-    assert told == ("flanks",)
-    said = next(one for one in fit.diagnostics if one.code == "missing_play")
-    assert said.numbers["ratio"] > 3.0
-    assert "play" in message(said)
+    printed, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
+    assert printed == ("flanks",)
+    text = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
+    assert text.numbers["ratio"] > 3.0
+    assert "play" in message(text)
     assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_flanks=50.0)[0] == ()
     assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
 
@@ -356,7 +358,7 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
 def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
     def ratio():
         fit = told_of(motion, knocking(motion, 6.0), step=1e-7)[1]
-        return next(one.numbers["ratio"] for one in fit.diagnostics if one.code == "missing_play")
+        return next(diagnostic.numbers["ratio"] for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
 
     usual = ratio()
     monkeypatch.setattr("bristle.identification.missing_force.MOST_OF_ONE", np.inf)

@@ -48,8 +48,8 @@ def test_rows_that_share_samples_with_a_part_are_not_beside_it():
 
 
 def test_what_one_part_alone_shows_is_not_asked_of_the_others():
-    found = identify(designed_log(), "coulomb_viscous,coulomb", draws=20)
-    assert found.best.name == "coulomb_viscous"
-    assert found.best.held_out.of == SHORT
-    assert found.best.held_out.mean_percent < 1.5 * found.best.force_error_percent
-    assert found.best.resampling.bands.inflation < 1.5
+    identification = identify(designed_log(), "coulomb_viscous,coulomb", draws=20)
+    assert identification.best.name == "coulomb_viscous"
+    assert identification.best.held_out.of == SHORT
+    assert identification.best.held_out.mean_percent < 1.5 * identification.best.force_error_percent
+    assert identification.best.resampling.bands.inflation < 1.5

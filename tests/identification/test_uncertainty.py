@@ -21,8 +21,8 @@ def one_way_log(**friction):
 
 
 def test_a_level_alone_is_a_mean():
-    log, told = one_way_log(F_v=0.0, offset=0.0), {"mass": 12.0, "offset": 0.0, "axis": Axis(held=False)}
-    fit = identify(log, "coulomb", blocks=0, draws=0, **told).best
+    log, message = one_way_log(F_v=0.0, offset=0.0), {"mass": 12.0, "offset": 0.0, "axis": Axis(held=False)}
+    fit = identify(log, "coulomb", blocks=0, draws=0, **message).best
     level, friction = fit.parameters["F_C"], fit.traces.friction
     assert friction.size == ROWS
     assert level.value == pytest.approx(friction.mean())

@@ -40,8 +40,8 @@ def test_a_wave_is_sought_between_the_fewest_and_the_most_turns(passes):
     wave = np.sin(2.0 * np.pi * TURNS / np.ptp(x) * x)
     noise = 0.1 * np.random.default_rng(4).standard_normal(x.size)
     for most, least in ((TURNS - 2.0, 1.5), (100.0, TURNS + 2.0)):
-        found = frequency_in(x, side, wave + noise, most, least) * np.ptp(x)
-        assert least - 1.0 < found < most + 1.0
-        assert abs(found - TURNS) > 1.0
+        result = frequency_in(x, side, wave + noise, most, least) * np.ptp(x)
+        assert least - 1.0 < result < most + 1.0
+        assert abs(result - TURNS) > 1.0
     assert frequency_in(x, side, wave, 1.0) is None
     assert frequency_in(0.0 * x, side, wave, 100.0) is None

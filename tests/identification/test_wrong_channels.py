@@ -128,9 +128,9 @@ def test_intervals_are_as_much_wider_as_what_is_missing_stands_out_of_chance(mon
     for most in (1.0, 100.0):
         monkeypatch.setattr(uncertainty, "MOST_SCALE", most)
         fits.append(identify(log, "coulomb_viscous", blocks=0, draws=20).best)
-    told = next(one.numbers for one in fits[0].diagnostics if one.code == "structure")
-    scale = math.hypot(told["missing"], told["chance"]) / told["chance"]
-    scale = math.hypot(told["missing"], told["chance"]) / told["chance"]
+    message = next(diagnostic.numbers for diagnostic in fits[0].diagnostics if diagnostic.code == "structure")
+    scale = math.hypot(message["missing"], message["chance"]) / message["chance"]
+    scale = math.hypot(message["missing"], message["chance"]) / message["chance"]
     assert scale > 1.3
     for name in ("F_C", "F_v", "offset"):
         plain, wide = (np.ptp(fit.parameters[name].interval) for fit in fits)

@@ -50,9 +50,9 @@ class Browser:
 
     def run(self, expression):
         """Return the value of an expression, awaited where it is a promise."""
-        given = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in given, given["exceptionDetails"]
-        return given["result"].get("value")
+        values = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in values, values["exceptionDetails"]
+        return values["result"].get("value")
 
     def asked_for(self):
         """Return the addresses of all requests."""
@@ -69,7 +69,7 @@ def browser(profile, *, width=1366, height=768, dark=False):
     """Give a browser with one empty tab of this size."""
     to_read, to_send = os.pipe()
     from_read, from_write = os.pipe()
-    held = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4
+    fixed = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4
     command = [
         "chromium",
         "--headless",
@@ -83,11 +83,11 @@ def browser(profile, *, width=1366, height=768, dark=False):
     ]
     process = subprocess.Popen(
         ["bash", "-c", 'exec "$@" 3<&63 4>&64 63<&- 64>&-', "bash", *command],
-        pass_fds=held,
+        pass_fds=fixed,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    for number in (to_read, from_write, *held):
+    for number in (to_read, from_write, *fixed):
         os.close(number)
     tab = Browser(to_send, from_read)
     try:

@@ -46,9 +46,9 @@ class Firefox:
     def complaints(self, name):
         """Return what stands in the console of a page of this name."""
         self.call("Marionette:SetContext", value="chrome")
-        found = self.call("WebDriver:ExecuteScript", script=COMPLAINTS, args=[name], sandbox="system")["value"]
+        result = self.call("WebDriver:ExecuteScript", script=COMPLAINTS, args=[name], sandbox="system")["value"]
         self.call("Marionette:SetContext", value="content")
-        return found
+        return result
 
 
 @contextmanager

@@ -29,5 +29,5 @@ def node(folder, models, script):
 
 def data_of(page):
     """Return the data of a page as its scripts read it."""
-    held = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
-    return json.loads(unpacked(held["code"]))
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+    return json.loads(unpacked(data["code"]))

@@ -18,8 +18,8 @@ pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("lab") / "lab.html"
-    own = example_named(GIVEN)
-    file.write_text(lab_page(own, source="model.toml"), encoding="utf-8")
+    custom = example_named(GIVEN)
+    file.write_text(lab_page(custom, source="model.toml"), encoding="utf-8")
     return file
 
 
@@ -39,8 +39,8 @@ def test_a_browser_computes_the_bits_of_python(page, tmp_path):
         text=True,
         timeout=120,
     )
-    told = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
-    assert told[1] == f"0 of {blocks_with_given()} differ"
+    message = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
+    assert message[1] == f"0 of {blocks_with_given()} differ"
 
 
 DRAWN = """
@@ -98,8 +98,8 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
         assert tab.run("document.documentElement.scrollWidth <= innerWidth")
         assert tab.complaints() == []
         # A blob is the page's own: the script that its worker runs.
-        asked = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
-        assert asked <= {page.as_uri(), "about:blank"}
+        requested = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
+        assert requested <= {page.as_uri(), "about:blank"}
 
 
 TICK = """

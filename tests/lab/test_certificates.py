@@ -53,8 +53,8 @@ def model_of(name, slots=()):
 def moved(model, count):
     """Return the model with its parameters somewhere else, where they are allowed."""
     random = np.random.default_rng(7)
-    found = [model, *([model.with_values(**choice) for choice in CHOICES] if "transition" in model.values else [])]
-    while len(found) < count:
+    result = [model, *([model.with_values(**choice) for choice in CHOICES] if "transition" in model.values else [])]
+    while len(result) < count:
         changes = {}
         for name, value in model.values.items():
             variable = model.component.variables[name]
@@ -63,12 +63,12 @@ def moved(model, count):
             elif isinstance(value, float) and np.isfinite(value) and value != 0.0 and variable.quantity != "1":
                 changes[name] = value * float(random.choice(FACTORS))
         if "beta" in model.values:
-            changes["beta"] = (0.5, 0.8, 1.0)[len(found) % 3]
+            changes["beta"] = (0.5, 0.8, 1.0)[len(result) % 3]
         if (F_S := changes.get("F_S")) is not None and random.integers(3) == 0:
             changes["F_C"] = F_S  # where elements that slip give nothing back
         with suppress(InputError):
-            found.append(model.with_values(**changes))
-    return found
+            result.append(model.with_values(**changes))
+    return result
 
 
 def of_python(model):
@@ -76,9 +76,9 @@ def of_python(model):
     still = unvaried(model)
     holding = holding_of(still)
     answers = [drift(still, holding, None, is_magnet=False), closure(still, holding, None)]
-    told = [[each.passed, each.value] if each.applies else None for each in answers]
+    message = [[each.passed, each.value] if each.applies else None for each in answers]
     damping = passive(still, is_magnet=False)
-    return [*told, [damping.passed, damping.threshold] if damping.applies else None]
+    return [*message, [damping.passed, damping.threshold] if damping.applies else None]
 
 
 def coded(model):
@@ -94,14 +94,14 @@ def compared(name, slots, count, folder):
     models = moved(model_of(name, slots), count)
     answers = node(folder, [page_model(name, slots)], JUDGED.replace("CASES", json.dumps([coded(m) for m in models])))
     verdicts = [set(), set(), set()]
-    for model, given in zip(models, answers, strict=True):
-        for i, (own, other) in enumerate(zip(given, of_python(model), strict=True)):
-            assert (own is None) == (other is None), (model, i, own, other)
-            if own is not None:
-                verdicts[i].add(own[0])
-                assert own[0] == other[0], (model, i, own, other)
+    for model, answer in zip(models, answers, strict=True):
+        for i, (custom, other) in enumerate(zip(answer, of_python(model), strict=True)):
+            assert (custom is None) == (other is None), (model, i, custom, other)
+            if custom is not None:
+                verdicts[i].add(custom[0])
+                assert custom[0] == other[0], (model, i, custom, other)
                 same = pytest.approx(other[1], **CLOSE[i])
-                assert float(own[1]) == same, (model, i, own, other)
+                assert float(custom[1]) == same, (model, i, custom, other)
     return verdicts
 
 

@@ -25,8 +25,8 @@ def test_firefox_computes_the_bits_of_python_and_complains_of_nothing(tmp_path):
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=f"{page.as_uri()}#selftest")
         assert tab.run(WAIT % "/differ/.test(document.getElementById('selftest').textContent)")
-        told = tab.run("return document.getElementById('selftest').textContent;")
-        assert told == f"0 of {blocks_with_given()} differ"
+        message = tab.run("return document.getElementById('selftest').textContent;")
+        assert message == f"0 of {blocks_with_given()} differ"
         assert tab.run(WAIT % "/peak to peak/.test(document.getElementById('track-reading').textContent)")
         assert tab.run("return document.getElementById('verdicts').children.length;") == 3
         assert tab.complaints("lab.html") == []

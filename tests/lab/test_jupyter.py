@@ -50,8 +50,8 @@ def server(tmp_path):
     settings = ["--ServerApp.port=0", "--ServerApp.open_browser=False", "--LabApp.expose_app_in_browser=True"]
     environment = os.environ | {"JUPYTER_CONFIG_DIR": str(tmp_path / "config"), "JUPYTER_RUNTIME_DIR": str(tmp_path)}
     command = [JUPYTER, "--allow-root", "--notebook-dir", str(tmp_path), *settings]
-    with open(tmp_path / "said.txt", "wb") as said:
-        process = subprocess.Popen(command, env=environment, stdout=said, stderr=subprocess.STDOUT)
+    with open(tmp_path / "said.txt", "wb") as text:
+        process = subprocess.Popen(command, env=environment, stdout=text, stderr=subprocess.STDOUT)
     try:
         yield _address(process, tmp_path / "said.txt"), tmp_path
     finally:
@@ -59,16 +59,16 @@ def server(tmp_path):
         process.wait(30)
 
 
-def _address(process, said):
+def _address(process, message):
     until = time.monotonic() + 60.0
     while time.monotonic() < until:
-        text = said.read_text(encoding="utf-8")
+        text = message.read_text(encoding="utf-8")
         address = re.search(r"http://127\.0\.0\.1:\d+/lab\?token=\w+", text)
         if address:
             return address[0]
         assert process.poll() is None, text
         time.sleep(0.2)
-    raise AssertionError(said.read_text(encoding="utf-8"))
+    raise AssertionError(message.read_text(encoding="utf-8"))
 
 
 def wait_until(tab, expression, seconds=60.0):

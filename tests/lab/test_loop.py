@@ -47,7 +47,7 @@ def controllers():
     return {"sliding": variants["none"].controller, "observer": variants["observer"].controller}
 
 
-def stepped(model, mass, controller, sensor, desired, told):
+def stepped(model, mass, controller, sensor, desired, message):
     """Return where the mass is and is read to be, by the kernels as they stand."""
     plant = pulled_inertia(M=mass, k=0.0, v_e=0.0)
     q, p, c, s = plant.parameters, model.parameters, controller.parameters, sensor.parameters
@@ -61,7 +61,7 @@ def stepped(model, mass, controller, sensor, desired, told):
         read.append(measured)
         at = [float(desired[name][k]) for name in "xva"]
         kept = controller.component.start(measured, at[1], at[2], DT, c) if kept is None else kept
-        effort, kept = law(kept, Reference(*at, float(told[k])), measured, 0.0, 1e300, DT, c)
+        effort, kept = law(kept, Reference(*at, float(message[k])), measured, 0.0, 1e300, DT, c)
         commands.append(effort)
         applied = commands[k - DELAY] if k >= DELAY else 0.0
         for _ in range(SUBSTEPS):
@@ -85,7 +85,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     values = {"J": mass, "lambda_": 150.0, "K_1": 150.0, "cutoff": 400.0}
     values |= {"K_2": 1e-3, "phi": 2e-5} if law_name == "sliding" else {"g": 60.0}
     sensor = paper_experiment().variants[0].sensor
-    given = {
+    argument = {
         "LOOP": json.dumps(plain(loop_described())),
         "MASS": mass,
         "LAW": json.dumps(law_name),
@@ -96,15 +96,15 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
         "DESIRED": json.dumps({key: column.tolist() for key, column in desired.items()}),
         "VALUES": json.dumps(values | {key: sensor.values[key] for key in ("resolution", "noise")}),
     }
-    script = "\n".join([*(f"const {word} = {text};" for word, text in given.items()), RUN])
-    told, x, read = node(tmp_path, [plain(described(model, named="m"))], script)
+    script = "\n".join([*(f"const {word} = {text};" for word, text in argument.items()), RUN])
+    message, x, read = node(tmp_path, [plain(described(model, named="m"))], script)
     controller = controller.with_values(**values)
     # What is fed forward has the bits of the engine, rests too.
     wanted = feedforward_effort(Feedforward(friction=model), desired["x"], desired["a"], DT)
-    assert told == wanted[:-1].tolist()
+    assert message == wanted[:-1].tolist()
     fed = wanted[DELAY:] if feeds else np.zeros(COUNT)
-    own, own_read = stepped(model, mass, controller, sensor, desired, fed)
-    assert x == own.tolist()
+    custom, own_read = stepped(model, mass, controller, sensor, desired, fed)
+    assert x == custom.tolist()
     assert read == own_read.tolist()
     # And all of it is the course of a simulation.
     reference = np.stack((*(desired[key][:COUNT] for key in "xva"), fed[:COUNT]))

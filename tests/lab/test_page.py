@@ -62,8 +62,8 @@ def test_it_is_small(page, heaviest):
 
 def test_every_model_is_there_and_the_given_one_first(page, heaviest):
     assert [model["name"] for model in data_of(page)["models"]] == list(MODELS)
-    first, *others = data_of(heaviest)["models"]
-    assert [model["name"] for model in others] == list(MODELS)
+    first, *rest = data_of(heaviest)["models"]
+    assert [model["name"] for model in rest] == list(MODELS)
     assert first["model"] == "preisach_lugre"
     assert first["own"]["slots"] == list(SLOTS)
     assert data_of(heaviest)["first"] == 0

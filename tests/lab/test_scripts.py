@@ -84,10 +84,10 @@ def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
 )
 def test_contact_and_mass_walk_with_other_parameters_as_in_python(name, changes, tmp_path):
     model = example_named(name)
-    module, others = page_model(model), page_model(model.with_values(**changes), named="moved", mass=2.5)
+    module, rest = page_model(model), page_model(model.with_values(**changes), named="moved", mass=2.5)
     kept = {key: module[key] for key in ("code", "size", "places")}
-    assert others["code"] != kept["code"]
-    assert node(tmp_path, [others | kept], WALK) == [0, 5]
+    assert rest["code"] != kept["code"]
+    assert node(tmp_path, [rest | kept], WALK) == [0, 5]
 
 
 def relays_after(inputs, grid):
@@ -239,8 +239,8 @@ def test_conditions_say_what_the_relations_of_the_model_say(tmp_path):
         const cases = {json.dumps(plain(cases))};
         say(cases.map((values) => broken(models[0], Object.fromEntries(numbered(values))).length === 0));
         """
-        given = node(tmp_path, [page_model(model)], script)
-        assert given == truths
+        argument = node(tmp_path, [page_model(model)], script)
+        assert argument == truths
         assert len(set(truths)) == 2
         assert conditions_of(model.component)
 

@@ -134,24 +134,24 @@ def test_a_slot_over_a_channel_stays_on_and_its_channel_is_moved(base, slots, ch
     data = data_of(lab_page(model, source="model.toml"))
     x = 1e-6 * np.cumsum([0.0, 1.0, 1.0, 1.0, -1.0, -1.0])
     script = LED.replace("AROUND", json.dumps(f"around_{channel}")).replace("VALUE", str(value)).replace("X)", f"{x.tolist()})")
-    found = run(tmp_path, script, data | {"models": data["models"][:1]})
-    assert found["differ"] == 0
-    assert (found["name"], found["description"]) == (model.name, component.description)
-    assert [name for name, _ in found["rows"]] == list(component.variables)
-    assert {name for name, is_slot in found["rows"] if is_slot} >= set(channel_slots_of(component)[0].variables)
-    (usual,) = [at for name, at in found["around"] if name == f"around_{channel}"]
+    result = run(tmp_path, script, data | {"models": data["models"][:1]})
+    assert result["differ"] == 0
+    assert (result["name"], result["description"]) == (model.name, component.description)
+    assert [name for name, _ in result["rows"]] == list(component.variables)
+    assert {name for name, is_slot in result["rows"] if is_slot} >= set(channel_slots_of(component)[0].variables)
+    (usual,) = [at for name, at in result["around"] if name == f"around_{channel}"]
     assert usual == [channel_slots_of(component)[0].channel.usual]
-    assert found["passive"] is None
+    assert result["passive"] is None
     with interpreted():
         wanted = force_along(model, np.diff(x) / 5e-4, 5e-4, x[1:], **{channel: value})
-    assert found["forces"] == pytest.approx(wanted.tolist(), rel=1e-12)
-    (tmp_path / "model.toml").write_text(found["toml"], encoding="utf-8")
+    assert result["forces"] == pytest.approx(wanted.tolist(), rel=1e-12)
+    (tmp_path / "model.toml").write_text(result["toml"], encoding="utf-8")
     (tmp_path / "humidity.py").write_bytes(HUMIDITY.read_bytes())
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         assert br.read_model(tmp_path / "model.toml", allow_code=True).friction == model
-    assert ["humidity.py" in str(one.message) for one in warned] == [True] * (channel == "humidity")
-    assert ("find(" in found["python"]) == (channel == "pressure")
+    assert ["humidity.py" in str(item.message) for item in warned] == [True] * (channel == "humidity")
+    assert ("find(" in result["python"]) == (channel == "pressure")
 
 
 @pytest.mark.parametrize(
@@ -228,11 +228,11 @@ def test_friction_that_changes_its_sign_along_the_axis_is_told(tmp_path):
     const first = Object.fromEntries(model.variables.map(({{ name, values }}) => [name, numbersOf(values)]));
     say({json.dumps(cases)}.map(([p_1, p_2]) => broken(model, {{ ...first, p_1: [p_1], p_2: [p_2] }}).length === 0));
     """
-    told = run(tmp_path, script, only("lugre"))
+    message = run(tmp_path, script, only("lugre"))
     component, values = begun_named("lugre", ["position"]).component, dict(begun_named("lugre", ["position"]).values)
     relation = component.relations[-1]
     wanted = [bool(relation.holds(component.assemble(values | {"p_1": a, "p_2": b}))) for a, b in cases]
-    assert told == wanted
+    assert message == wanted
     assert len(set(wanted)) == 2
 
 
@@ -261,8 +261,8 @@ def test_verdicts_of_a_model_with_slots_are_those_of_the_certificates(name, slot
     const numberOf = (answer) => answer.moved ?? answer.missing ?? String(answer.needed);
     say([drift, closure, passive].map((answer) => answer && [answer.passed, numberOf(answer)]));
     """
-    for own, wanted, close in zip(run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True):
-        assert (own is None) == (wanted is None)
-        if own is not None:
-            assert own[0] == wanted[0]
-            assert float(own[1]) == pytest.approx(wanted[1], **close)
+    for custom, wanted, close in zip(run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True):
+        assert (custom is None) == (wanted is None)
+        if custom is not None:
+            assert custom[0] == wanted[0]
+            assert float(custom[1]) == pytest.approx(wanted[1], **close)

@@ -80,12 +80,12 @@ def test_an_identification_shows_its_model_with_its_intervals():
     velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    found = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
-    widget = found.widget()
-    assert widget.model == found.model
+    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
+    widget = identification.widget()
+    assert widget.model == identification.model
     low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")
-    assert low < found.parameters["F_C"].value < high
-    assert "<script" not in found._repr_html_()
+    assert low < identification.parameters["F_C"].value < high
+    assert "<script" not in identification._repr_html_()
 
 
 def test_without_anywidget_it_says_what_to_type(monkeypatch):
@@ -163,13 +163,13 @@ OTHER = """
 def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, width):
     widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
     synced = ("_values", "_described", "_problem")
-    state, others = ({name: one.get_state()[name] for name in synced} for one in (widget, other))
+    state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))
     page = tmp_path / "notebook.html"
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
     with browser(tmp_path / "profile", width=width) as tab:
         tab.open(page.as_uri())
-        given = {"esm": widget._esm, "state": state, "other": others, "proven": plain(described(example_named("lugre")))}
-        for name, value in given.items():
+        values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(described(example_named("lugre")))}
+        for name, value in values.items():
             tab.run(f"window.{name} = {json.dumps(value)}; 0")
         tab.run(STUB + "0")
         assert tab.run(MOUNTED) == {"differ": 0, "of": 21}
@@ -182,9 +182,9 @@ def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, widt
         assert shown == widget.model.F_S
         assert tab.run(SET) == [True, True, "12.5", len(saved)]
         assert tab.run("document.documentElement.scrollWidth <= innerWidth")
-        names, told, left, listeners = tab.run(OTHER)
+        names, message, left, listeners = tab.run(OTHER)
         assert "k_i[2]" in names
-        assert told == "F_C: out of range"
+        assert message == "F_C: out of range"
         assert (left, listeners) == (0, 0)
         assert tab.complaints() == []
         assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}

@@ -142,7 +142,7 @@ def twincat_full(folder: Path, m: Motion) -> Path:
         [
             ("ActPos", ms, mm(m.position_um, True), about("REAL64", "1", "Axes.X.ToPlc.ActPos")),
             ("SetPos", ms, mm(m.reference_um, True), about("REAL64", "1", "Axes.X.ToPlc.SetPos")),
-            ("ActTorque", ms, [str(one) for one in m.torque], about("INT16", "1", "Axes.X.ToPlc.ActTorque")),
+            ("ActTorque", ms, [str(item) for item in m.torque], about("INT16", "1", "Axes.X.ToPlc.ActTorque")),
         ]
     )
     return _written(folder / "scope_full.csv", text, "utf-8-sig")
@@ -156,7 +156,7 @@ def twincat_rates(folder: Path, m: Motion) -> Path:
             (
                 "ActTorque",
                 [str(first + 10 * t) for t in slow.time_us],
-                [str(one) for one in slow.torque],
+                [str(item) for item in slow.torque],
                 about("INT16", "2", "Axis 1.ActTorque"),
             ),
             ("ActPos", [str(first + 10 * t) for t in m.time_us], mm(m.position_um), about("REAL64", "1", "Axis 1.ActPos", "mm")),
@@ -171,7 +171,7 @@ def twincat_rates(folder: Path, m: Motion) -> Path:
 def twincat_names(folder: Path, m: Motion) -> Path:
     ms = [decimal(t, 3) for t in m.time_us]
     text = scope_text(
-        [("Istposition", ms, mm(m.position_um), {}), ("Istmoment", ms, [str(one) for one in m.torque], {})], full=False, facts=False
+        [("Istposition", ms, mm(m.position_um), {}), ("Istmoment", ms, [str(item) for item in m.torque], {})], full=False, facts=False
     )
     return _written(folder / "scope_names.txt", text, "utf-16")
 
@@ -390,7 +390,7 @@ def several_times(folder: Path, m: Motion) -> Path:
     right = [f"{decimal(t, 6)};{f}" for t, f in zip(slow.time_us, newton(slow.torque), strict=True)]
     right += [";"] * (m.time_us.size - len(right))
     left = (f"{decimal(t, 6)};{x}" for t, x in zip(m.time_us, mm(m.position_um), strict=True))
-    rows += [f"{one};{other}" for one, other in zip(left, right, strict=True)]
+    rows += [f"{item};{other}" for item, other in zip(left, right, strict=True)]
     return _written(folder / "pairs.csv", "\n".join(rows) + "\n", "utf-8")
 
 
@@ -420,8 +420,8 @@ def columns(folder: Path, m: Motion) -> Path:
     data = {
         "units": {"t": "ms", "Lage": "mm", "Kraft": "N"},
         "t": [float(decimal(t, 3)) for t in m.time_us],
-        "Lage": [float(one) for one in mm(m.position_um)],
-        "Kraft": [float(one) for one in newton(m.torque)],
+        "Lage": [float(item) for item in mm(m.position_um)],
+        "Kraft": [float(item) for item in newton(m.torque)],
     }
     return _written(folder / "columns.json", json.dumps(data, indent=1, ensure_ascii=False), "utf-8-sig")
 

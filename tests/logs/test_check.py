@@ -45,7 +45,7 @@ class Run:
 
 
 def codes(log, axis=None):
-    return [found.code for found in checked(log, axis)]
+    return [result.code for result in checked(log, axis)]
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -73,9 +73,9 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     loop = 0.1 * reach * np.cos(2.0 * np.pi * (t - 2.0 * DT))
     effort = 2e6 * (late + loop) + rng.normal(0.0, 2e4 * reach, t.size)
     log = Log(time=t, position=np.round(x, 9), effort=effort, sample_time=DT)
-    found = codes(log)
-    assert "sign_reversed" not in found
-    assert "never_slides" in found
+    result = codes(log)
+    assert "sign_reversed" not in result
+    assert "never_slides" in result
     assert "sign_reversed" in codes(replace(log, effort=-effort))
 
 
@@ -99,8 +99,8 @@ def elements(x, reach=6e-6, level=8.0, count=14):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("reach", [5e-6, 6e-6])
 def test_wide_loops_before_sliding_are_told_by_the_way_over_which_they_build_up(seed, reach):
-    (found,) = [one for one in checked(pulled(lambda x: elements(x, reach), seed)) if one.code == "never_slides"]
-    assert found.numbers["percent"] > 30.0  # as wide as that of an axis that slides
+    (result,) = [item for item in checked(pulled(lambda x: elements(x, reach), seed)) if item.code == "never_slides"]
+    assert result.numbers["percent"] > 30.0  # as wide as that of an axis that slides
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -128,8 +128,8 @@ def test_an_effort_that_is_cut_off_or_bends_over(seed):
     top = np.max(np.abs(effort))
     assert "clipped" in codes(Run(seed).log(effort=np.clip(effort, -0.6 * top, 0.6 * top)))
     bent = 0.7 * top * np.tanh(effort / (0.7 * top))
-    (found,) = [one for one in checked(Run(seed).log(effort=bent)) if one.code == "saturates"]
-    assert 20.0 < found.numbers["percent"] < 100.0
+    (result,) = [item for item in checked(Run(seed).log(effort=bent)) if item.code == "saturates"]
+    assert 20.0 < result.numbers["percent"] < 100.0
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -139,11 +139,11 @@ def test_an_effort_that_is_cut_off_below_its_noise(seed, noise):
     pure = run.mass * run.a + run.level * np.tanh(run.v / 1e-4) + DRAG * run.v
     top = 0.6 * np.max(np.abs(pure))
     scatter = noise * top * np.random.default_rng(seed).standard_normal(COUNT)
-    (found,) = [one for one in checked(run.log(effort=np.clip(pure, -top, top) + scatter)) if one.code == "clipped"]
-    assert abs(found.numbers["level"]) == pytest.approx(top, rel=0.02)
+    (result,) = [item for item in checked(run.log(effort=np.clip(pure, -top, top) + scatter)) if item.code == "clipped"]
+    assert abs(result.numbers["level"]) == pytest.approx(top, rel=0.02)
     # Where the effort is at its limit, and a few samples before and behind.
     cut = np.count_nonzero(np.abs(pure) > top)
-    assert 0.9 * cut < found.numbers["all"] < 1.5 * cut
+    assert 0.9 * cut < result.numbers["all"] < 1.5 * cut
     assert "clipped" not in codes(run.log(effort=pure + scatter))
 
 
@@ -178,18 +178,18 @@ def test_rows_that_are_lost_and_the_rest_stamped_again(seed, count):
     start = int(np.argmax(run.v > 0.85)) + 100
     kept = np.r_[0:start, start + count : COUNT]
     log = Log(time=run.t[: kept.size], position=np.round(run.x, 7)[kept], effort=run.effort()[kept], sample_time=DT)
-    (found,) = [one for one in checked(log) if one.code == "rows_lost"]
-    assert found.numbers["time"] == pytest.approx((start - 1) * DT)
-    assert found.numbers["step"] == pytest.approx(run.x[start + count] - run.x[start - 1], rel=1e-3)
+    (result,) = [item for item in checked(log) if item.code == "rows_lost"]
+    assert result.numbers["time"] == pytest.approx((start - 1) * DT)
+    assert result.numbers["step"] == pytest.approx(run.x[start + count] - run.x[start - 1], rel=1e-3)
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_stamps_that_no_axis_is_sampled_at(factor):
     run = Run(0)
     log = Log(time=factor * run.t, position=np.round(run.x, 7), effort=run.effort(), sample_time=factor * DT)
-    (found,) = [one for one in checked(log) if one.code == "unit_suspect"]
-    assert "speed" not in found.numbers
-    assert found.numbers["sample_time"] == pytest.approx(factor * DT)
+    (result,) = [item for item in checked(log) if item.code == "unit_suspect"]
+    assert "speed" not in result.numbers
+    assert result.numbers["sample_time"] == pytest.approx(factor * DT)
 
 
 @pytest.mark.parametrize(
@@ -215,17 +215,17 @@ def test_speeds_that_no_axis_has(kind, factor, told):
 )
 def test_a_name_that_says_another_unit(channel, name, unit, code):
     axis = Axis(columns={channel: Column(name, unit, "s" if channel == "time" else "m")})
-    found = [one for one in checked(Run(0).log(), axis) if one.code.endswith("_suspect")]
-    assert [one.code for one in found] == ([code] if code else [])
-    assert all(name in message(one) for one in found)
+    result = [item for item in checked(Run(0).log(), axis) if item.code.endswith("_suspect")]
+    assert [item.code for item in result] == ([code] if code else [])
+    assert all(name in message(item) for item in result)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("factor", "gear"), [(1.3, None), (0.75, None), (2.0, "2"), (0.5, "1/2"), (6.28, "2 pi")])
 def test_a_known_mass_that_the_log_denies(seed, factor, gear):
-    found = {one.code: one for one in checked(Run(seed).log(), Axis(mass=factor * MASS))}
-    assert found["mass_contradicts"].numbers["found"] == pytest.approx(MASS, rel=0.03)
-    assert (found["gear_suspect"].numbers["gear"] if gear else found.get("gear_suspect")) == gear
+    result = {item.code: item for item in checked(Run(seed).log(), Axis(mass=factor * MASS))}
+    assert result["mass_contradicts"].numbers["found"] == pytest.approx(MASS, rel=0.03)
+    assert (result["gear_suspect"].numbers["gear"] if gear else result.get("gear_suspect")) == gear
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -235,32 +235,32 @@ def test_a_slow_filter_of_the_effort_is_no_other_mass(seed, lag):
     slow = lfilter([1.0 - keep], [1.0, -keep], effort, zi=[keep * effort[0]])[0]
     log = Run(seed).log(effort=slow)
     assert "mass_contradicts" not in codes(log, Axis(mass=MASS))
-    (found,) = [one for one in checked(log, Axis(mass=2.0 * MASS)) if one.code == "mass_contradicts"]
-    assert found.numbers["found"] == pytest.approx(MASS, rel=0.03)
+    (result,) = [item for item in checked(log, Axis(mass=2.0 * MASS)) if item.code == "mass_contradicts"]
+    assert result.numbers["found"] == pytest.approx(MASS, rel=0.03)
 
 
 @pytest.mark.parametrize(("factor", "gear"), [(2.0, "2"), (30.0 / np.pi, "30/pi"), (1.2, None)])
 def test_a_velocity_of_another_unit(factor, gear):
     run = Run(0)
-    found = {one.code: one for one in checked(run.log(velocity=factor * run.v))}
-    assert found["velocity_contradicts"].numbers["ratio"] == pytest.approx(factor, rel=0.01)
-    assert (found["gear_suspect"].numbers["gear"] if gear else found.get("gear_suspect")) == gear
+    result = {item.code: item for item in checked(run.log(velocity=factor * run.v))}
+    assert result["velocity_contradicts"].numbers["ratio"] == pytest.approx(factor, rel=0.01)
+    assert (result["gear_suspect"].numbers["gear"] if gear else result.get("gear_suspect")) == gear
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_friction_that_falls_as_the_axis_warms_up(seed):
     run = Run(seed)
     run.level = LEVEL * np.linspace(1.2, 0.8, COUNT)
-    (found,) = [one for one in checked(run.log()) if one.code.startswith("level")]
-    assert (found.code, found.numbers["percent"] < 0.0) == ("level_drifts", True)
+    (result,) = [item for item in checked(run.log()) if item.code.startswith("level")]
+    assert (result.code, result.numbers["percent"] < 0.0) == ("level_drifts", True)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_friction_that_changes_over_the_range(seed):
     run = Run(seed)
     run.level = LEVEL * (1.0 + 0.4 * (run.x - run.x.mean()) / np.ptp(run.x))
-    (found,) = [one for one in checked(run.log()) if one.code.startswith("level")]
-    assert (found.code, found.numbers["percent"] > 0.0) == ("level_over_position", True)
+    (result,) = [item for item in checked(run.log()) if item.code.startswith("level")]
+    assert (result.code, result.numbers["percent"] > 0.0) == ("level_over_position", True)
 
 
 def test_a_motion_of_a_few_steps_of_the_encoder():
@@ -270,5 +270,5 @@ def test_a_motion_of_a_few_steps_of_the_encoder():
 
 def test_a_motion_that_repeats_itself_is_a_note():
     x = 0.3 * np.sin(2.0 * np.pi * DT * np.arange(COUNT))
-    (found,) = [one for one in checked(Run(0).log(position=x)) if one.code == "motion_repeats"]
-    assert (found.severity, found.numbers["period"]) == ("note", pytest.approx(1.0, rel=0.01))
+    (result,) = [item for item in checked(Run(0).log(position=x)) if item.code == "motion_repeats"]
+    assert (result.severity, result.numbers["every"]) == ("note", pytest.approx(1.0, rel=0.01))

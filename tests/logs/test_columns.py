@@ -33,8 +33,8 @@ def with_pandas(data):
 
 
 def with_xarray(data):
-    held = {name: ("time", values) for name, values in data.items() if name != "time"}
-    return pytest.importorskip("xarray").Dataset(held, coords={"time": data["time"]})
+    fixed = {name: ("time", values) for name, values in data.items() if name != "time"}
+    return pytest.importorskip("xarray").Dataset(fixed, coords={"time": data["time"]})
 
 
 def with_time_as_index(data):
@@ -71,7 +71,7 @@ def test_any_table_of_columns_is_a_log(make):
 
 
 def test_it_is_the_log_that_a_file_of_the_same_columns_is(tmp_path):
-    rows = "\n".join(",".join(map(repr, row)) for row in zip(*(DATA[one].tolist() for one in DATA), strict=True))
+    rows = "\n".join(",".join(map(repr, row)) for row in zip(*(DATA[item].tolist() for item in DATA), strict=True))
     (tmp_path / "log.csv").write_text(",".join(DATA) + "\n" + rows + "\n")
     names = {name: Column(name, "", "") for name in DATA}
     from_file = br.read_log(tmp_path / "log.csv", Axis(columns=names))
@@ -100,7 +100,7 @@ def test_only_needed_columns_are_taken_and_the_rest_is_told():
 
 def test_known_inputs_come_and_go():
     log = Log.from_columns(DATA | {"injected.extra": 0.1 * np.sin(50.0 * T)})
-    assert [one.column for one in log.injected] == ["extra"]
+    assert [item.column for item in log.injected] == ["extra"]
     assert np.array_equal(log.injected_effort, 0.1 * np.sin(50.0 * T))
 
 
@@ -161,7 +161,7 @@ BAD = {
     "lengths": (DATA | {"effort": T[:300]}, r"different lengths \(.*effort: 300"),
     "no order": (DATA | {"time": np.random.default_rng(0).permutation(T)}, "column 'time': is in no order"),
     "constant": (DATA | {"effort": np.ones(COUNT)}, r"column 'effort': is constant \(1 N\)"),
-    "short": ({name: one[:50] for name, one in DATA.items()}, "is too short"),
+    "short": ({name: item[:50] for name, item in DATA.items()}, "is too short"),
     "masked": (DATA | {"effort": np.ma.masked_equal(T, 0.0)}, "column 'effort': has masked values"),
     "complex": (DATA | {"effort": 1j * T}, "column 'effort': holds no numbers"),
 }
@@ -219,21 +219,21 @@ def test_a_log_comes_back_from_a_table(log, way):
     table = log.to_dict()["signals"] if way == "signals" else getattr(log, way)()
     again = Log.from_columns(table, kind=log.kind if way == "signals" else None)
     assert again.kind == log.kind
-    for (name, one), (other_name, other) in zip(log.channels(), again.channels(), strict=True):
+    for (name, item), (other_name, other) in zip(log.channels(), again.channels(), strict=True):
         assert name == other_name
-        assert np.array_equal(one, other)
-        assert one.unit == other.unit
+        assert np.array_equal(item, other)
+        assert item.unit == other.unit
 
 
 def test_tables_of_a_log_say_what_it_is(log):
-    told = log.to_dict()
-    assert told["units"]["effort"] == ("N" if log.kind == "translational" else "N*m")
-    assert told["segments"] == [[0, COUNT]]
-    assert told["sample_time"] == log.sample_time
+    message = log.to_dict()
+    assert message["units"]["effort"] == ("N" if log.kind == "translational" else "N*m")
+    assert message["segments"] == [[0, COUNT]]
+    assert message["sample_time"] == log.sample_time
     assert "position" in repr(log)
     assert len(repr(log).splitlines()) <= 30
     assert repr(log).startswith(f"Log of {COUNT} samples, 800 ms at 500 Hz, {log.kind}")
-    assert log._repr_html_().count("<tr>") == len(told["signals"]) + 1
+    assert log._repr_html_().count("<tr>") == len(message["signals"]) + 1
 
 
 def test_a_log_travels(log):
@@ -268,7 +268,7 @@ def test_a_channel_is_counted_sliced_and_reckoned_with():
     assert channel[3] == values[3]
     assert np.array_equal(channel[::2], values[::2])
     assert list(channel) == values.tolist()
-    for found, expected in (
+    for result, expected in (
         (channel * 1e3, values * 1e3),
         (1.0 - channel, 1.0 - values),
         (-channel, -values),
@@ -277,8 +277,8 @@ def test_a_channel_is_counted_sliced_and_reckoned_with():
         (channel > 0.0, values > 0.0),
         (values * channel, values**2),
     ):
-        assert isinstance(found, np.ndarray)
-        assert np.array_equal(found, expected)
+        assert isinstance(result, np.ndarray)
+        assert np.array_equal(result, expected)
 
 
 def test_two_channels_are_one_or_not():

@@ -99,8 +99,8 @@ def test_a_unit_in_a_name_that_its_numbers_contradict_is_told(tmp_path, header, 
     path.write_text("\n".join([f"t,q,{header}", *rows]) + "\n")
     velocity = {"column": header.split(" [")[0]} | ({"unit": unit} if unit else {})
     described = axis(time={"column": "t", "unit": "s"}, position={"column": "q", "unit": "mm"}, velocity=velocity)
-    found = [one for one in checked(read_log(path, described), described) if one.code == "unit_contradicts"]
-    assert [(one.numbers["called"], one.numbers["declared"]) for one in found] == ([told] if told else [])
+    result = [item for item in checked(read_log(path, described), described) if item.code == "unit_contradicts"]
+    assert [(item.numbers["called"], item.numbers["declared"]) for item in result] == ([told] if told else [])
 
 
 def test_a_reference_without_a_unit_has_that_of_the_position(tmp_path):

@@ -119,8 +119,8 @@ def test_rows_of_empty_cells_are_blank_lines_and_a_remark_may_follow_a_row(delim
 def test_numbers_of_fortran_and_of_old_windows_are_read_as_they_are_meant():
     cells = ["1.5D-3", "-2.5d+01", "1.#QNAN", "-1.#IND", "1.#INF", "-1.#INF00", "3E2", "4"]
     text = "t,x\n" + "".join(f"{k},{cell}\n" for k, cell in enumerate(cells))
-    found = read_csv(text.encode(), HERE).columns["x"]
-    np.testing.assert_array_equal(found, [1.5e-3, -25.0, np.nan, np.nan, np.inf, -np.inf, 300.0, 4.0])
+    result = read_csv(text.encode(), HERE).columns["x"]
+    np.testing.assert_array_equal(result, [1.5e-3, -25.0, np.nan, np.nan, np.inf, -np.inf, 300.0, 4.0])
 
 
 @pytest.mark.parametrize("cell", ["2#3", "1.5#", "\u0661\u0662", "1_000", "0x1F", "--1", "1.5.2", "1e5e5"])
@@ -202,11 +202,11 @@ def test_a_file_cut_anywhere_is_refused_or_its_whole_rows_are_read(cut):
     try:
         table = read_csv(part, HERE)
     except InputError as refusal:
-        said = str(refusal)
+        text = str(refusal)
     else:
-        said = ""
-    if said:
-        assert "truncated" in said or "no rows of numbers" in said
+        text = ""
+    if text:
+        assert "truncated" in text or "no rows of numbers" in text
         return
     count = part.count(b"\n") - 1
     np.testing.assert_array_equal(table.columns["t"], T[:count])

@@ -47,7 +47,7 @@ def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, n
         np.testing.assert_allclose(log.effort.values, truth, rtol=1e-12, atol=1e-12)
     else:
         assert np.sqrt(np.mean((log.effort.values - truth) ** 2)) < 0.1 * np.std(truth)
-        assert [found.code for found in log.findings] == ["resampled"]
+        assert [finding.code for finding in log.findings] == ["resampled"]
     if log.reference is not None:
         np.testing.assert_allclose(log.reference.values, 1e-6 * MOTION.reference_um[expected], rtol=1e-12, atol=1e-18)
 
@@ -124,8 +124,8 @@ def test_of_an_axis_that_turns_a_torque_is_asked_for_and_clear_steps_are_named(s
     assert ('\n# [encoder]\n# resolution = "0.0005 deg"  # ' in text) is says
     assert ("resolution" in text) is says
     if says:  # as it would be without the marks of a comment
-        told = text.replace("# [encoder]", "[encoder]").replace("# resolution", "resolution").replace('"?"', '"1 N*m"')
-        assert read_axis(told.encode()).resolution == pytest.approx(np.deg2rad(step))
+        message = text.replace("# [encoder]", "[encoder]").replace("# resolution", "resolution").replace('"?"', '"1 N*m"')
+        assert read_axis(message.encode()).resolution == pytest.approx(np.deg2rad(step))
 
 
 def test_what_is_to_be_filled_in_says_where(tmp_path):

@@ -144,8 +144,8 @@ def test_what_unpacks_to_more_than_fits_is_refused(name):
     limit = SMALL if name != "a mat of cells in cells" else SIZE_LIMIT
     with pytest.raises(InputError) as caught:
         read_table(data, size_limit=max(limit, len(data)))
-    said = ("more than is read", "damaged", "too deep", "objects", "no column")
-    assert any(words in str(caught.value) for words in said)
+    text = ("more than is read", "damaged", "too deep", "objects", "no column")
+    assert any(words in str(caught.value) for words in text)
 
 
 def test_a_data_set_that_announces_more_than_fits_is_not_read(tmp_path):

@@ -17,7 +17,7 @@ def told_of(tmp_path, axis, q, t=TIME):
     path = tmp_path / "log.csv"
     noise = np.random.default_rng(1).normal(size=q.size)
     path.write_text(csv_text({"t": t, "q": q, "r": 0.1 * np.sin(t), "u": np.sign(np.gradient(MOTION)) + noise}))
-    return [message(found) for found in checked(read_log(path, axis), axis) if found.code == "rows_lost"]
+    return [message(result) for result in checked(read_log(path, axis), axis) if result.code == "rows_lost"]
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-6, 5e-5])
@@ -58,7 +58,7 @@ def test_a_gap_in_time_is_none(tmp_path, axis):
     )
     log = read_log(path, axis)
     assert len(log.segments) == 2
-    assert "rows_lost" not in [found.code for found in checked(log, axis)]
+    assert "rows_lost" not in [result.code for result in checked(log, axis)]
 
 
 def test_a_column_that_is_used_twice_is_told(tmp_path, axis):

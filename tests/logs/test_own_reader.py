@@ -43,14 +43,14 @@ def test_a_reader_of_ones_own_serves_every_command_and_no_longer(log, tmp_path, 
     axis.write_text(AXIS)
     assert main(["log", str(log), "--axis", str(axis)]) == 2
     capsys.readouterr()
-    own = ["--axis", str(axis), "--reader", str(READER)]
-    assert main(["log", str(log), *own]) == 0
+    custom = ["--axis", str(axis), "--reader", str(READER)]
+    assert main(["log", str(log), *custom]) == 0
     results = tmp_path / "results"
-    assert main(["identify", str(log), *own, "--model", "coulomb_viscous", "--draws", "0", "--out", str(results)]) == 0
-    assert main(["predict", str(results / "model.toml"), str(log), *own]) == 0
+    assert main(["identify", str(log), *custom, "--model", "coulomb_viscous", "--draws", "0", "--out", str(results)]) == 0
+    assert main(["predict", str(results / "model.toml"), str(log), *custom]) == 0
     later = log.with_name("later.log")
     later.write_text(log.read_text() + log.read_text().splitlines()[-1].replace("t_ms=3999", "t_ms=4000") + "\n")
-    assert main(["compare", str(log), str(later), *own]) in (0, 1)
+    assert main(["compare", str(log), str(later), *custom]) in (0, 1)
     assert format_of(log.read_bytes(), ".log").name == "csv"
 
 

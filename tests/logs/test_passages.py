@@ -31,10 +31,10 @@ EXPECTED = {
 }
 
 
-def designed(axis, **asked):
-    found = excite(axis, rehearsed=False, **asked)
-    log, _, _ = recorded(found.motion, axis, found.prior)
-    return found.motion, log
+def designed(axis, **requested):
+    result = excite(axis, rehearsed=False, **requested)
+    log, _, _ = recorded(result.motion, axis, result.prior)
+    return result.motion, log
 
 
 @pytest.fixture(scope="module")
@@ -43,17 +43,17 @@ def stage():
     return motion, log, passages(log, STAGE)
 
 
-def share_of(kind, begin, end, found):
+def share_of(kind, begin, end, result):
     """The share of a time that passages of a kind cover."""
-    covered = sum(max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found if one.kind == kind)
+    covered = sum(max(min(item.end, end) - max(item.begin, begin), 0.0) for item in result if item.kind == kind)
     return covered / (end - begin)
 
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_what_was_designed_is_recognised(stage, name):
-    motion, _, found = stage
+    motion, _, result = stage
     shares = [
-        share_of(EXPECTED[name], begin, begin + piece.duration, found)
+        share_of(EXPECTED[name], begin, begin + piece.duration, result)
         for piece, begin in zip(motion.pieces, motion.begins, strict=True)
         if piece.name == name
     ]
@@ -62,54 +62,54 @@ def test_what_was_designed_is_recognised(stage, name):
 
 
 def test_amplitudes_speeds_and_nesting_are_those_that_were_designed(stage):
-    motion, _, found = stage
-    loops = max((one for one in found if one.kind == "loops"), key=lambda one: one.legs)
+    motion, _, result = stage
+    loops = max((slide for slide in result if slide.kind == "loops"), key=lambda slide: slide.legs)
     assert loops.amplitudes[1] == pytest.approx(6.8e-6, rel=0.03)
     assert 14 <= loops.levels <= 24
     assert loops.depth >= 9  # the decaying loops: ten turning points, each inside the one before
-    (chirp,) = (one for one in found if one.kind == "chirp")
-    (piece,) = (one for one in motion.pieces if one.name == "chirp")
+    (chirp,) = (slide for slide in result if slide.kind == "chirp")
+    (piece,) = (slide for slide in motion.pieces if slide.name == "chirp")
     assert chirp.frequencies == pytest.approx((piece.reference.values["f_0"], piece.reference.values["f_1"]), rel=0.2)
-    slides = [one for one in found if one.kind == "constant_velocity"]
-    assert max(one.speeds[1] for one in slides) == pytest.approx(max(one.speed for one in motion.pieces), rel=0.05)
+    slides = [slide for slide in result if slide.kind == "constant_velocity"]
+    assert max(slide.speeds[1] for slide in slides) == pytest.approx(max(slide.speed for slide in motion.pieces), rel=0.05)
 
 
 def test_rests_and_passages_share_the_log_between_them(stage):
-    _, log, found = stage
+    _, log, result = stage
     taken = np.zeros(len(log), dtype=int)
-    for one in found:
-        taken[one.samples] += 1
+    for item in result:
+        taken[item.samples] += 1
     assert np.mean(taken == 0) < 0.01
     assert np.mean(taken > 1) < 0.01
 
 
 def test_a_coarse_encoder_still_shows_the_loops():
     motion, log = designed(STAGE, duration="30 s", purposes="presliding")
-    triangles = [k for k, one in enumerate(motion.pieces) if one.name == "triangles"]
-    found = passages(log, STAGE)
-    assert share_of("loops", motion.begins[triangles[4]], motion.duration - motion.rest, found) > 0.9
+    triangles = [k for k, item in enumerate(motion.pieces) if item.name == "triangles"]
+    result = passages(log, STAGE)
+    assert share_of("loops", motion.begins[triangles[4]], motion.duration - motion.rest, result) > 0.9
 
 
 def test_without_an_effort_the_presliding_distance_tells_loops_from_slides():
     motion, log = designed(STAGE, duration="40 s", purposes="presliding,stribeck")
-    found = passages(replace(log, effort=None), STAGE)
-    first = next(begin for one, begin in zip(motion.pieces, motion.begins, strict=True) if one.name == "constant velocity")
-    assert share_of("constant_velocity", first, motion.duration, found) > 0.8
-    assert share_of("loops", 4.0, first, found) > 0.8
+    result = passages(replace(log, effort=None), STAGE)
+    first = next(begin for piece, begin in zip(motion.pieces, motion.begins, strict=True) if piece.name == "constant velocity")
+    assert share_of("constant_velocity", first, motion.duration, result) > 0.8
+    assert share_of("loops", 4.0, first, result) > 0.8
 
 
 def test_a_sine_is_an_oscillation_of_one_frequency():
     t = 1e-3 * np.arange(20_000)
     x = 0.01 * np.sin(2.0 * np.pi * 2.0 * t)
-    (found,) = passages(log_of(Motion(t, x, np.gradient(x, t), 0.0 * t), np.sign(np.gradient(x)), step=1e-6))
-    assert found.kind == "oscillation"
-    assert found.frequencies == pytest.approx((2.0, 2.0), rel=0.02)
-    assert found.legs == pytest.approx(80, abs=1)
+    (result,) = passages(log_of(Motion(t, x, np.gradient(x, t), 0.0 * t), np.sign(np.gradient(x)), step=1e-6))
+    assert result.kind == "oscillation"
+    assert result.frequencies == pytest.approx((2.0, 2.0), rel=0.02)
+    assert result.legs == pytest.approx(80, abs=1)
 
 
 def test_sines_mixed_are_moves():
     motion = sines(20.0)
-    kinds = {one.kind for one in passages(log_of(motion, np.sign(motion.velocity), step=1e-6))}
+    kinds = {passage.kind for passage in passages(log_of(motion, np.sign(motion.velocity), step=1e-6))}
     assert "moves" in kinds
     assert not kinds & {"loops", "break_away", "chirp", "oscillation"}
 
@@ -123,8 +123,8 @@ def there_and_back(*ways, start=0.0):
 
 
 def kinds_of(time, position, effort):
-    found = passages_along(time, position, effort, graininess(position, 1e-9))
-    return {one.kind for one in found if one.kind != "rest"}, found
+    result = passages_along(time, position, effort, graininess(position, 1e-9))
+    return {item.kind for item in result if item.kind != "rest"}, result
 
 
 PULLS = {
@@ -141,9 +141,9 @@ def test_a_slide_under_a_force_of_the_place_is_no_loop_before_sliding(pull, back
     time, position, velocity = there_and_back(*ways, start=-0.3)
     friction = 9.0 * np.tanh(velocity / 1e-4) + 20.0 * velocity
     noise = np.random.default_rng(0).normal(0.0, 0.3, time.size)
-    kinds, found = kinds_of(time, position, friction + PULLS[pull](position) + noise)
+    kinds, result = kinds_of(time, position, friction + PULLS[pull](position) + noise)
     assert "loops" not in kinds
-    assert share_of("constant_velocity", 1.0, time[-1] - 1.0, found) > 0.6
+    assert share_of("constant_velocity", 1.0, time[-1] - 1.0, result) > 0.6
 
 
 @pytest.mark.parametrize("spring", [0.0, 5e5])
@@ -181,8 +181,8 @@ def test_steps_of_the_encoder_are_no_loops_where_stamps_are_uneven():
 
 def test_nothing_is_found_where_nothing_moves():
     t = 1e-3 * np.arange(5000)
-    (found,) = passages(log_of(Motion(t, 0.0 * t, 0.0 * t, 0.0 * t), 0.0 * t), Axis(resolution=1e-6))
-    assert found.kind == "rest"
+    (result,) = passages(log_of(Motion(t, 0.0 * t, 0.0 * t, 0.0 * t), 0.0 * t), Axis(resolution=1e-6))
+    assert result.kind == "rest"
 
 
 @pytest.mark.parametrize("noise", [0.0, 2e-7])
@@ -190,9 +190,9 @@ def test_a_rest_with_noise_is_a_rest(noise):
     t = 1e-3 * np.arange(6000)
     x = np.interp(t, [0.0, 2.0, 4.0, 6.0], [0.0, 0.0, 0.1, 0.1])
     x += noise * np.random.default_rng(3).standard_normal(t.size)
-    found = passages(log_of(Motion(t, x, 0.0 * t, 0.0 * t), np.sign(np.gradient(x, t))), Axis(resolution=1e-8))
-    assert [one.kind for one in found] == ["rest", "constant_velocity", "rest"]
-    assert [one.begin for one in found] == pytest.approx([0.0, 2.0, 4.0], abs=0.02)
+    result = passages(log_of(Motion(t, x, 0.0 * t, 0.0 * t), np.sign(np.gradient(x, t))), Axis(resolution=1e-8))
+    assert [item.kind for item in result] == ["rest", "constant_velocity", "rest"]
+    assert [item.begin for item in result] == pytest.approx([0.0, 2.0, 4.0], abs=0.02)
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=60), st.floats(1e-3, 0.5))
@@ -215,11 +215,11 @@ def test_a_contact_remembers_no_more_than_it_was_shown(points):
 @pytest.mark.measured
 def test_emps_is_ordinary_moves():
     axis = read_axis(Path(__file__).parents[2] / "examples/emps/axis.toml")
-    (found,) = passages(read_log(record("emps/DATA_EMPS.mat"), axis), axis)
-    assert found.kind == "moves"
-    assert found.legs == 8
-    assert found.amplitudes[1] == pytest.approx(0.2464 / 2.0, rel=0.001)
-    assert found.levels == 1
+    (result,) = passages(read_log(record("emps/DATA_EMPS.mat"), axis), axis)
+    assert result.kind == "moves"
+    assert result.legs == 8
+    assert result.amplitudes[1] == pytest.approx(0.2464 / 2.0, rel=0.001)
+    assert result.levels == 1
 
 
 @pytest.mark.measured
@@ -230,11 +230,11 @@ def test_the_tribometer_breaks_away_from_rest_again_and_again():
         "effort": {"column": "Friction", "unit": "uN", "sign": -1},
     }
     axis = axis_from({"schema": 1, "kind": "translational", "columns": columns})
-    found = passages(read_log(record("tribometer/test_data_2.txt"), axis), axis)
-    strokes = [one for one in found if one.kind == "break_away" and 12.0 < one.begin < 205.0]
+    result = passages(read_log(record("tribometer/test_data_2.txt"), axis), axis)
+    strokes = [stroke for stroke in result if stroke.kind == "break_away" and 12.0 < stroke.begin < 205.0]
     assert len(strokes) == pytest.approx(2 * 48, abs=2)
-    assert np.median([one.amplitudes[1] for one in strokes]) == pytest.approx(0.5 * 229.6e-6, rel=0.02)
-    resting = sum(one.end - one.begin for one in found if one.kind == "rest" and 12.0 < one.begin < 205.0)
+    assert np.median([stroke.amplitudes[1] for stroke in strokes]) == pytest.approx(0.5 * 229.6e-6, rel=0.02)
+    resting = sum(stroke.end - stroke.begin for stroke in result if stroke.kind == "rest" and 12.0 < stroke.begin < 205.0)
     assert resting / (205.0 - 12.0) == pytest.approx(0.5, abs=0.03)
 
 
@@ -249,16 +249,16 @@ def record(name):
 @pytest.mark.measured
 def test_sines_on_a_damper_are_oscillations_of_the_frequency_that_was_set():
     tests = np.load(record("friction_damper/brfd_all.npz"))
-    found = {}
+    result = {}
     for name in sorted(tests.files)[::4]:
         columns = tests[name] if len(tests[name]) < 10 else tests[name].T
-        time, position, force = (np.array(one, dtype=float) for one in columns[:3])
+        time, position, force = (np.array(column, dtype=float) for column in columns[:3])
         set_to = float(re.search(r"__([\d.]+)Hz", name)[1])
         sines = [
-            one
-            for one in passages_along(time, position, force, graininess(position, None))
-            if one.kind == "oscillation" and one.end - one.begin > 0.7 * np.ptp(time)
+            column
+            for column in passages_along(time, position, force, graininess(position, None))
+            if column.kind == "oscillation" and column.end - column.begin > 0.7 * np.ptp(time)
         ]
-        found[name] = bool(sines) and 0.9 < sines[0].legs / (2.0 * (sines[0].end - sines[0].begin)) / set_to < 1.1
+        result[name] = bool(sines) and 0.9 < sines[0].legs / (2.0 * (sines[0].end - sines[0].begin)) / set_to < 1.1
     # Fast strokes of large amplitude are cut by the actuator, and are no sines.
-    assert np.mean(list(found.values())) > 0.8, found
+    assert np.mean(list(result.values())) > 0.8, result

@@ -153,20 +153,20 @@ def test_an_effort_at_its_known_limit_is_told(write, axis, recording):
 
 def clipped_at(log, axis):
     """Return where a log is told to be clipped; None where it is not."""
-    return next((found.numbers["level"] for found in checked(log, axis) if found.code == "clipped"), None)
+    return next((result.numbers["level"] for result in checked(log, axis) if result.code == "clipped"), None)
 
 
 def exceeded(log):
-    return [(found.code, found.numbers.get("key")) for found in log.findings if found.code.startswith("beyond")]
+    return [(finding.code, finding.numbers.get("key")) for finding in log.findings if finding.code.startswith("beyond")]
 
 
 def test_an_effort_beyond_its_limit_is_read_and_told(write, axis):
     limited = dataclasses.replace(axis, effort_limit=10.0)
     log = read_log(write(), limited)
     assert exceeded(log) == [("beyond_limit", "[effort] limit")]
-    (found,) = [found for found in checked(log, limited) if found.code == "beyond_limit"]
-    assert message(found).startswith("the effort reaches 75")
-    assert "[effort] limit of the axis file says 10 N" in message(found)
+    (result,) = [result for result in checked(log, limited) if result.code == "beyond_limit"]
+    assert message(result).startswith("the effort reaches 75")
+    assert "[effort] limit of the axis file says 10 N" in message(result)
     assert exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=100.0))) == []
 
 
@@ -181,8 +181,8 @@ def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_th
     of_law = dataclasses.replace(axis, controller=without, effort_limit=300.0)
     assert exceeded(read_log(both, of_law)) == [("beyond_limit", "[controller] limit")]
     clipped = write(u=np.clip(recording["u"], -40.0, 40.0) + 20.0 * pulses, pulses=pulses)
-    told = dataclasses.replace(axis, controller=without)
-    assert abs(clipped_at(read_log(clipped, told), told)) == pytest.approx(40.0)
+    text = dataclasses.replace(axis, controller=without)
+    assert abs(clipped_at(read_log(clipped, text), text)) == pytest.approx(40.0)
 
 
 def test_a_coarse_effort_is_not_taken_for_a_clipped_one(write, axis, recording):
@@ -212,10 +212,10 @@ def test_steps_that_contradict_the_resolution_of_the_axis_file_are_told(write, a
     step = 1e-4
     described = dataclasses.replace(axis, resolution=step / times)
     log = read_log(write(q=step * np.round(recording["q"] / step)), described)
-    found = [one for one in checked(log, described) if one.code == "resolution_contradicts"]
-    assert bool(found) == told
+    result = [item for item in checked(log, described) if item.code == "resolution_contradicts"]
+    assert bool(result) == told
     if told:
-        assert "57.3 is degrees in a radian" in message(found[0])
+        assert "57.3 is degrees in a radian" in message(result[0])
 
 
 @pytest.mark.parametrize(("share", "told"), [(1 / 57.3, True), (57.3, False)])
@@ -223,7 +223,7 @@ def test_steps_of_a_fast_axis_contradict_a_finer_resolution_and_digits_of_a_text
     step = 1e-5  # 184 of them lie between samples
     described = dataclasses.replace(axis, resolution=step * share)
     log = read_log(write(q=step * np.round(recording["r"] / step)), described)
-    assert ("resolution_contradicts" in [one.code for one in checked(log, described)]) == told
+    assert ("resolution_contradicts" in [item.code for item in checked(log, described)]) == told
 
 
 @pytest.mark.parametrize("with_reference", [True, False])
@@ -237,8 +237,8 @@ def test_a_clipped_position_is_refused(write, axis, recording, with_reference):
 def test_a_position_that_rests_at_its_extreme_is_legitimate(write, axis, recording):
     t = recording["t"]
     phase = np.clip((t % 0.6) / 0.2, 0.0, 1.0)  # a third of the time in motion, the rest at an end
-    there = 0.5 * (1 - np.cos(np.pi * phase))
-    position = np.round(np.where((t // 0.6) % 2 == 0, there, 1 - there), 6)
+    present = 0.5 * (1 - np.cos(np.pi * phase))
+    position = np.round(np.where((t // 0.6) % 2 == 0, present, 1 - present), 6)
     effort = np.gradient(np.gradient(position, t), t) + np.random.default_rng(3).normal(0, 0.1, t.size)
     log = read_log(write(q=position, r=position, u=effort), axis)
     assert np.mean(log.position.values == log.position.values.max()) > 0.3
@@ -262,11 +262,11 @@ def test_a_name_with_an_accent_is_found_however_it_is_spelt(tmp_path, axis, reco
     rows = np.column_stack([recording["t"], recording["q"], recording["u"]])
     head = f"t,{normalize(form, name)},u"
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=head, comments="", encoding="utf-8")
-    asked = dataclasses.replace(
+    requested = dataclasses.replace(
         axis, columns={"time": Column("t", "s", "s"), "position": Column(normalize(other, name), "m", "m"), "effort": Column("u", "N", "N")}
     )
-    found = read_log(tmp_path / "log.csv", asked)
-    assert found.position.values.size == recording["t"].size
+    log = read_log(tmp_path / "log.csv", requested)
+    assert log.position.values.size == recording["t"].size
 
 
 def test_a_row_with_the_stamp_of_the_one_before_is_left_out(write, axis, recording):
@@ -340,8 +340,8 @@ def test_small_jitter_is_resampled_and_said_so(write, axis, recording):
 def test_one_stamp_far_off_is_told_in_plain_numbers(write, axis, recording):
     t = recording["t"] + 0.02 * SAMPLE_TIME * np.random.default_rng(7).uniform(-1.0, 1.0, recording["t"].size)
     t[400:406] += np.array([5.0, 4.2, 3.4, 2.6, 1.8, 1.0]) * SAMPLE_TIME
-    (told,) = (note for note in read_log(write(t=t), axis).notes if "jitter" in note)
-    assert re.search(r" and \d{3} % \(all\)", told), told
+    (text,) = (note for note in read_log(write(t=t), axis).notes if "jitter" in note)
+    assert re.search(r" and \d{3} % \(all\)", text), text
 
 
 @pytest.mark.parametrize("share", [0.15, 0.3, 0.45])
@@ -352,12 +352,12 @@ def test_large_jitter_of_the_samples_is_resampled_and_its_error_told(write, axis
     log = read_log(write(t=t, q=0.25 * (1 - np.cos(w * t)), u=5 * np.sin(w * t)), axis)
     exact = 0.25 * (1 - np.cos(w * log.time.values))
     wrong = np.sqrt(np.mean((log.position.values - exact) ** 2))
-    (found,) = log.findings
-    assert (found.code, found.severity) == ("resampled", "warning")
-    assert found.numbers["percent"] == pytest.approx(95 * share, rel=0.05)
-    assert wrong <= found.numbers["position_error"] < 2e-6
-    assert found.numbers["effort_error"] < 1e-4
-    assert found in checked(log, axis)
+    (result,) = log.findings
+    assert (result.code, result.severity) == ("resampled", "warning")
+    assert result.numbers["percent"] == pytest.approx(95 * share, rel=0.05)
+    assert wrong <= result.numbers["position_error"] < 2e-6
+    assert result.numbers["effort_error"] < 1e-4
+    assert result in checked(log, axis)
 
 
 def test_the_step_of_an_encoder_is_that_of_the_samples_as_they_were_recorded(write, axis, recording):
@@ -534,7 +534,7 @@ def test_the_measured_positioning_system():
 @pytest.mark.parametrize("bound", [2.5, 1.0])
 def test_the_measured_positioning_system_with_a_clipped_effort(tmp_path, bound):
     log = positioning_system(tmp_path, "vir", bound)
-    (cut,) = [found for found in checked(log) if found.code == "clipped"]
+    (cut,) = [result for result in checked(log) if result.code == "clipped"]
     assert abs(cut.numbers["level"]) == pytest.approx(35.1507 * bound, rel=1e-3)
 
 

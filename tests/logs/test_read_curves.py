@@ -39,7 +39,7 @@ curve = "run"
 def family(tmp_path):
     (tmp_path / "axis.toml").write_text(FAMILY)
     fields = [np.linspace(low, 100.0, count) for low, count in ((50.0, 3), (0.0, 9), (-100.0, 17))]
-    curves = {f"curve_{k}": np.column_stack([one, -1e-6 * one]) for k, one in enumerate(fields)}
+    curves = {f"curve_{k}": np.column_stack([item, -1e-6 * item]) for k, item in enumerate(fields)}
     np.savez(tmp_path / "curves.npz", other=np.ones((4, 2)), **curves)
     return tmp_path
 
@@ -53,29 +53,29 @@ def loops(tmp_path):
 
 
 def test_each_array_is_a_curve(family):
-    found = read_curves(family / "curves.npz", family / "axis.toml")
-    assert [one.u.size for one in found.curves] == [9, 17]
-    assert found.curves[1].u[[0, -1]] == pytest.approx([-0.1, 0.1])
-    assert found.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
-    assert (found.kind, found.start, found.low, found.high) == ("magnetic", "saturated", -0.1, 0.1)
-    assert found.full_scale == pytest.approx(1e-4)
-    assert any("1 curves of less than 5 samples were left out" in note for note in found.notes)
-    assert len(found.origin.checksum) == 64
+    result = read_curves(family / "curves.npz", family / "axis.toml")
+    assert [curve.u.size for curve in result.curves] == [9, 17]
+    assert result.curves[1].u[[0, -1]] == pytest.approx([-0.1, 0.1])
+    assert result.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
+    assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
+    assert result.full_scale == pytest.approx(1e-4)
+    assert any("1 curves of less than 5 samples were left out" in note for note in result.notes)
+    assert len(result.origin.checksum) == 64
 
 
 def test_a_column_tells_curves_apart(loops):
-    found = read_curves(loops / "loops.csv", loops / "axis.toml")
-    assert [one.u.size for one in found.curves] == [20, 20, 20]
-    assert found.curves[2].u[0] == pytest.approx(-10e-6)
-    assert found.curves[2].f[-1] == pytest.approx(5.9)
-    assert found.history(found.curves[0]).size == 0
+    result = read_curves(loops / "loops.csv", loops / "axis.toml")
+    assert [curve.u.size for curve in result.curves] == [20, 20, 20]
+    assert result.curves[2].u[0] == pytest.approx(-10e-6)
+    assert result.curves[2].f[-1] == pytest.approx(5.9)
+    assert result.history(result.curves[0]).size == 0
 
 
 def test_saturation_lies_where_a_curve_heads_for(family):
-    found = read_curves(family / "curves.npz", family / "axis.toml")
-    rising = found.curves[0]
-    assert found.history(rising) > 0.1
-    assert found.history(type(rising)(rising.u[::-1], rising.f[::-1])) < -0.1
+    result = read_curves(family / "curves.npz", family / "axis.toml")
+    rising = result.curves[0]
+    assert result.history(rising) > 0.1
+    assert result.history(type(rising)(rising.u[::-1], rising.f[::-1])) < -0.1
 
 
 def test_an_axis_file_of_curves_is_told_from_one_of_an_axis(family, loops, tmp_path):
@@ -106,9 +106,9 @@ def test_what_does_not_fit_is_refused(family, was, now, said):
 
 def test_samples_that_are_no_numbers_are_refused(loops):
     text = (loops / "loops.csv").read_text()
-    for value, said in (("nan", "not a finite number"), ("1e200", "no measurement"), ("1e308", "no measurement")):
+    for value, message in (("nan", "not a finite number"), ("1e200", "no measurement"), ("1e308", "no measurement")):
         (loops / "loops.csv").write_text(text.replace("0,-7,", f"0,{value},"))
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=message):
             read_curves(loops / "loops.csv", loops / "axis.toml")
 
 
@@ -124,8 +124,8 @@ def test_columns_may_be_called_by_their_numbers(loops, header):
     rows = (loops / "loops.csv").read_text().partition("\n")[2]
     by_name = read_curves(loops / "loops.csv", loops / "axis.toml").curves
     columns = {"input": {"column": 2, "unit": "um"}, "output": 3, "curve": 1}
-    found = read_curves((header + rows).encode(), {"schema": 1, "kind": "translational", "columns": columns}).curves
-    assert len(found) == len(by_name) == 3
-    for one, other in zip(found, by_name, strict=True):
-        np.testing.assert_array_equal(one.u, other.u)
-        np.testing.assert_array_equal(one.f, other.f)
+    curves = read_curves((header + rows).encode(), {"schema": 1, "kind": "translational", "columns": columns}).curves
+    assert len(curves) == len(by_name) == 3
+    for item, other in zip(curves, by_name, strict=True):
+        np.testing.assert_array_equal(item.u, other.u)
+        np.testing.assert_array_equal(item.f, other.f)

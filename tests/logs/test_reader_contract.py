@@ -29,7 +29,9 @@ def bytes_of(name, folder, recording):
     return file.read_bytes()
 
 
-@pytest.mark.parametrize("log_format", [pytest.param(one, marks=[pytest.mark.slow] * bool(one.package), id=one.name) for one in FORMATS])
+@pytest.mark.parametrize(
+    "log_format", [pytest.param(item, marks=[pytest.mark.slow] * bool(item.package), id=item.name) for item in FORMATS]
+)
 def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, recording):
     checks = check_reader(log_format, bytes_of(log_format.name, tmp_path, recording))
     assert [check for check in checks if not check.passed] == []
@@ -134,8 +136,8 @@ def test_a_reader_that_ends_the_program_is_told_with_its_line(tmp_path):
 def test_check_runs_the_contract_of_a_reader(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["check", str(EXAMPLE), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert (found["model"], found["passed"], len(found["certificates"])) == ("key_value_log", True, len(READER_CHECKS))
+    data = json.loads(capsys.readouterr().out)
+    assert (data["model"], data["passed"], len(data["certificates"])) == ("key_value_log", True, len(READER_CHECKS))
     own(tmp_path, (CUT, WHOLE))
     assert main(["check", "own.py"]) == 1
     shown = capsys.readouterr()

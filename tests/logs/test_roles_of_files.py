@@ -39,8 +39,8 @@ def proposed(path):
 def test_the_columns_of_one_matrix_are_told_in_any_order_whatever_it_is_called(tmp_path, order, kind, name):
     matrix = np.column_stack([COLUMNS[channel] for channel in order])
     called = [f"{name}[{k}]" if kind == "mat" else f"column_{k + 1}" for k in range(3)]
-    found = proposed(saved(tmp_path, name, matrix, kind))
-    assert found == dict(zip(order, called, strict=True))
+    result = proposed(saved(tmp_path, name, matrix, kind))
+    assert result == dict(zip(order, called, strict=True))
 
 
 def test_a_count_of_rows_is_no_time_and_the_time_behind_it_is(tmp_path):

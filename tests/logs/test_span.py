@@ -30,7 +30,7 @@ nominal_load = "500 N"
 def bench(tmp_path):
     t = 0.01 * np.arange(1000)
     columns = [t, 10.0 * np.sin(t), np.cos(3.0 * t), 0.5 + 0.1 * np.sin(t), 20.0 + 0.0 * t]
-    rows = [",".join(f"{one:.9g}" for one in row) for row in zip(*columns, strict=True)]
+    rows = [",".join(f"{item:.9g}" for item in row) for row in zip(*columns, strict=True)]
     (tmp_path / "log.csv").write_text("\n".join(["t,x,F,N,T", *rows]) + "\n")
     (tmp_path / "axis.toml").write_text(AXIS)
     return tmp_path
@@ -41,7 +41,7 @@ def test_a_log_is_cut_to_its_span_with_all_channels(bench):
     assert axis.in_cycle
     log = read_log(bench / "log.csv", axis)
     assert log.time.values[[0, -1]] == pytest.approx([2.0, 5.99], abs=0.011)
-    assert {one.values.size for _, one in log.channels()} == {len(log)}
+    assert {item.values.size for _, item in log.channels()} == {len(log)}
     assert log.segments == (slice(0, len(log)),)
     assert log.position.values[0] == pytest.approx(0.01 * np.sin(log.time.values[0]))
     assert any("between 2 and 6 s" in note for note in log.notes)

@@ -33,16 +33,16 @@ def axis(more=None, **columns):
     return axis_from(described | (more or {}))
 
 
-def remark(found):
-    (note,) = [note for note in found.notes if note.startswith("the log has no position")]
+def remark(result):
+    (note,) = [note for note in result.notes if note.startswith("the log has no position")]
     return note
 
 
 def test_the_position_is_the_integral_of_the_speed_from_0_on_and_it_is_said():
-    found = read_log(log(), axis())
-    np.testing.assert_allclose(found.position.values, X - X[0], atol=ROUNDING)
-    assert (found.position.unit, found.position.column) == ("m", "speed")
-    assert remark(found) == (
+    result = read_log(log(), axis())
+    np.testing.assert_allclose(result.position.values, X - X[0], atol=ROUNDING)
+    assert (result.position.unit, result.position.column) == ("m", "speed")
+    assert remark(result) == (
         "the log has no position: it is the integral of column speed; it begins at 0, where the axis stood nobody "
         "knows, and an offset of the speed makes it drift. What depends on the place means nothing"
     )
@@ -51,45 +51,45 @@ def test_the_position_is_the_integral_of_the_speed_from_0_on_and_it_is_said():
 def test_the_trapezoid_is_exact_for_a_speed_of_straight_lines():
     speed = np.interp(T, [0.0, 1.0, 3.0, 4.0], [0.0, 0.5, -0.5, 0.0])
     way = np.concatenate([[0.0], np.cumsum(0.5 * DT * (speed[1:] + speed[:-1]))])
-    found = Log.from_columns({"time": T, "velocity": speed, "effort": F})
-    np.testing.assert_allclose(found.position.values, way, atol=1e-12)
-    assert found.position.values[1000] == pytest.approx(0.25, abs=1e-9)
+    result = Log.from_columns({"time": T, "velocity": speed, "effort": F})
+    np.testing.assert_allclose(result.position.values, way, atol=1e-12)
+    assert result.position.values[1000] == pytest.approx(0.25, abs=1e-9)
 
 
 def test_a_gap_adds_no_way():
     time = np.where(np.arange(COUNT) < 2000, T, T + 5.0)
-    found = read_log(log(time), axis())
-    assert len(found.segments) == 2
-    assert found.position.values[2000] == found.position.values[1999]
-    np.testing.assert_allclose(found.position.values[2000:], X[2000:] - X[2000] + X[1999] - X[0], atol=ROUNDING)
+    result = read_log(log(time), axis())
+    assert len(result.segments) == 2
+    assert result.position.values[2000] == result.position.values[1999]
+    np.testing.assert_allclose(result.position.values[2000:], X[2000:] - X[2000] + X[1999] - X[0], atol=ROUNDING)
 
 
 def test_it_begins_at_the_reference_where_there_is_one():
     reference = {"position_ref [mm]": 1e3 * X + 70.0}
-    found = read_log(log(**reference), axis(reference={"column": "position_ref", "unit": "mm"}))
-    np.testing.assert_allclose(found.position.values, found.reference.values, atol=ROUNDING)
-    assert "it begins at the reference" in remark(found)
+    result = read_log(log(**reference), axis(reference={"column": "position_ref", "unit": "mm"}))
+    np.testing.assert_allclose(result.position.values, result.reference.values, atol=ROUNDING)
+    assert "it begins at the reference" in remark(result)
 
 
 def test_what_depends_on_the_place_is_named():
-    found = read_log(log(), axis({"cogging": [{"harmonics": [6]}], "transmission": {"lead": "10 mm"}}))
-    assert remark(found).endswith("What depends on the place, here cogging, means nothing")
+    result = read_log(log(), axis({"cogging": [{"harmonics": [6]}], "transmission": {"lead": "10 mm"}}))
+    assert remark(result).endswith("What depends on the place, here cogging, means nothing")
 
 
 def test_a_following_error_without_a_position_is_told():
-    found = read_log(log(**{"lag [mm]": 1e-3 * V}), axis(following_error={"column": "lag", "unit": "mm"}))
-    assert found.reference is None
-    assert "column lag is not used: there is no position that it goes with" in found.notes
+    result = read_log(log(**{"lag [mm]": 1e-3 * V}), axis(following_error={"column": "lag", "unit": "mm"}))
+    assert result.reference is None
+    assert "column lag is not used: there is no position that it goes with" in result.notes
 
 
 def test_friction_and_inertia_are_those_of_the_same_log_with_its_position():
-    found = []
+    result = []
     for described in (axis(), axis(position={"column": "position", "unit": "mm"})):
         both = read_log(log(**{"position [mm]": 1e3 * X}), described)
         estimates = identify(both, "coulomb_viscous", axis=described, draws=0).best.estimates
-        found.append({estimate.name: estimate.value for estimate in estimates if estimate.name != "offset"})
-    assert set(found[0]) == {"M", "F_C", "F_v"}
-    assert found[0] == pytest.approx(found[1], rel=2e-3)
+        result.append({estimate.name: estimate.value for estimate in estimates if estimate.name != "offset"})
+    assert set(result[0]) == {"M", "F_C", "F_v"}
+    assert result[0] == pytest.approx(result[1], rel=2e-3)
 
 
 def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
@@ -135,6 +135,6 @@ def test_a_speed_that_is_only_asked_for_is_no_motion():
 
 
 def test_without_an_axis_file_a_usual_name_will_do():
-    found = summarize(log().replace(b"speed", b"velocity"))
-    assert found["problems"] == []
-    assert "position" in [channel["name"] for channel in found["channels"]]
+    result = summarize(log().replace(b"speed", b"velocity"))
+    assert result["problems"] == []
+    assert "position" in [channel["name"] for channel in result["channels"]]

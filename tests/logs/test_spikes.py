@@ -28,9 +28,9 @@ def found_in(values):
 def test_a_lost_reading_is_found_where_it_is(length, step):
     values = np.round(MOTION / step) * step if step else MOTION.copy()
     values[2345 : 2345 + length] = 0.5
-    (one,) = found_in(values)
-    assert (one.start, one.length) == (2345, length)
-    assert one.size == pytest.approx(0.5 - MOTION[2345], abs=2e-3)
+    (item,) = found_in(values)
+    assert (item.start, item.length) == (2345, length)
+    assert item.size == pytest.approx(0.5 - MOTION[2345], abs=2e-3)
 
 
 def stick_slip():

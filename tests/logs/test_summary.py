@@ -28,13 +28,13 @@ def test_every_problem_is_listed(write, axis, recording):
     time = np.random.default_rng(3).permutation(time)
     path = write(u=effort, t=time, r=np.full(time.size, 1.0))
     path.write_text(path.read_text().replace("t,q,r,u", "t,x,r,u"))
-    said = "\n".join(summarize(path, axis)["problems"])
+    text = "\n".join(summarize(path, axis)["problems"])
     for problem in ("no column 'q'", "has NaN"):
-        assert problem in said
+        assert problem in text
     path = write(t=time, r=np.full(time.size, 1.0))
-    said = "\n".join(summarize(path, axis)["problems"])
+    text = "\n".join(summarize(path, axis)["problems"])
     for problem in ("column 'r': is constant", "is in no order"):
-        assert problem in said
+        assert problem in text
 
 
 @pytest.mark.parametrize("count", [2, 3, 50])

@@ -114,7 +114,7 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
         "day": pyarrow.array([5_000_000, 5_002_000, 5_004_000, 5_006_000], pyarrow.time64("us")),
         "exact": pyarrow.array(exact, pyarrow.decimal128(5, 2)),
     }
-    fields = [pyarrow.field(name, one.type, metadata={"unit": "mm"} if name == "q" else None) for name, one in columns.items()]
+    fields = [pyarrow.field(name, item.type, metadata={"unit": "mm"} if name == "q" else None) for name, item in columns.items()]
     parquet.write_table(pyarrow.table(columns, schema=pyarrow.schema(fields)), tmp_path / "log.parquet")
     table = read_table(tmp_path / "log.parquet")
     np.testing.assert_allclose(table.columns["when"], [0.0, 2e-3, 4e-3, 6e-3])

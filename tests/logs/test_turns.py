@@ -44,7 +44,7 @@ def test_half_cycles_are_counted_through_all_segments(turns):
     numbers = np.concatenate(half_cycle_numbers(turns, [20] * len(turns)))
     assert numbers.size == 20 * len(turns)
     assert set(np.diff(numbers)) <= {0, 1}
-    assert numbers[-1] + 1 == sum(len(one) + 1 for one in turns)
+    assert numbers[-1] + 1 == sum(len(turn) + 1 for turn in turns)
     assert numbered(turns[0], 20) == pytest.approx(numbers[:20])
     assert all(numbers[k] == numbers[k - 1] + 1 for k in turns[0])
 

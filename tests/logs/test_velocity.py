@@ -22,8 +22,8 @@ def velocity(recording, seed=3):
 
 
 def said_of(write, axis, v):
-    found = checked(read_log(write(v=v), axis), axis)
-    return " | ".join(message(one) for one in found if one.code == "velocity_contradicts")
+    result = checked(read_log(write(v=v), axis), axis)
+    return " | ".join(message(item) for item in result if item.code == "velocity_contradicts")
 
 
 def test_the_velocity_of_the_position_is_no_news(write, with_velocity, recording):
@@ -47,6 +47,6 @@ def test_another_unit_sign_or_signal_is_said(write, with_velocity, recording, ch
 def test_a_speed_beyond_the_limit_is_said(write, axis, recording):
     # The recording reaches 2.55 m/s.
     assert not read_log(write(), replace(axis, velocity_limit=2.6)).notes
-    (said,) = read_log(write(), replace(axis, velocity_limit=2.0)).notes
-    assert "up to 2.5" in said
-    assert "limit of 2 m/s" in said
+    (text,) = read_log(write(), replace(axis, velocity_limit=2.0)).notes
+    assert "up to 2.5" in text
+    assert "limit of 2 m/s" in text

@@ -20,11 +20,11 @@ from bristle.sensors import encoder
 
 
 def told_of(assessment):
-    return [message(one) for one in doubts_of(assessment)]
+    return [message(item) for item in doubts_of(assessment)]
 
 
 def point(assessment, motions, under=Friction.NONE):
-    return next(one for one in assessment.points if one.motions is motions and one.friction is under)
+    return next(item for item in assessment.points if item.motions is motions and item.friction is under)
 
 
 @pytest.mark.parametrize(
@@ -32,10 +32,10 @@ def point(assessment, motions, under=Friction.NONE):
     [(0, 41.5, 30.8, 0.886), (1, 21.1, 3.6, 0.986), (2, 0.8, -23.5, 1.062), (3, -19.5, -50.6, 1.096)],
 )
 def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(delay, outside, inside, radius):
-    found = assess(rig(delay))
-    assert point(found, Motions.LARGE).margins.phase == pytest.approx(outside, abs=1.0)
-    assert point(found, Motions.SMALL).margins.phase == pytest.approx(inside, abs=1.0)
-    assert point(found, Motions.SMALL).loop.spectral_radius == pytest.approx(radius, abs=1e-3)
+    result = assess(rig(delay))
+    assert point(result, Motions.LARGE).margins.phase == pytest.approx(outside, abs=1.0)
+    assert point(result, Motions.SMALL).margins.phase == pytest.approx(inside, abs=1.0)
+    assert point(result, Motions.SMALL).loop.spectral_radius == pytest.approx(radius, abs=1e-3)
 
 
 def test_poles_decide_what_diverges_and_what_oscillates():
@@ -60,31 +60,31 @@ def test_the_gain_that_is_named_is_the_largest_that_is_stable():
 
 
 def test_small_margins_are_warned_of_and_wide_ones_are_not():
-    assert any("phase margin is 3.6°" in one for one in told_of(assess(rig(1))))
+    assert any("phase margin is 3.6°" in item for item in told_of(assess(rig(1))))
     assert told_of(assess(rig(0, slope=150.0, gain=150.0, switching=0.0))) == []
 
 
 def test_a_law_without_a_boundary_layer_switches():
-    found = assess(rig(0, layer=0.0))
-    assert found.switches
-    assert any("chatters" in one for one in told_of(found))
-    assert {one.motions for one in found.points} == {Motions.LARGE}
+    result = assess(rig(0, layer=0.0))
+    assert result.switches
+    assert any("chatters" in item for item in told_of(result))
+    assert {item.motions for item in result.points} == {Motions.LARGE}
 
 
 def test_what_fades_with_the_size_of_a_motion_is_no_part_of_large_ones():
     proportional = {"kind": "rotational", "J": 4e-4, "lambda_": 300.0, "K_1": 200.0, "cutoff": 400.0}
     twisting = controllers.super_twisting(k_1=1e-3, k_2=0.2, **proportional)
     plain = controllers.sliding_mode(**proportional)
-    found, expected = (assess(replace(rig(1), controller=one)) for one in (twisting, plain))
-    assert found.switches
+    result, expected = (assess(replace(rig(1), controller=item)) for item in (twisting, plain))
+    assert result.switches
     assert not expected.switches
-    bare, linear = found.bare[0].loop, expected.bare[0].loop
+    bare, linear = result.bare[0].loop, expected.bare[0].loop
     assert bare.spectral_radius == pytest.approx(linear.spectral_radius, rel=1e-6)
 
 
 def test_a_law_that_is_one_law_has_one_loop():
-    found = assess(rig(0, switching=0.0))
-    assert {one.motions for one in found.points} == {Motions.ALL}
+    result = assess(rig(0, switching=0.0))
+    assert {item.motions for item in result.points} == {Motions.ALL}
 
 
 def test_the_limit_of_the_drive_does_not_change_the_loop():
@@ -112,20 +112,20 @@ def test_a_cascade_agrees_with_its_transfer_function(k_v, delay):
         controller=controllers.cascade(k_p=k_p, k_v=k_v),
         run=Run(8.0, dt, delay=delay),
     )
-    found = assess(variant).bare[0]
+    result = assess(variant).bare[0]
     over, under = by_transfer_functions(k_p, k_v, mass, dt, delay)
     expected = np.roots(np.polyadd(under, over))
-    assert np.sort(np.abs(found.loop.poles))[-3:] == pytest.approx(np.sort(np.abs(expected))[-3:], rel=1e-7)
+    assert np.sort(np.abs(result.loop.poles))[-3:] == pytest.approx(np.sort(np.abs(expected))[-3:], rel=1e-7)
     omega = np.geomspace(0.1, np.pi / dt, 200_001)
     z = np.exp(1j * omega * dt)
     response = np.polyval(over, z) / np.polyval(under, z)
     at = np.flatnonzero(np.diff(np.sign(np.abs(response) - 1.0)))[-1]
-    assert found.margins.crossover == pytest.approx(omega[at], rel=1e-3)
-    assert found.margins.phase == pytest.approx(180.0 + np.degrees(np.angle(response[at])), abs=0.05)
-    largest = [np.max(np.abs(np.roots(np.polyadd(under, g * found.margins.gain * over)))) for g in (0.99, 1.0, 1.01)]
+    assert result.margins.crossover == pytest.approx(omega[at], rel=1e-3)
+    assert result.margins.phase == pytest.approx(180.0 + np.degrees(np.angle(response[at])), abs=0.05)
+    largest = [np.max(np.abs(np.roots(np.polyadd(under, g * result.margins.gain * over)))) for g in (0.99, 1.0, 1.01)]
     assert largest[1] == pytest.approx(1.0, abs=1e-6)
     assert largest[0] < 1.0 < largest[2]
-    assert found.margins.sensitivity == pytest.approx(np.max(1.0 / np.abs(1.0 + response)), rel=1e-3)
+    assert result.margins.sensitivity == pytest.approx(np.max(1.0 / np.abs(1.0 + response)), rel=1e-3)
 
 
 # --- against the simulation -------------------------------------------------------------------------------------
@@ -200,8 +200,8 @@ def test_a_mode_that_nothing_drives_is_no_pole_of_the_loop():
     # are: poles at 1 that say nothing of the loop.
     law = controllers.cascade(k_p=40.0, k_v=3000.0)
     pulled = plants.pulled_inertia(M=30.0, k=0.0, v_e=1e-3)
-    variants = [replace(rig(0), plant=one, controller=law, run=Run(1.0, 1e-3)) for one in (plants.inertia(M=30.0), pulled)]
-    radii = [assess(one).bare[0].loop.spectral_radius for one in variants]
+    variants = [replace(rig(0), plant=variant, controller=law, run=Run(1.0, 1e-3)) for variant in (plants.inertia(M=30.0), pulled)]
+    radii = [assess(variant).bare[0].loop.spectral_radius for variant in variants]
     assert radii[1] == pytest.approx(radii[0], rel=1e-6)
     assert radii[0] < 0.99
 
@@ -212,12 +212,12 @@ LUGRE = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=
 
 
 def test_friction_is_a_spring_where_the_axis_is_stuck_and_a_damper_where_it_slides():
-    found = assess(rig(0, model=LUGRE))
-    stuck, free = (point(found, Motions.SMALL, one) for one in (Friction.STUCK, Friction.NONE))
+    result = assess(rig(0, model=LUGRE))
+    stuck, free = (point(result, Motions.SMALL, item) for item in (Friction.STUCK, Friction.NONE))
     # The loop crosses over where inertia, spring and law balance: a spring more, a higher crossover.
     assert stuck.margins.crossover > 1.02 * free.margins.crossover
-    sliding = point(found, Motions.LARGE, Friction.SLIDING)
-    assert sliding.margins.phase > point(found, Motions.LARGE).margins.phase
+    sliding = point(result, Motions.LARGE, Friction.SLIDING)
+    assert sliding.margins.phase > point(result, Motions.LARGE).margins.phase
 
 
 def test_stiffness_and_damping_are_those_of_the_model():
@@ -243,7 +243,7 @@ def test_a_film_is_no_spring():
     stuck = stiffness_at_rest(friction.viscous(F_v=200.0), 1e-3)
     assert stuck.k == 0.0
     assert stuck.c == pytest.approx(200.0)
-    assert {one.friction for one in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
+    assert {item.friction for item in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
         Friction.NONE,
         Friction.SLIDING,
     }
@@ -259,15 +259,15 @@ def test_an_offset_and_two_sides_are_no_slope():
 def test_what_only_friction_upsets_is_stick_slip_and_simulated():
     weak = rig(0, slope=0.05, gain=0.05, switching=0.0, model=LUGRE)
     fast = replace(weak.reference, parameters=weak.reference.parameters._replace(amplitude=0.25))
-    found = assess(replace(weak, reference=fast))
-    assert found.verdict is Verdict.OSCILLATES
-    assert "sticks and slips" in message(verdict_of(found))
+    result = assess(replace(weak, reference=fast))
+    assert result.verdict is Verdict.OSCILLATES
+    assert "sticks and slips" in message(verdict_of(result))
 
 
 def test_variants_that_diverge_are_left_out():
     variants = tuple(replace(rig(delay), name=f"delay_{delay}") for delay in range(4))
     kept, judged = runnable(Experiment("delays", "rotational", variants))
-    assert [one.name for one in kept.variants] == ["delay_0", "delay_1", "delay_2"]
+    assert [variant.name for variant in kept.variants] == ["delay_0", "delay_1", "delay_2"]
     assert judged["delay_3"].verdict is Verdict.DIVERGES
 
 
@@ -295,14 +295,14 @@ def test_a_stable_loop_has_no_delay_margin_below_nothing():
     angle, faded = 0.5, 0.9
     spin = faded * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     spring = LinearSystem(spin, np.array([1.0, 0.0]), np.array([0.0, 1.0]), 0.0)
-    found = 0
+    result = 0
     for gain in np.linspace(-0.4, 0.4, 81):
         loop = loop_of(spring, gain)
         delay = margins_of(loop).delay
         if loop.is_unstable or delay is None:
             continue
-        found += 1
+        result += 1
         assert delay >= 0.0
         samples = math.floor(delay)
         assert not loop_of(spring, gain, samples).is_unstable
-    assert found > 5
+    assert result > 5

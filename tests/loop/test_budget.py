@@ -14,25 +14,25 @@ from bristle.simulation import simulate
 
 
 def test_each_cause_of_the_loop_is_found_and_no_other():
-    assert [one.name for one in causes_of(loop())] == ["amplitude", "shape", "asymmetry", "encoder", "delay"]
+    assert [item.name for item in causes_of(loop())] == ["amplitude", "shape", "asymmetry", "encoder", "delay"]
     plain = loop(compensator=None)
-    assert [one.name for one in causes_of(plain)] == ["no compensation", "asymmetry", "encoder", "delay"]
+    assert [item.name for item in causes_of(plain)] == ["no compensation", "asymmetry", "encoder", "delay"]
 
 
 def test_a_loop_that_is_not_told_velocity_and_inertia_lags():
     deaf = loop(controller=loop().controller.with_values(k_ff=0.0), feedforward=replace(loop().feedforward, mass=0.0))
     lag = causes_of(deaf)[0]
     assert lag.name == "lag"
-    told = lag.without(deaf)
-    assert told.controller == loop().controller
-    assert told.feedforward.mass == pytest.approx(20.0, rel=1e-3)
-    assert "lag" not in [one.name for one in causes_of(loop())]
+    message = lag.without(deaf)
+    assert message.controller == loop().controller
+    assert message.feedforward.mass == pytest.approx(20.0, rel=1e-3)
+    assert "lag" not in [item.name for item in causes_of(loop())]
 
 
 def test_inertia_is_fed_forward_once():
     # The sliding mode law feeds the inertia by itself, the cascade does not.
     sliding = controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0)
-    assert [feeds_inertia(one, 1e-3) for one in (sliding, loop().controller)] == [True, False]
+    assert [feeds_inertia(item, 1e-3) for item in (sliding, loop().controller)] == [True, False]
     assert told_the_motion(loop(controller=sliding)).feedforward.mass == 0.0
 
 
@@ -50,7 +50,7 @@ def test_causes_are_removed_in_any_order():
         for cause in order:
             left = cause.without(left)
         ways.append(replace(left, feedforward=replace(left.feedforward, gain=round(left.feedforward.gain, 9))))
-    assert all(one == ways[0] for one in ways)
+    assert all(way == ways[0] for way in ways)
 
 
 def test_the_nominal_friction_is_the_same_in_both_directions():
@@ -61,7 +61,7 @@ def test_the_nominal_friction_is_the_same_in_both_directions():
 def test_the_nominal_friction_repeats_itself():
     rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
     assert nominal(rough).values["scatter"] == 0.0
-    assert "irregularity" in [one.name for one in causes_of(loop(friction=rough))]
+    assert "irregularity" in [item.name for item in causes_of(loop(friction=rough))]
 
 
 def test_the_best_gain_is_the_ratio_of_two_that_differ_in_size_alone():
@@ -73,9 +73,9 @@ def test_the_best_gain_is_the_ratio_of_two_that_differ_in_size_alone():
 def test_the_budget_is_what_its_loops_give(designed):
     budget = designed.budget
     assert budget.variant == "fed"
-    assert {one.cause for one in budget.entries} == {"amplitude", "shape", "asymmetry", "encoder", "delay"}
-    entry = next(one for one in budget.entries if one.cause == "asymmetry")
-    even = next(one for one in causes_of(loop()) if one.name == "asymmetry").without(loop("even"))
+    assert {item.cause for item in budget.entries} == {"amplitude", "shape", "asymmetry", "encoder", "delay"}
+    entry = next(item for item in budget.entries if item.cause == "asymmetry")
+    even = next(item for item in causes_of(loop()) if item.name == "asymmetry").without(loop("even"))
     result = simulate(Experiment("one", "translational", (loop(), even)))
     assert entry.without == result.variants["even"].following_error
     assert budget.all_causes == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
@@ -88,10 +88,10 @@ def test_the_budget_tells_what_matters(designed):
     for entry in budget.entries:
         assert budget.no_cause.peak_to_peak <= 1.05 * entry.alone.peak_to_peak
         assert entry.alone.peak_to_peak < budget.all_causes.peak_to_peak
-    ordered = [one.without.peak_to_peak for one in budget.entries]
+    ordered = [item.without.peak_to_peak for item in budget.entries]
     assert ordered == sorted(ordered)
 
 
 def test_a_compensator_of_the_right_size_and_shape_is_no_cause():
     assert nominal(TRUTH) != COMPENSATOR
-    assert "shape" not in [one.name for one in causes_of(loop(compensator=nominal(TRUTH)))]
+    assert "shape" not in [item.name for item in causes_of(loop(compensator=nominal(TRUTH)))]

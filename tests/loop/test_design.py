@@ -26,14 +26,14 @@ SLIDING_MODE = controllers.sliding_mode(
 def margins(variant, law, lag=None):
     """Return the margins of a loop with a law, and with another lag of its current loop [s]."""
     run = variant.run if lag is None else replace(variant.run, current_lag=lag)
-    return [one.margins for one in assess(replace(variant, controller=law, run=run)).bare]
+    return [item.margins for item in assess(replace(variant, controller=law, run=run)).bare]
 
 
 def keeps(variant, law):
     """Return whether a loop keeps its margins: with its lag and half a millisecond more, or over 0.2 to 1 ms."""
     stated = variant.run.current_lag
-    asked = ((stated, 40.0), (stated + 5e-4, 30.0)) if stated else ((2e-4, 40.0), (1e-3, 40.0))
-    return all(one.phase >= least and one.gain >= 2.0 for lag, least in asked for one in margins(variant, law, lag))
+    requested = ((stated, 40.0), (stated + 5e-4, 30.0)) if stated else ((2e-4, 40.0), (1e-3, 40.0))
+    return all(margin.phase >= least and margin.gain >= 2.0 for lag, least in requested for margin in margins(variant, law, lag))
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -53,16 +53,16 @@ def test_a_lag_that_nobody_stated_is_not_taken_as_zero(name):
     law = tuned(unstated, name).law
     assert keeps(unstated, law)
     for lag in np.linspace(2e-4, 1e-3, 9):  # every lag between, too
-        assert all(one.phase >= 40.0 and one.gain >= 2.0 for one in margins(unstated, law, lag))
+        assert all(margin.phase >= 40.0 and margin.gain >= 2.0 for margin in margins(unstated, law, lag))
     short = replace(lagging, run=replace(lagging.run, current_lag=1e-4))
     assert tuned(short, name).bandwidth > 1.1 * tuned(unstated, name).bandwidth
 
 
 def test_a_boundary_layer_that_a_person_set_is_not_made_thinner():
     variant = replace(rig(1), controller=SLIDING_MODE)
-    own = tuned(variant, "sliding_mode").law.values["phi"]
-    wide = replace(variant, controller=SLIDING_MODE.with_values(phi=50.0 * own))
-    assert tuned(wide, "sliding_mode").law.values["phi"] == pytest.approx(50.0 * own)
+    custom = tuned(variant, "sliding_mode").law.values["phi"]
+    wide = replace(variant, controller=SLIDING_MODE.with_values(phi=50.0 * custom))
+    assert tuned(wide, "sliding_mode").law.values["phi"] == pytest.approx(50.0 * custom)
 
 
 def test_less_delay_allows_more_gain():
@@ -154,31 +154,31 @@ def test_friction_makes_a_circle_bulge_where_an_axis_reverses_and_compensation_f
 def test_what_is_proposed_keeps_margins_and_errs_less():
     soft = controllers.cascade(k_p=40.0, k_v=2000.0, k_ff=1.0)
     designed = design(Experiment("bench", "translational", (loop(controller=soft),)))
-    names = [one.name for one in designed.proposals]
+    names = [other.name for other in designed.proposals]
     assert names == ["as it is", "tuned", "with an observer"]
-    present, *others = designed.proposals
-    for one in others:
-        assert one.assessment.verdict is Verdict.STABLE
-        assert min(point.margins.phase for point in one.assessment.bare) >= PHASE
-        assert one.following_error.peak_to_peak < present.following_error.peak_to_peak
-        assert one.effort_rms < 1.1 * present.effort_rms
+    present, *rest = designed.proposals
+    for other in rest:
+        assert other.assessment.verdict is Verdict.STABLE
+        assert min(point.margins.phase for point in other.assessment.bare) >= PHASE
+        assert other.following_error.peak_to_peak < present.following_error.peak_to_peak
+        assert other.effort_rms < 1.1 * present.effort_rms
 
 
 def test_the_first_variant_that_feeds_friction_forward_is_designed(designed):
     assert designed.variant.name == "fed"
     assert designed.is_stable
-    assert [one.name for one in designed.assessments] == ["plain", "fed"]
+    assert [assessment.name for assessment in designed.assessments] == ["plain", "fed"]
     assert designed.circles[0].variant == "without compensation"
 
 
 def test_a_loop_that_diverges_is_not_simulated_and_still_gets_gains():
     slow = loop(run=replace(loop().run, delay=9))
-    found = design(Experiment("slow", "translational", (slow,)))
-    assert not found.is_stable
-    assert found.budget is None
-    present, *others = found.proposals
+    result = design(Experiment("slow", "translational", (slow,)))
+    assert not result.is_stable
+    assert result.budget is None
+    present, *rest = result.proposals
     assert present.following_error is None
-    assert all(one.following_error is not None for one in others)
+    assert all(other.following_error is not None for other in rest)
 
 
 def test_a_name_that_is_no_variant_is_refused():
@@ -190,8 +190,8 @@ def test_a_name_that_is_no_variant_is_refused():
 def test_a_bandwidth_that_is_asked_for_is_given_as_far_as_the_margins_allow():
     variant = replace(rig(1), controller=SLIDING_MODE)
     widest = tuned(variant, "sliding_mode")
-    asked = tuned(variant, "sliding_mode", 0.5 * widest.bandwidth)
-    assert asked.bandwidth == asked.law.values["lambda_"] == 0.5 * widest.bandwidth
+    requested = tuned(variant, "sliding_mode", 0.5 * widest.bandwidth)
+    assert requested.bandwidth == requested.law.values["lambda_"] == 0.5 * widest.bandwidth
     too_much = tuned(variant, "sliding_mode", 3.0 * widest.bandwidth)
     assert too_much.bandwidth == pytest.approx(widest.bandwidth, rel=0.05)
 
@@ -216,9 +216,9 @@ def test_an_axis_with_a_screw_is_designed_with_its_backlash():
         reference=references.sine(kind="rotational", amplitude=1.0, frequency=0.5),
         feedforward=Feedforward(),
     )
-    found = design(Experiment("screw", "rotational", (axis,)))
-    assert found.is_stable
-    assert {one.cause for one in found.budget.entries} == {"lag", "asymmetry", "encoder", "delay", "backlash"}
+    result = design(Experiment("screw", "rotational", (axis,)))
+    assert result.is_stable
+    assert {entry.cause for entry in result.budget.entries} == {"lag", "asymmetry", "encoder", "delay", "backlash"}
     # 0.02 N m of the motor, and 25 N over an arm of 0.796 mm.
-    assert found.friction == pytest.approx(0.02 + 25.0 * 5e-3 / (2.0 * math.pi), rel=0.2)
+    assert result.friction == pytest.approx(0.02 + 25.0 * 5e-3 / (2.0 * math.pi), rel=0.2)
     assert inertia_of(axis) == pytest.approx(1e-3 + 50.0 * (5e-3 / (2.0 * math.pi)) ** 2, rel=0.01)

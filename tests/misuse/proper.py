@@ -97,7 +97,7 @@ def calls() -> dict[str, Call]:
     run = {"steps": 1, "hold": "zero", **where}
     stress = {"model": p["friction"], "v": np.diff(X) / 0.1, "dt": 0.1, "x": X[1:]}
     around = {"load": 1.0, "temperature": 293.0}
-    found = {
+    result = {
         "response": Call(br.response, {"model": p["friction"], "x": X, "dt": 0.1, "history": ()}),
         "response of an operator": Call(br.response, {"model": hysteresis.play(r=0.3), "x": [1.0, 0.0], "history": [1.0]}),
         "check": Call(br.check, {"model": p["friction"], "force_ripple": (2.0, 4.0), "loop": (1e-6, 0.0)}),
@@ -369,7 +369,7 @@ def calls() -> dict[str, Call]:
         ),
         "Curves": Call(Curves, {"curves": curves().curves, "start": "virgin", "kind": "translational", "notes": ()}),
     }
-    for one in (
+    for item in (
         *friction.MODELS.values(),
         *hysteresis.OPERATORS.values(),
         *plants.PLANTS.values(),
@@ -377,12 +377,12 @@ def calls() -> dict[str, Call]:
         *sensors.SENSORS.values(),
         *references.REFERENCES.values(),
     ):
-        found[f"{one.family}.{one.name}"] = Call(one, {**_example(one), "kind": None, "validate": True})
-    return found
+        result[f"{item.family}.{item.name}"] = Call(item, {**_example(item), "kind": None, "validate": True})
+    return result
 
 
 def _example(component: Any) -> dict[str, Any]:
     variables = component.variables.items()
-    usual: dict[str, Any] = {name: one.choices[0] if one.choices else max(one.nominal, one.min) for name, one in variables}
+    usual: dict[str, Any] = {name: item.choices[0] if item.choices else max(item.nominal, item.min) for name, item in variables}
     usual |= {name: [1.0, 1.0, 1.0] for name in usual if component.is_array(name)}
     return {**usual, **component.defaults, **component.example}

@@ -67,7 +67,7 @@ def hand_in(call: Call, argument: str, values: dict[str, Any]) -> None:
 @pytest.mark.parametrize("name", [name for name in CALLS if name not in SLOW])
 def test_whatever_is_handed_in_it_works_or_the_argument_is_named(name):
     for argument in CALLS[name].arguments:
-        never = {key: one for key, one in NEVER.items() if not (callable(one) and argument in ("progress", "everett"))}
+        never = {key: item for key, item in NEVER.items() if not (callable(item) and argument in ("progress", "everett"))}
         hand_in(CALLS[name], argument, never | MOSTLY)
 
 
@@ -153,7 +153,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("name", "argument", "values"), WRONG, ids=[f"{one[0]}.{one[1]}" for one in WRONG])
+@pytest.mark.parametrize(("name", "argument", "values"), WRONG, ids=[f"{item[0]}.{item[1]}" for item in WRONG])
 def test_what_no_argument_can_be_is_refused_by_its_name(name, argument, values):
     for value in values:
         with pytest.raises(InputError) as caught:
@@ -199,7 +199,7 @@ ALIKE: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("name", "written", "proper"), ALIKE, ids=[f"{one[0]}-{next(iter(one[1]))}" for one in ALIKE])
+@pytest.mark.parametrize(("name", "written", "proper"), ALIKE, ids=[f"{item[0]}-{next(iter(item[1]))}" for item in ALIKE])
 def test_what_people_write_is_read_as_they_mean_it(name, written, proper):
     same(CALLS[name](**written), CALLS[name](**proper))
 
@@ -211,8 +211,8 @@ def same(found: Any, wanted: Any) -> None:
         assert found == pytest.approx(wanted, rel=1e-12, nan_ok=True)
     elif isinstance(found, (tuple, list)):
         assert len(found) == len(wanted)
-        for one, other in zip(found, wanted, strict=True):
-            same(one, other)
+        for item, other in zip(found, wanted, strict=True):
+            same(item, other)
     elif isinstance(found, dict):
         same(list(found.values()), list(wanted.values()))
     elif hasattr(found, "__dict__") and type(found).__module__.startswith("bristle") and not hasattr(found, "component"):
@@ -224,13 +224,13 @@ def same(found: Any, wanted: Any) -> None:
 def test_a_bandwidth_is_a_frequency_or_an_angular_one(monkeypatch):
     from bristle.loop import design as module_function
 
-    told = []
+    message = []
     module = __import__("sys").modules[module_function.__module__]
-    monkeypatch.setattr(module, "proposals_for", lambda variant, bandwidth, **_: told.append(bandwidth) or ())
+    monkeypatch.setattr(module, "proposals_for", lambda variant, bandwidth, **_: message.append(bandwidth) or ())
     monkeypatch.setattr(module, "error_budget", lambda *_: None)
     for bandwidth in ("30 Hz", "0.03 kHz", 60.0 * math.pi, f"{60.0 * math.pi} rad/s"):
         br.design(experiment(), bandwidth=bandwidth)
-    assert told == pytest.approx([60.0 * math.pi] * 4)
+    assert message == pytest.approx([60.0 * math.pi] * 4)
 
 
 def test_a_log_of_plain_columns_is_the_log_of_channels():
@@ -241,7 +241,7 @@ def test_a_log_of_plain_columns_is_the_log_of_channels():
     assert plain.segments == (slice(0, 600),)
     assert plain.effort.unit == "N"
     assert Log(time=[0, 1], position=[0, 1], kind="rotational").position.unit == "rad"
-    both = [br.identify(one, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"] for one in (plain, whole)]
+    both = [br.identify(item, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"] for item in (plain, whole)]
     assert both[0] == pytest.approx(both[1], rel=1e-9)
     with pytest.raises(InputError, match="time: must rise"):
         Log(time=[0.0, 1.0, 0.5], position=[1.0, 2.0, 3.0])
@@ -253,8 +253,8 @@ def test_a_file_stands_where_the_thing_itself_would(tmp_path):
         'schema = 1\nkind = "translational"\nplant.presliding = "7 um"\nencoder.resolution = "0.1 um"\n'
         'columns.position = { column = "q", unit = "m" }\n'
     )
-    for given in (path, str(path), path.read_bytes()):
-        assert br.excite(given, duration=20.0, purposes="presliding", rehearsed=False).axis.presliding == 7e-6
+    for values in (path, str(path), path.read_bytes()):
+        assert br.excite(values, duration=20.0, purposes="presliding", rehearsed=False).axis.presliding == 7e-6
     tables = {
         "schema": 1,
         "friction": {"model": "coulomb", "F_C": "8 N"},
@@ -281,22 +281,22 @@ def test_units_are_those_of_the_kind_of_axis():
 
 def test_a_guard_leaves_to_python_what_python_says():
     @guarded(dt=amount(Variable("time", "time")))
-    def told(first: Any, dt: Any = 1.0, *, last: Any = None) -> Any:
+    def message(first: Any, dt: Any = 1.0, *, last: Any = None) -> Any:
         return first, dt, last
 
-    assert told(1, "2 s", last=3) == (1, 2.0, 3)
-    assert told(1) == (1, 1.0, None)
-    for wrong in (told, lambda: told(1, 2, 3), lambda: told(1, first=2), lambda: told(1, other=2)):
+    assert message(1, "2 s", last=3) == (1, 2.0, 3)
+    assert message(1) == (1, 1.0, None)
+    for wrong in (message, lambda: message(1, 2, 3), lambda: message(1, first=2), lambda: message(1, other=2)):
         with pytest.raises(TypeError):
             wrong()
     with pytest.raises(TypeError, match="has no arguments nothing"):
-        guarded(nothing=amount(Variable("time", "time")))(told)
+        guarded(nothing=amount(Variable("time", "time")))(message)
 
 
 def test_what_cannot_even_be_shown_is_refused_in_one_line():
-    for one in (Hostile(), Evasive(), [Hostile()], {"x": Hostile()}):
+    for item in (Hostile(), Evasive(), [Hostile()], {"x": Hostile()}):
         with pytest.raises(InputError) as caught:
-            br.response(parts()["friction"], one, 0.1)
+            br.response(parts()["friction"], item, 0.1)
         assert one_line(caught.value).startswith("x: ")
 
 

@@ -58,26 +58,28 @@ COLD = 5.0  # how many times the budget a file may take that is run for the firs
 
 def main(arguments: list[str] | None = None) -> int:
     """Test the tests; return the exit code."""
-    asked = _asked(arguments)
+    requested = _asked(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what runs is ended then
-    groups = {name: sources_of(rooms) for name, rooms in GROUPS.items() if name in (asked.groups or GROUPS)}
+    groups = {name: sources_of(rooms) for name, rooms in GROUPS.items() if name in (requested.groups or GROUPS)}
     sources = {path: source for group in groups.values() for path, source in group.items()}
     equal = set(equivalents(sources))
-    sample = [mutant for group in groups.values() for mutant in chosen(group, asked.each, asked.seed, equal)]
-    kept = Kept(asked.out)
+    sample = [mutant for group in groups.values() for mutant in chosen(group, requested.each, requested.seed, equal)]
+    kept = Kept(requested.out)
     keys = {mutant: mutant.key(sources[mutant.path]) for mutant in sample}
-    again = {"survived"} if asked.again else set()
+    again = {"survived"} if requested.again else set()
     left = [
-        one for one in sample if kept.results.get(keys[one], {"outcome": "survived"})["outcome"] in again or keys[one] not in kept.results
+        item
+        for item in sample
+        if kept.results.get(keys[item], {"outcome": "survived"})["outcome"] in again or keys[item] not in kept.results
     ]
-    print(f"{len(sample)} faults in {len({one.path for one in sample})} files, {len(left)} of them to be tried")
+    print(f"{len(sample)} faults in {len({item.path for item in sample})} files, {len(left)} of them to be tried")
     if left:
         with tempfile.TemporaryDirectory(prefix="mutants-") as place:
-            _try(left, keys, kept, asked, asked.work or Path(place))
-    found = [kept.results[keys[one]] | {"line": one.line} for one in sample]
-    print(report(found, sources, sample))
-    shares = shares_of(found, sample)
-    return 0 if shares["all"] >= asked.least and min(shares.values()) >= asked.least_group else 1
+            _try(left, keys, kept, requested, requested.work or Path(place))
+    result = [kept.results[keys[item]] | {"line": item.line} for item in sample]
+    print(report(result, sources, sample))
+    shares = shares_of(result, sample)
+    return 0 if shares["all"] >= requested.least and min(shares.values()) >= requested.least_group else 1
 
 
 def sources_of(rooms: tuple[str, ...]) -> dict[str, bytes]:
@@ -104,9 +106,9 @@ class Kept:
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        told = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-        self.results: dict[str, dict[str, Any]] = told.get("results", {})
-        self.seconds: dict[str, float | None] = told.get("seconds", {})
+        message = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        self.results: dict[str, dict[str, Any]] = message.get("results", {})
+        self.seconds: dict[str, float | None] = message.get("seconds", {})
 
     def write(self) -> None:
         """Write the file whole, or leave the old one."""
@@ -123,29 +125,29 @@ def told_equivalent() -> list[dict[str, str]]:
 
 def equivalents(sources: dict[str, bytes]) -> dict[str, str]:
     """Return the keys of mutants that are told to be no faults, with the reasons."""
-    told = told_equivalent()
-    reasons = {(one["path"], one["line"], one["old"], one["new"]): one["because"] for one in told}
-    found = {}
-    for path in {one["path"] for one in told} & set(sources):
+    message = told_equivalent()
+    reasons = {(item["path"], item["line"], item["old"], item["new"]): item["because"] for item in message}
+    result = {}
+    for path in {item["path"] for item in message} & set(sources):
         source = sources[path]
         for mutant in mutants_of(path, source):
             known = (path, whole_line(source, mutant.begin).strip(), mutant.old, mutant.new)
             if known in reasons:
-                found[mutant.key(source)] = reasons[known]
-    return found
+                result[mutant.key(source)] = reasons[known]
+    return result
 
 
-def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, asked: argparse.Namespace, place: Path) -> None:
+def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, requested: argparse.Namespace, place: Path) -> None:
     """Run the tests of each fault, those of each file first as it is."""
-    benches = [Bench(ROOT, place / str(number)) for number in range(asked.processes)]
+    benches = [Bench(ROOT, place / str(number)) for number in range(requested.processes)]
     imports = Imports(ROOT)
-    near = {path: list(islice(imports.tests_of(path), asked.files)) for path in {one.path for one in left}}
-    _measure(benches, sorted({test for tests in near.values() for test in tests}), kept, asked.budget)
+    near = {path: list(islice(imports.tests_of(path), requested.files)) for path in {item.path for item in left}}
+    _measure(benches, sorted({test for tests in near.values() for test in tests}), kept, requested.budget)
 
     def jobs() -> Iterator[Job]:
         for mutant in left:
-            tests = within(near[mutant.path], kept.seconds, asked.budget)
-            took = sum(kept.seconds[one] or 0.0 for one in tests)
+            tests = within(near[mutant.path], kept.seconds, requested.budget)
+            took = sum(kept.seconds[item] or 0.0 for item in tests)
             yield Job(tuple(tests), SLOWER * took + COMPILING, mutant)
 
     def done(job: Job, verdict: Verdict) -> None:
@@ -181,21 +183,21 @@ def _measure(benches: list[Bench], tests: list[str], kept: Kept, budget: float) 
             why = "takes too long" if verdict.code is None else f"fails by itself: {verdict.failed}"
             print(f"left out: {test} {why}", flush=True)
 
-    left = [one for one in tests if one not in kept.seconds]
-    abreast(benches, (Job((one,), COLD * budget) for one in left), done)
+    left = [item for item in tests if item not in kept.seconds]
+    abreast(benches, (Job((item,), COLD * budget) for item in left), done)
     _share_compiled(benches)
-    slow = [one for one in left if (kept.seconds[one] or 0.0) > COLD]
-    abreast(benches, (Job((one,), budget) for one in slow), done)
+    slow = [item for item in left if (kept.seconds[item] or 0.0) > COLD]
+    abreast(benches, (Job((item,), budget) for item in slow), done)
 
 
 def _share_compiled(benches: list[Bench]) -> None:
     """Give each bench what the others have compiled."""
-    first, *others = benches
-    for bench in others:
+    first, *rest = benches
+    for bench in rest:
         for folder in (bench, first):
             folder.cache.mkdir(exist_ok=True)
         shutil.copytree(bench.cache, first.cache, dirs_exist_ok=True)
-    for bench in others:
+    for bench in rest:
         shutil.copytree(first.cache, bench.cache, dirs_exist_ok=True)
 
 
@@ -204,26 +206,26 @@ def within(tests: list[str], seconds: dict[str, float | None], budget: float) ->
 
     One that takes longer by itself is run where no other can be.
     """
-    found, took = [], 0.0
-    told = {test: long for test in tests if (long := seconds.get(test)) is not None}
-    for test, long in told.items():
+    result, took = [], 0.0
+    message = {test: long for test in tests if (long := seconds.get(test)) is not None}
+    for test, long in message.items():
         if took + long <= budget:
-            found.append(test)
+            result.append(test)
             took += long
-    return found or list(told)[:1]
+    return result or list(message)[:1]
 
 
 def report(found: list[dict[str, Any]], sources: dict[str, bytes], sample: list[Mutant]) -> str:
     """Return the table by group of rooms, and the lines of the faults that no test noticed."""
     rows = [f"\n{'group':16} {'killed':>7} {'survived':>9} {'share':>7} {'s each':>7}"]
-    groups = sorted({group_of(one) for one in sample})
+    groups = sorted({group_of(item) for item in sample})
     for room in (*groups, "all") if len(groups) > 1 else groups:
-        among = [one for one, mutant in zip(found, sample, strict=True) if room in (group_of(mutant), "all")]
-        killed = sum(one["outcome"] != "survived" for one in among)
-        each = sum(one["seconds"] for one in among) / len(among)
+        among = [item for item, mutant in zip(found, sample, strict=True) if room in (group_of(mutant), "all")]
+        killed = sum(item["outcome"] != "survived" for item in among)
+        each = sum(item["seconds"] for item in among) / len(among)
         rows.append(f"{room:16} {killed:7} {len(among) - killed:9} {100.0 * killed / len(among):5.0f} % {each:7.1f}")
-    for one, mutant in sorted(zip(found, sample, strict=True), key=lambda pair: pair[1]):
-        if one["outcome"] == "survived":
+    for item, mutant in sorted(zip(found, sample, strict=True), key=lambda pair: pair[1]):
+        if item["outcome"] == "survived":
             rows.append(f"\n{mutant.path}:{mutant.line}  {mutant.kind}\n{difference(mutant, sources[mutant.path])}")
     return "\n".join(rows)
 

@@ -46,7 +46,7 @@ def files_of(root: Path) -> list[str]:
     """Return the files of a working tree that belong to it, those that are not committed yet included."""
     listed = ["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(listed, capture_output=True, check=True, text=True).stdout.split("\0")
-    return [one for one in names if one and (root / one).is_file()]
+    return [name for name in names if name and (root / name).is_file()]
 
 
 @dataclass
@@ -87,13 +87,13 @@ class Bench:
             self._write(applied(job.mutant, self._original(job.mutant)), job.mutant)
         folders = {"BRISTLE_CACHE_DIR": "cache", "BRISTLE_STATE_DIR": "state", "MPLCONFIGDIR": "matplotlib"}
         environment = {name: str(self.place / folder) for name, folder in folders.items()}
-        with (self.place / "said").open("wb") as said:
+        with (self.place / "said").open("wb") as text:
             self._process = subprocess.Popen(
                 [*LIMITED, str(math.ceil(job.limit)), *PYTEST, f"--basetemp={self.place / 'temporary'}", *job.tests],
                 cwd=self.place / "tree",
                 env=os.environ | environment | {"PYTHONPATH": str(self.place / "tree" / "src")},
                 stdin=subprocess.DEVNULL,
-                stdout=said,
+                stdout=text,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
@@ -107,9 +107,9 @@ class Bench:
             return None
         self.end()
         code = None if code in (-signal.SIGXCPU, -signal.SIGKILL) else code
-        said = (self.place / "said").read_text(encoding="utf-8", errors="replace")
-        failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-        return Verdict(code, took, failed[1] if failed else said.strip().rpartition("\n")[2][:200])
+        text = (self.place / "said").read_text(encoding="utf-8", errors="replace")
+        failed = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
+        return Verdict(code, took, failed[1] if failed else text.strip().rpartition("\n")[2][:200])
 
     def end(self) -> None:
         """End the tests with all that they have started, and put the tree back as it was."""

@@ -113,9 +113,9 @@ def chosen(sources: dict[str, bytes], count: int, seed: int, left_out: set[str])
                 lines.setdefault((path, mutant.line), []).append((key, mutant))
     drawn = []
     for among in lines.values():
-        kind = min({one.kind for _, one in among}, key=lambda kind, among=among: lot(kind + among[0][0]))
-        drawn.append(min((lot(key), one) for key, one in among if one.kind == kind))
-    return [one for _, one in sorted(drawn)[:count]]
+        kind = min({item.kind for _, item in among}, key=lambda kind, among=among: lot(kind + among[0][0]))
+        drawn.append(min((lot(key), item) for key, item in among if item.kind == kind))
+    return [item for _, item in sorted(drawn)[:count]]
 
 
 Place = tuple[str, int, int, str]  # what is done, first byte, byte after the last one, what comes there
@@ -144,12 +144,12 @@ class _Places:
         yield from self.in_node(node, known)
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             arguments = node.args
-            known = frozenset(one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs))
+            known = frozenset(item.arg for item in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs))
         for child in _children(node):
             yield from self.visit_all(child, known)
             if isinstance(child, ast.stmt):
-                bound = (one for one in ast.walk(child) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
-                known |= {one.id for one in bound}
+                bound = (item for item in ast.walk(child) if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store))
+                known |= {item.id for item in bound}
 
     def in_node(self, node: ast.AST, known: frozenset[str]) -> Iterator[Place]:
         match node:
@@ -194,7 +194,7 @@ def _other_numbers(value: float) -> list[str]:
     if isinstance(value, bool):
         return [str(not value)]
     zero = 0 if isinstance(value, int) else 0.0
-    return sorted({repr(one) for one in (2 * value, zero, value + 1, value - 1)} - {repr(value)})
+    return sorted({repr(item) for item in (2 * value, zero, value + 1, value - 1)} - {repr(value)})
 
 
 def _can_go(node: ast.AST, known: frozenset[str]) -> bool:
@@ -221,7 +221,7 @@ def _children(node: ast.AST) -> list[ast.AST]:
         case ast.AnnAssign():
             return [node.value] if node.value else []
         case ast.FunctionDef():
-            return [*node.args.defaults, *(one for one in node.args.kw_defaults if one), *node.body]
+            return [*node.args.defaults, *(kw_default for kw_default in node.args.kw_defaults if kw_default), *node.body]
         case ast.ClassDef():
             return list(node.body)
         case ast.Lambda():

@@ -37,13 +37,13 @@ class Shape(NamedTuple):
 
 
 def faults(line):
-    found = mutants_of("src/bristle/room/module.py", SOURCE)
-    return {(one.kind, one.old, one.new) for one in found if one.line == line}
+    result = mutants_of("src/bristle/room/module.py", SOURCE)
+    return {(item.kind, item.old, item.new) for item in result if item.line == line}
 
 
 def test_each_kind_of_fault_is_put_where_it_fits():
-    assert faults(4) == {("constant", "0.5", one) for one in ("0.0", "1.0", "1.5", "-0.5")}
-    assert faults(9) == {("constant", "3", one) for one in ("0", "2", "4", "6")}
+    assert faults(4) == {("constant", "0.5", item) for item in ("0.0", "1.0", "1.5", "-0.5")}
+    assert faults(9) == {("constant", "3", item) for item in ("0", "2", "4", "6")}
     assert faults(11) == {
         ("comparison", "<", ">"),
         ("comparison", ">", "<"),
@@ -55,11 +55,11 @@ def test_each_kind_of_fault_is_put_where_it_fits():
     assert faults(13) > {("min/max", "max", "min"), ("arithmetic", "/", "*")}
     assert faults(14) == {("arithmetic", "+", "-"), ("statement", "µ += x", "pass")}
     assert faults(16) == {("return", "µ", "None")}
-    assert faults(22) == {("constant", "8.0", one) for one in ("0.0", "7.0", "9.0", "16.0")}
+    assert faults(22) == {("constant", "8.0", item) for item in ("0.0", "7.0", "9.0", "16.0")}
 
 
 def test_texts_declarations_and_what_raises_are_left_alone():
-    assert {one.line for one in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 22}
+    assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 22}
 
 
 def test_every_fault_of_the_package_leaves_a_program_and_another_one():
@@ -74,10 +74,10 @@ def test_every_fault_of_the_package_leaves_a_program_and_another_one():
 def test_a_larger_sample_holds_a_smaller_one_and_lines_that_move_stay_in_it():
     sources = dict.fromkeys(("src/bristle/a/a.py", "src/bristle/b/b.py"), SOURCE)
     few, many = (chosen(sources, count, 1, set()) for count in (4, 9))
-    assert len({(one.path, one.line) for one in many}) == len(many) == 9
+    assert len({(item.path, item.line) for item in many}) == len(many) == 9
     assert many[:4] == few != chosen(sources, 4, 2, set())[:4]
     moved = sources | {few[0].path: b"import this\n\n" + sources[few[0].path]}
-    keys = [[one.key(source[one.path]) for one in chosen(source, 4, 1, set())] for source in (sources, moved)]
+    keys = [[item.key(source[item.path]) for item in chosen(source, 4, 1, set())] for source in (sources, moved)]
     assert keys[0] == keys[1]
     assert few[0] not in chosen(sources, 9, 1, {few[0].key(sources[few[0].path])})
 
@@ -117,20 +117,20 @@ def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_pat
     monkeypatch.setattr(mutants, "ROOT", house)
     monkeypatch.setattr(mutants, "GROUPS", {"tested": ("kept",), "untested": ("left",)})
     out = tmp_path_factory.mktemp("out") / "found.json"
-    before = {one: one.read_bytes() for one in house.rglob("*.py")}
-    asked = ["--processes", "2", "--out", str(out)]
-    assert mutants.main([*asked, "--least", "0.5"]) == 1, "one group has no test that notices"
-    said = capsys.readouterr().out
-    assert "left out: tests/test_broken.py fails by itself" in said
-    found = {one["path"]: one for one in json.loads(out.read_text())["results"].values()}
-    assert found["src/bristle/kept/double.py"]["outcome"] == "killed"
-    assert found["src/bristle/kept/double.py"]["by"] == "tests/test_double.py::test_double"
-    assert found["src/bristle/left/half.py"]["outcome"] == "survived"
-    assert "src/bristle/left/half.py:2  " in said
-    assert "  - return x / 2\n  + return " in said
-    assert {one: one.read_bytes() for one in house.rglob("*.py")} == before
-    assert mutants.main([*asked, "--least-group", "0.0"]) == 1, "half of all is less than most"
-    assert mutants.main([*asked, "--least", "0.5", "--least-group", "0.0"]) == 0
+    before = {load: load.read_bytes() for load in house.rglob("*.py")}
+    requested = ["--processes", "2", "--out", str(out)]
+    assert mutants.main([*requested, "--least", "0.5"]) == 1, "one group has no test that notices"
+    text = capsys.readouterr().out
+    assert "left out: tests/test_broken.py fails by itself" in text
+    result = {load["path"]: load for load in json.loads(out.read_text())["results"].values()}
+    assert result["src/bristle/kept/double.py"]["outcome"] == "killed"
+    assert result["src/bristle/kept/double.py"]["by"] == "tests/test_double.py::test_double"
+    assert result["src/bristle/left/half.py"]["outcome"] == "survived"
+    assert "src/bristle/left/half.py:2  " in text
+    assert "  - return x / 2\n  + return " in text
+    assert {load: load.read_bytes() for load in house.rglob("*.py")} == before
+    assert mutants.main([*requested, "--least-group", "0.0"]) == 1, "half of all is less than most"
+    assert mutants.main([*requested, "--least", "0.5", "--least-group", "0.0"]) == 0
     assert "0 of them to be tried" in capsys.readouterr().out
 
 
@@ -148,6 +148,6 @@ def test_one_long_test_file_does_not_keep_the_others_from_being_asked():
 
 
 def test_what_is_told_to_be_no_fault_is_there_and_has_a_reason():
-    sources = {path: (ROOT / path).read_bytes() for path in {one["path"] for one in mutants.told_equivalent()}}
+    sources = {path: (ROOT / path).read_bytes() for path in {item["path"] for item in mutants.told_equivalent()}}
     assert len(mutants.equivalents(sources)) >= len(mutants.told_equivalent())
-    assert all(len(one["because"]) > 20 for one in mutants.told_equivalent())
+    assert all(len(item["because"]) > 20 for item in mutants.told_equivalent())

@@ -20,7 +20,7 @@ def paper(entries):
     """Every figure by its number."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilation, "_entries", entries)
-        return {one.number: one for one in reproduce(FIGURES)}
+        return {item.number: item for item in reproduce(FIGURES)}
 
 
 @pytest.fixture(scope="session")

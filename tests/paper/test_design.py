@@ -22,12 +22,12 @@ SET_A = EXPERIMENTS / "set_a.toml"
 
 
 def told_of(assessment):
-    return [message(one) for one in doubts_of(assessment)]
+    return [message(item) for item in doubts_of(assessment)]
 
 
 @cache
 def loops():
-    return {one.name: one for one in read_experiment(SET_A).variants}
+    return {variant.name: variant for variant in read_experiment(SET_A).variants}
 
 
 def delayed(delay, name="paper"):
@@ -49,10 +49,10 @@ def test_the_page_on_design_tells_these_margins():
     page = (ROOT / "docs" / "how-to" / "design-a-loop.md").read_text().replace("−", "-")
     rows = re.findall(r"^\| (\d) \| (-?[\d.]+)° \| (-?[\d.]+)° \| ([\d.]+) \|", page, re.MULTILINE)
     assert len(rows) == 4
-    for delay, *told in rows:
+    for delay, *text in rows:
         small, large = assess(delayed(int(delay))).bare
-        found = (large.margins.phase, small.margins.phase, small.loop.spectral_radius)
-        assert [round(found[0], 1), round(found[1], 1), round(found[2], 3)] == [float(one) for one in told]
+        result = (large.margins.phase, small.margins.phase, small.loop.spectral_radius)
+        assert [round(result[0], 1), round(result[1], 1), round(result[2], 3)] == [float(item) for item in text]
 
 
 def margins_by_transfer_functions(g):
@@ -88,7 +88,7 @@ def test_margins_of_set_c(name, g, told):
 def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
     experiment = replace(read_experiment(SET_A), variants=tuple(replace(delayed(delay), name=str(delay)) for delay in range(4)))
     kept, judged = runnable(experiment)
-    assert [one.name for one in kept.variants] == ["0", "1", "2"]
+    assert [variant.name for variant in kept.variants] == ["0", "1", "2"]
     assert judged["2"].verdict is Verdict.OSCILLATES
     assert "pole at 1.062: two samples of delay" in message(verdict_of(judged["2"]))
     assert "pole at 1.096: three samples of delay" in message(verdict_of(judged["3"]))
@@ -96,11 +96,11 @@ def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
 
 def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
     # Past the refusal: what is named before the simulation is what the simulation does.
-    found = {}
+    actual = {}
     for delay in (1, 2, 3):
-        one = delayed(delay, "identified")
-        found[delay] = replace(one, name=str(delay), run=replace(one.run, duration=10.0, seeds=1))
-    result = simulate(replace(read_experiment(SET_A), variants=tuple(found.values())))
+        item = delayed(delay, "identified")
+        actual[delay] = replace(item, name=str(delay), run=replace(item.run, duration=10.0, seeds=1))
+    result = simulate(replace(read_experiment(SET_A), variants=tuple(actual.values())))
     error = [result.variants[str(delay)].following_error.peak_to_peak for delay in (1, 2, 3)]
     assert 1.8 * error[0] < error[1]
     assert 10.0 * error[1] < error[2] or not error[2] < 1.0
@@ -109,8 +109,8 @@ def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
 @cache
 def low_gain(name):
     variants = read_experiment(EXPERIMENTS / "low_gain.toml").variants
-    found = next(one for one in variants if one.name == name)
-    return replace(found, run=replace(found.run, duration=14.0, seeds=1))
+    result = next(variant for variant in variants if variant.name == name)
+    return replace(result, run=replace(result.run, duration=14.0, seeds=1))
 
 
 def measured_is_warned_of(variant):
@@ -130,16 +130,16 @@ def test_the_design_of_a_loop_of_low_gain_shows_what_the_desired_motion_gains():
 
 
 def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
-    one = low_gain("measured")
-    too_much = replace(one, feedforward=replace(one.feedforward, gain=1.5))
-    found = assess(too_much)
-    assert found.verdict is Verdict.OSCILLATES
-    assert "takes away more stiffness than the axis has" in message(verdict_of(found))
+    item = low_gain("measured")
+    too_much = replace(item, feedforward=replace(item.feedforward, gain=1.5))
+    result = assess(too_much)
+    assert result.verdict is Verdict.OSCILLATES
+    assert "takes away more stiffness than the axis has" in message(verdict_of(result))
 
 
 def test_the_error_budget_of_the_paper_s_compensator():
     budget = error_budget(replace(loops()["paper"], run=replace(loops()["paper"].run, duration=12.0, seeds=1)))
-    alone = {one.cause: one.alone.peak_to_peak for one in budget.entries}
+    alone = {entry.cause: entry.alone.peak_to_peak for entry in budget.entries}
     assert set(alone) == {"amplitude", "shape", "asymmetry", "irregularity", "encoder", "delay"}
     # Amplitude and encoder dominate; the shape of the loops hardly matters.
     assert min(alone["amplitude"], alone["encoder"]) > 1.5 * max(alone["shape"], alone["irregularity"], alone["delay"])
@@ -147,8 +147,8 @@ def test_the_error_budget_of_the_paper_s_compensator():
 
 
 def test_an_observer_with_margins_goes_past_the_paper():
-    one = replace(loops()["paper"], run=replace(loops()["paper"].run, duration=10.0, seeds=1))
-    proposed = {each.name: each for each in proposals_for(one)}
+    item = replace(loops()["paper"], run=replace(loops()["paper"].run, duration=10.0, seeds=1))
+    proposed = {each.name: each for each in proposals_for(item)}
     present, observer = proposed["as it is"], proposed["with an observer"]
     assert observer.following_error.peak_to_peak < 0.7 * present.following_error.peak_to_peak
     assert min(point.margins.phase for point in observer.assessment.bare) >= 40.0

@@ -17,14 +17,14 @@ PAGE = (ROOT / "docs/theory/the-source-paper.md").read_text(encoding="utf-8").re
 def test_the_experiment_in_the_docs_is_one(tmp_path):
     page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
     texts = re.findall(r"```toml contact\n(.*?)```", page, re.DOTALL)
-    own = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
-    found, on_bench = [own.write_text(text, encoding="utf-8") and read_setting(own) for text in texts]
-    assert reproduce([8], folder=own.parent)[0].verdict == "calibrated"
+    custom = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
+    result, on_bench = [custom.write_text(text, encoding="utf-8") and read_setting(custom) for text in texts]
+    assert reproduce([8], folder=custom.parent)[0].verdict == "calibrated"
     assert set(on_bench.numbers["bench"]) == set(SECTIONS["bench"])
-    assert list(found.contacts) == ["LuGre", "virtual rig"]
-    assert found.contacts["virtual rig"].values["scatter"] == 0.0
-    told = set(re.findall(r"^\| `\[(\w+)", page, re.MULTILINE))
-    assert told == {"contact", "operator", "plant", *SECTIONS}
+    assert list(result.contacts) == ["LuGre", "virtual rig"]
+    assert result.contacts["virtual rig"].values["scatter"] == 0.0
+    message = set(re.findall(r"^\| `\[(\w+)", page, re.MULTILINE))
+    assert message == {"contact", "operator", "plant", *SECTIONS}
     for keys in SECTIONS.values():
         assert all(f"`{key}`" in page for key in keys)
 
@@ -32,7 +32,7 @@ def test_the_experiment_in_the_docs_is_one(tmp_path):
 def row(first):
     """The numbers of the row of a table that begins so, its first cell left out."""
     cells = next(line for line in PAGE.splitlines() if line.startswith(f"| {first} |")).split("|")[2:-1]
-    return [float(one) for cell in cells for one in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)]
+    return [float(item) for cell in cells for item in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)]
 
 
 @pytest.mark.parametrize(
@@ -47,14 +47,14 @@ def row(first):
 )
 def test_the_errors_over_branches(first, key, place, paper):
     lines = [line for line in PAGE.splitlines() if line.startswith(f"| {first} |")]
-    told = [cell.strip() for cell in lines[-1].split("|")[2:-1]]
-    found = [float(one[place]) for one in paper[6].numbers[key].values()]
-    for text, value in zip(told, found, strict=True):
+    message = [cell.strip() for cell in lines[-1].split("|")[2:-1]]
+    result = [float(number[place]) for number in paper[6].numbers[key].values()]
+    for text, value in zip(message, result, strict=True):
         mean, _, _ = text.partition(" ± ")
         assert np.isnan(value) if text == "–" else float(mean) == pytest.approx(value, abs=0.06)
     if key == "error_percent":
-        spread = [float(one[place]) for one in paper[6].numbers["error_deviation_percent"].values()]
-        deviations = [np.nan if text == "–" else float(text.partition(" ± ")[2]) for text in told]
+        spread = [float(number[place]) for number in paper[6].numbers["error_deviation_percent"].values()]
+        deviations = [np.nan if text == "–" else float(text.partition(" ± ")[2]) for text in message]
         assert deviations == pytest.approx(spread, abs=0.06, nan_ok=True)
     assert paper[6].numbers["scatter_percent"] == pytest.approx(2.3, abs=0.05)
 
@@ -62,8 +62,8 @@ def test_the_errors_over_branches(first, key, place, paper):
 def test_the_loops_that_stay_open(paper):
     missing = paper[1].numbers["missing_at_return"]
     lugre, printed, rig = row("1")[:3]
-    found = [-100.0 * missing[name] for name in ("LuGre", "equations (5)–(7)", "virtual rig")]
-    assert (lugre, printed, rig) == pytest.approx(found, abs=0.5)
+    result = [-100.0 * missing[name] for name in ("LuGre", "equations (5)–(7)", "virtual rig")]
+    assert (lugre, printed, rig) == pytest.approx(result, abs=0.5)
 
 
 def test_the_drift(paper):
@@ -87,11 +87,11 @@ def test_the_other_figures(paper):
 
 
 def test_wiping_out(paper):
-    *told, apart, with_offset = row("9, 10")[2:]  # behind the numbers of both figures
-    runs = [100.0 * one["B"] for one in paper[9].numbers["missing_of_runs"]["virtual rig"]]
-    assert told[:2] == pytest.approx((np.mean(runs), np.std(runs, ddof=1)), abs=0.06)
+    *message, apart, with_offset = row("9, 10")[2:]  # behind the numbers of both figures
+    runs = [100.0 * number["B"] for number in paper[9].numbers["missing_of_runs"]["virtual rig"]]
+    assert message[:2] == pytest.approx((np.mean(runs), np.std(runs, ddof=1)), abs=0.06)
     printed = paper[10].numbers["missing_at_return"]["equations (5)–(7)"]["B"]
-    assert -100.0 * printed == pytest.approx(told[-1], abs=0.5)
+    assert -100.0 * printed == pytest.approx(message[-1], abs=0.5)
     beside = paper[10].numbers["apart_from_rig"]["100 branches, over z"]
     assert 100.0 * beside["as_it_is"] == pytest.approx(apart, abs=0.5)
     assert 100.0 * beside["with_offset"] == pytest.approx(with_offset, abs=0.06)
@@ -108,8 +108,8 @@ def test_how_far_the_torque_sensor_is_from_friction(paper):
 
 
 def test_the_tracking(paper):
-    found, worse = paper[12].numbers, paper[12].numbers["forward_over_backward"]
-    peaks, spreads = found["peak_to_peak"], found["peak_to_peak_spread"]
+    result, worse = paper[12].numbers, paper[12].numbers["forward_over_backward"]
+    peaks, spreads = result["peak_to_peak"], result["peak_to_peak_spread"]
     after, before, less, forward = row("11, 12")[-4:]
     assert (1e6 * peaks["none"], 1e6 * peaks["printed"]) == pytest.approx((before, after), abs=0.006)
     assert 100.0 * (1.0 - peaks["printed"] / peaks["none"]) == pytest.approx(less, abs=0.6)
@@ -118,10 +118,10 @@ def test_the_tracking(paper):
     assert row("13") == pytest.approx(means, abs=0.006)
     rms = paper[14].numbers["rms"]
     assert 100.0 * (rms["printed"] / rms["none"] - 1.0) == pytest.approx(row("14")[0], abs=0.06)
-    told = (ROOT / "README.md").read_text(encoding="utf-8")
+    message = (ROOT / "README.md").read_text(encoding="utf-8")
     both = [f"{1e6 * peaks[name]:.2f} ± {1e6 * spreads[name]:.2f}" for name in ("none", "printed")]
-    assert f"from {both[0]} to {both[1]} µm" in told
-    assert f"with a gate in them, {1e6 * peaks['gate']:.2f} µm is" in told
+    assert f"from {both[0]} to {both[1]} µm" in message
+    assert f"with a gate in them, {1e6 * peaks['gate']:.2f} µm is" in message
 
 
 def test_the_table_of_the_loop_of_the_paper(paper):
@@ -140,13 +140,13 @@ def test_the_table_of_the_loop_of_the_paper(paper):
     for shown, name in rows.items():
         assert f"| {shown} | {1e6 * peaks[name]:.2f} ± {1e6 * spreads[name]:.2f} |" in PAGE
     over = paper[12].numbers["over_break_away"]
-    told = f"they leave {1e6 * over[0]['peak_to_peak']:.2f} to {1e6 * over[-1]['peak_to_peak']:.2f} µm"
-    assert told in PAGE.replace("\n", " ")
+    message = f"they leave {1e6 * over[0]['peak_to_peak']:.2f} to {1e6 * over[-1]['peak_to_peak']:.2f} µm"
+    assert message in PAGE.replace("\n", " ")
 
 
 def test_what_it_brings_at_sound_margins(paper, faster):
     slow = paper[12].numbers["at_sound_margins"]
-    told = (ROOT / "README.md").read_text(encoding="utf-8")
+    message = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = {
         "nothing": "none",
         "a model, identified from a minute of encoder and effort": "identified",
@@ -156,15 +156,15 @@ def test_what_it_brings_at_sound_margins(paper, faster):
     for shown, name in rows.items():
         errors = [slow[name]["following_error"]]
         errors += [faster[f"{name}_{speed}hz"].as_dict()["following_error"] for speed in (1, 2, 4)]
-        cells = [f"{1e6 * one['peak_to_peak']:.2f} ± {1e6 * one['peak_to_peak_spread']:.2f}" for one in errors]
-        assert f"| {shown} | {' | '.join(cells)} |" in told
-    said = PAGE.replace("\n", " ")
+        cells = [f"{1e6 * error['peak_to_peak']:.2f} ± {1e6 * error['peak_to_peak_spread']:.2f}" for error in errors]
+        assert f"| {shown} | {' | '.join(cells)} |" in message
+    text = PAGE.replace("\n", " ")
     for name in ("observer", "observer_feedforward"):
-        one, two, four = (1e6 * faster[f"{name}_{speed}hz"].following_error.peak_to_peak for speed in (1, 2, 4))
-        assert f"{one:.2f}, {two:.2f} and {four:.2f} µm" in said
+        error, two, four = (1e6 * faster[f"{name}_{speed}hz"].following_error.peak_to_peak for speed in (1, 2, 4))
+        assert f"{error:.2f}, {two:.2f} and {four:.2f} µm" in text
 
 
 def test_the_switching_gain_is_a_sixteenth_of_what_sliding_needs():
-    variant = next(one for one in read_experiment(EXPERIMENTS / "set_a.toml").variants if one.name == "none")
+    variant = next(item for item in read_experiment(EXPERIMENTS / "set_a.toml").variants if item.name == "none")
     needed = 0.5 * (variant.friction.values["F_S_pos"] + variant.friction.values["F_S_neg"]) / variant.plant.values["M"]
     assert needed / variant.controller.values["K_2"] == pytest.approx(16.0, abs=0.5)

@@ -16,19 +16,19 @@ from bristle.paper.equations import EQUATIONS, SETUP
 ROOT = Path(__file__).parents[2]
 GROUP = typer.main.get_command(app)
 CHEAP = "bristle models"  # the others take seconds to minutes, and have their own tests
-each = pytest.mark.parametrize("one", EQUATIONS, ids=lambda one: str(one.number))
+each = pytest.mark.parametrize("one", EQUATIONS, ids=lambda equation: str(equation.number))
 
 
 def numbers_in(text):
     """The equations that a text names, (5) to (7) in full."""
-    found = {int(one) for one in re.findall(r"\((\d+)\)", text)}
+    result = {int(item) for item in re.findall(r"\((\d+)\)", text)}
     for first, last in re.findall(r"\((\d+)\) to \((\d+)\)", text):
-        found |= set(range(int(first), int(last) + 1))
-    return found
+        result |= set(range(int(first), int(last) + 1))
+    return result
 
 
 def test_all_23_are_there_in_order():
-    assert [one.number for one in EQUATIONS] == list(range(1, 24))
+    assert [equation.number for equation in EQUATIONS] == list(range(1, 24))
 
 
 @each
@@ -67,18 +67,18 @@ def session():
     return names
 
 
-@pytest.mark.parametrize("one", [one for one in EQUATIONS if one.gives], ids=lambda one: str(one.number))
-def test_its_line_of_python_gives_what_is_written(one, session):
-    assert str(eval(one.run, session)) == one.gives
+@pytest.mark.parametrize("equation", [equation for equation in EQUATIONS if equation.gives], ids=lambda equation: str(equation.number))
+def test_its_line_of_python_gives_what_is_written(equation, session):
+    assert str(eval(equation.run, session)) == equation.gives
 
 
-@pytest.mark.parametrize("command", sorted({one.run for one in EQUATIONS if not one.gives}))
+@pytest.mark.parametrize("command", sorted({equation.run for equation in EQUATIONS if not equation.gives}))
 def test_its_command_can_be_run(command, tmp_path, monkeypatch, capsys):
     words = shlex.split(command)
     assert words.pop(0) == "bristle"
     context = GROUP.make_context("bristle", [], resilient_parsing=True)
-    name, found, arguments = GROUP.resolve_command(context, words)
-    parsed = found.make_context(name, list(arguments), parent=context)
+    name, result, arguments = GROUP.resolve_command(context, words)
+    parsed = result.make_context(name, list(arguments), parent=context)
     assert set(parsed.params.get("figure") or ()) <= set(FIGURES)
     if command.startswith(CHEAP):
         monkeypatch.chdir(tmp_path)

@@ -21,8 +21,8 @@ from bristle.paper.sums import summed_as_printed
 WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 
 
-def drawings(one):
-    return [one.draw(), *(draw() for draw, _, _ in one.extras.values())]
+def drawings(item):
+    return [item.draw(), *(draw() for draw, _, _ in item.extras.values())]
 
 
 @pytest.mark.parametrize("number", FIGURES)
@@ -38,12 +38,12 @@ def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, pap
 
 @pytest.mark.parametrize("number", FIGURES)
 def test_every_figure_tells_what_the_paper_says_and_what_was_found(number, paper):
-    one = paper[number]
-    assert len(one.words.quotation) > 40
-    assert len(one.words.differs) > 40
-    assert one.words.claim.endswith(".")
-    assert one.found
-    assert one.numbers
+    item = paper[number]
+    assert len(item.words.quotation) > 40
+    assert len(item.words.differs) > 40
+    assert item.words.claim.endswith(".")
+    assert item.found
+    assert item.numbers
 
 
 def test_1_lugre_and_the_printed_model_leave_the_loop_open_and_the_gate_closes_it(paper):
@@ -72,11 +72,11 @@ def test_3_its_torque_is_not_that_of_figure_2_and_has_its_course(paper, setting)
 
 
 def test_3_each_panel_shows_what_its_title_says(paper, setting):
-    one = rippled(setting(3), setting(3).contact("virtual rig"))
+    item = rippled(setting(3), setting(3).contact("virtual rig"))
     shown = {axes.get_title(loc="right"): axes.get_lines()[-1].get_ydata() for axes in paper[3].draw().axes}
-    later = slice(one.cycles[1], None)
-    assert shown["virtual rig, torque sensor"] == pytest.approx(1e3 * one.sensed.read[later])
-    assert shown["virtual rig, friction: no drift"] == pytest.approx(1e3 * one.torque[later])
+    later = slice(item.cycles[1], None)
+    assert shown["virtual rig, torque sensor"] == pytest.approx(1e3 * item.sensed.read[later])
+    assert shown["virtual rig, friction: no drift"] == pytest.approx(1e3 * item.torque[later])
 
 
 def test_3_a_filter_makes_the_orbit_slimmer_and_a_slow_one_turns_it_about(paper, setting):
@@ -85,9 +85,9 @@ def test_3_a_filter_makes_the_orbit_slimmer_and_a_slow_one_turns_it_about(paper,
     assert np.all(enclosed > 0.5 * taken)
     slow = setting(3)
     slow = replace(slow, numbers=dict(slow.numbers) | {"bench": slow.numbers["bench"] | {"torque_filter": 20.0}})
-    one = rippled(slow, slow.contact("virtual rig"))
-    last = slice(one.cycles[-2], one.cycles[-1])
-    assert np.sum((one.sensed.read * np.diff(one.x))[last]) < 0.0 < np.sum((one.sensed.friction * np.diff(one.x))[last])
+    item = rippled(slow, slow.contact("virtual rig"))
+    last = slice(item.cycles[-2], item.cycles[-1])
+    assert np.sum((item.sensed.read * np.diff(item.x))[last]) < 0.0 < np.sum((item.sensed.friction * np.diff(item.x))[last])
 
 
 @pytest.mark.parametrize("number", [3, 5, 8, 9])
@@ -96,8 +96,8 @@ def test_what_is_measured_is_shown_by_the_torque_sensor_and_as_friction(number, 
     shown = {text for labels in seen for text in labels}
     assert any(text.endswith("torque sensor") for text in shown)
     assert any(text.endswith("friction") for text in shown)
-    told = " ".join(paper[number].found)
-    assert f"to {100.0 * paper[number].numbers['torque_sensor']['apart']:.1f} % of the largest" in told
+    message = " ".join(paper[number].found)
+    assert f"to {100.0 * paper[number].numbers['torque_sensor']['apart']:.1f} % of the largest" in message
 
 
 def test_4_the_sums_are_the_operator_once_corrected(paper):
@@ -122,7 +122,7 @@ def test_4_the_trapezoids_drawn_are_the_terms_of_the_sums(paper, setting):
     *planes, _ = paper[4].draw().axes
     assert [len(axes.texts) for axes in planes] == [1, 1, 2, 2]
     for axes in planes:
-        hatches = [one.get_hatch() for one in axes.patches]
+        hatches = [patch.get_hatch() for patch in axes.patches]
         assert all(hatches)
         assert len(set(hatches)) == len(hatches) == 1 + len(axes.texts)
 
@@ -139,8 +139,8 @@ def test_6_every_mean_over_seeds_has_its_spread(paper):
     for first, *cells in paper[6].tables[0].rows:
         assert all(" ± " in cell for cell in cells[:3] if cell != "–"), first
         assert not any("±" in cell for cell in cells[3:])
-    for name, one in paper[6].numbers["error_percent"].items():
-        assert np.isnan(one[0]) or re.search(rf"from 1 branch .*{name} {one[0]:.1f}\d* ± \d", paper[6].found[1])
+    for name, item in paper[6].numbers["error_percent"].items():
+        assert np.isnan(item[0]) or re.search(rf"from 1 branch .*{name} {item[0]:.1f}\d* ± \d", paper[6].found[1])
     assert re.search(r"nearer than reformed Dahl in 6 of 6 repetitions, by 0\.\d+ ± 0\.\d+ %", " ".join(paper[6].found))
 
 
@@ -192,8 +192,8 @@ def test_9_and_10_loops_are_wiped_out_by_the_operator_and_not_over_the_position(
     for name, pair in itself.items():
         assert missing[name] == pytest.approx(pair, abs=1e-3)
     every = paper[9].numbers["missing_of_runs"]
-    assert len({one["B"] for one in every["virtual rig"]}) == 6
-    assert len({one["B"] for one in every["without its scatter"]}) == 1
+    assert len({item["B"] for item in every["virtual rig"]}) == 6
+    assert len({item["B"] for item in every["without its scatter"]}) == 1
 
 
 def test_10_the_models_are_laid_over_the_curve_of_figure_9(paper):
@@ -202,8 +202,8 @@ def test_10_the_models_are_laid_over_the_curve_of_figure_9(paper):
         beneath, model = axes.get_lines()[:2]
         assert beneath.get_xydata() == pytest.approx(sensor.get_xydata())
         assert beneath.get_linewidth() > model.get_linewidth()
-    for name, one in paper[10].numbers["apart_from_rig"].items():
-        assert one["with_offset"] < 0.5 * one["as_it_is"], name
+    for name, item in paper[10].numbers["apart_from_rig"].items():
+        assert item["with_offset"] < 0.5 * item["as_it_is"], name
     raised = paper[10].extras["raised"][0]().axes[0].get_lines()[1].get_ydata()
     lower = paper[10].draw().axes[0].get_lines()[1].get_ydata()
     offset = 1e3 * paper[10].numbers["apart_from_rig"]["100 branches, over z"]["offset"]
@@ -211,7 +211,7 @@ def test_10_the_models_are_laid_over_the_curve_of_figure_9(paper):
 
 
 def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
-    texts = " ".join(one.get_text() for axes in paper[7].draw().axes for one in axes.texts)
+    texts = " ".join(text.get_text() for axes in paper[7].draw().axes for text in axes.texts)
     for part in ("sliding mode", "maxwell_stribeck+asymmetry", "30 elements", "125 nm", "preisach_lugre", "M = 632 kg"):
         assert part in texts
     for part in ("DC motor", "coupling", "torque sensor", "ball screw", "linear guide", "table", "encoder"):
@@ -228,7 +228,7 @@ def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
 
 
 def test_7_the_mechanics_are_those_of_the_loop_and_of_the_measurements(paper, setting):
-    variant = next(one for one in read_experiment(EXPERIMENTS / "set_a.toml").variants if one.name == "paper")
+    variant = next(item for item in read_experiment(EXPERIMENTS / "set_a.toml").variants if item.name == "paper")
     drawn = setting(7)
     assert plant_of(drawn).values["M"] == pytest.approx(variant.plant.values["M"], rel=1e-4)
     assert 2.0 * np.pi * drawn.arm == pytest.approx(SETS["set_a"].lead)
@@ -281,14 +281,14 @@ def test_no_loop_of_the_paper_is_handed_a_constant_of_the_rig():
 
 
 def test_the_constant_beside_the_printed_equations_is_what_their_loops_leave_over(paper):
-    variants = {one.name: one for one in read_experiment(EXPERIMENTS / "set_a.toml").variants}
+    variants = {variant.name: variant for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants}
     assert variants["printed_constant"].feedforward.offset == pytest.approx(paper[6].numbers["offset"], rel=0.01)
     assert variants["printed_constant"].feedforward.friction == variants["printed"].feedforward.friction
 
 
 def test_at_sound_margins_the_printed_equations_leave_what_independent_code_found(paper):
     errors = paper[12].numbers["at_sound_margins"]
-    peak = {name: 1e6 * one["following_error"]["peak_to_peak"] for name, one in errors.items()}
+    peak = {name: 1e6 * item["following_error"]["peak_to_peak"] for name, item in errors.items()}
     assert peak["printed"] == pytest.approx(1.74, abs=0.15)
     assert peak["printed_constant"] == pytest.approx(1.74, abs=0.15)
     assert peak["printed"] < peak["paper"]
@@ -309,24 +309,24 @@ def test_12_forward_is_the_worse_of_a_calibrated_compensator_and_not_of_the_prin
 
 
 def test_12_over_the_break_away_force_that_is_assumed_the_error_of_the_paper_is_passed(paper):
-    found = paper[12].numbers["over_break_away"]
-    peaks = [1e6 * one["peak_to_peak"] for one in found]
-    assert [round(1e3 * one["break_away"]) for one in found] == [32, 36, 40, 45, 52, 60]
+    result = paper[12].numbers["over_break_away"]
+    peaks = [1e6 * item["peak_to_peak"] for item in result]
+    assert [round(1e3 * item["break_away"]) for item in result] == [32, 36, 40, 45, 52, 60]
     assert peaks == sorted(peaks, reverse=True)
     assert (peaks[0], peaks[-1]) == pytest.approx((0.73, 0.51), abs=0.03)
-    assert all(1e6 * one["mean"] == pytest.approx(0.227, abs=0.01) for one in found)
+    assert all(1e6 * item["mean"] == pytest.approx(0.227, abs=0.01) for item in result)
 
 
 def test_12_at_sound_margins_each_part_is_seen_and_both_are_needed(paper):
     errors = paper[12].numbers["at_sound_margins"]
-    peak = {name: 1e6 * one["following_error"]["peak_to_peak"] for name, one in errors.items()}
+    peak = {name: 1e6 * number["following_error"]["peak_to_peak"] for name, number in errors.items()}
     assert peak["none"] == pytest.approx(6.0, abs=0.4)
     assert peak["identified"] <= 0.95
     assert peak["observer_feedforward"] <= 0.45
     assert peak["observer_feedforward"] < 0.85 * peak["observer"] < 0.6 * peak["identified"]
-    for one in paper[12].numbers["margins"].values():
-        assert one["phase_deg"] >= 40.0
-        assert one["gain"] >= 2.5
+    for number in paper[12].numbers["margins"].values():
+        assert number["phase_deg"] >= 40.0
+        assert number["gain"] >= 2.5
 
 
 def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
@@ -342,12 +342,12 @@ def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
 
 def lines(figure, label):
     """The lines of each panel that have this label."""
-    return [[one for one in axes.get_lines() if one.get_label() == label] for axes in figure.axes]
+    return [[get_line for get_line in axes.get_lines() if get_line.get_label() == label] for axes in figure.axes]
 
 
 def test_13_the_ranges_that_the_paper_prints_are_drawn(paper):
     figure = paper[13].draw()
-    lows, highs = ([one.get_xdata()[0] for (one,) in lines(figure, label)] for label in (RANGE, "_same"))
+    lows, highs = ([item.get_xdata()[0] for (item,) in lines(figure, label)] for label in (RANGE, "_same"))
     assert lows == pytest.approx([-0.4, -0.2, -0.2, -0.2])
     assert highs == pytest.approx([1.0, 0.49, 0.49, 0.49])
     assert all(axes.get_xlabel() == "Following error [µm]" for axes in figure.axes)
@@ -355,9 +355,9 @@ def test_13_the_ranges_that_the_paper_prints_are_drawn(paper):
 
 def test_14_friction_is_drawn_over_the_effort_of_each_loop(paper):
     drawn = lines(paper[14].draw(), "friction")
-    assert [len(one) for one in drawn] == [1] * 8
+    assert [len(item) for item in drawn] == [1] * 8
     # In mN m: friction is what breaks away, and the effort in the whole has peaks far above.
-    assert all(20.0 < max(abs(one.get_ydata())) < 60.0 for (one,) in drawn)
+    assert all(20.0 < max(abs(item.get_ydata())) < 60.0 for (item,) in drawn)
 
 
 def test_14_the_effort_hardly_grows(paper):

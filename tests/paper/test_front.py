@@ -66,8 +66,8 @@ def test_the_errors_of_the_loop_stand_beside_those_of_the_paper():
     answers = dict(paper_front([loop()]).answers)
     assert list(answers) == list(QUESTIONS)
     good = " ".join(answers[QUESTIONS[0]]).replace("\u00a0", " ")
-    for told in ("1.472 ± 0.040 µm", "0.613 ± 0.010 µm", "1.46 µm to 0.69 µm", "58 % less; the paper: 53 %"):
-        assert told in good
+    for message in ("1.472 ± 0.040 µm", "0.613 ± 0.010 µm", "1.46 µm to 0.69 µm", "58 % less; the paper: 53 %"):
+        assert message in good
 
 
 def test_without_the_loop_what_was_found_is_told():

@@ -20,13 +20,13 @@ def html(paper):
 def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, paper):
     page = Page(html)
     assert page.unbalanced == []
-    ids = [one["id"] for one in page.named("figure")]
-    assert [one for one in ids if one.startswith("fig-")] == [f"fig-{number}" for number in FIGURES]
+    ids = [item["id"] for item in page.named("figure")]
+    assert [item for item in ids if item.startswith("fig-")] == [f"fig-{number}" for number in FIGURES]
     assert len(ids) == len(set(ids))
-    for one in paper.values():
-        assert " ".join(one.words.quotation.split()) in page.words
-        assert " ".join(one.words.differs.split()) in page.words
-        assert one.verdict in page.words
+    for item in paper.values():
+        assert " ".join(item.words.quotation.split()) in page.words
+        assert " ".join(item.words.differs.split()) in page.words
+        assert item.verdict in page.words
 
 
 def test_all_identifiers_are_used_once(html):
@@ -46,25 +46,25 @@ def test_it_asks_for_nothing_from_outside(html):
 
 def test_every_erratum_is_told_with_its_kind(html):
     page = Page(html)
-    for one in ERRATA:
-        assert " ".join(one.correct.split()) in page.words
-        assert page.cells.count(one.kind) == len(errata_of(one.kind))
+    for item in ERRATA:
+        assert " ".join(item.correct.split()) in page.words
+        assert page.cells.count(item.kind) == len(errata_of(item.kind))
     for what in KINDS.values():
         assert what[1:] in page.words
 
 
 def test_every_equation_is_told(html):
     cells = Page(html).cells
-    for one in EQUATIONS:
-        start = cells.index(one.title) - 1
-        assert cells[start : start + 5] == [f"({one.number})", one.title, one.stands, one.file, one.run]
+    for equation in EQUATIONS:
+        start = cells.index(equation.title) - 1
+        assert cells[start : start + 5] == [f"({equation.number})", equation.title, equation.stands, equation.file, equation.run]
 
 
 def test_the_numbers_are_plain_json(paper):
     data = json.loads(as_json(paper_summary(list(paper.values()), provenance={})))
     assert list(data["figures"]) == [str(number) for number in FIGURES]
-    for one in data["figures"].values():
-        assert set(one) == {"title", "claim", "verdict", "found", "numbers", "experiment"}
+    for item in data["figures"].values():
+        assert set(item) == {"title", "claim", "verdict", "found", "numbers", "experiment"}
     assert data["figures"]["6"]["numbers"]["error_percent"]["tabulated surface"][0] is None
 
 
@@ -77,17 +77,17 @@ def test_the_table_of_errata_shares_its_width_by_the_names_of_its_columns():
     html = paper_report([], command="bristle paper", provenance={})
     table = re.findall(r'<table class="long shared">.*?</table>', html, re.DOTALL)[-1]
     columns = re.findall(r'<col class="([^"]+)">', table)
-    heads = [one.lower().replace(" ", "-") for one in re.findall(r'<th scope="col">([^<]*)</th>', table)]
+    heads = [column.lower().replace(" ", "-") for column in re.findall(r'<th scope="col">([^<]*)</th>', table)]
     assert columns == heads
     assert {"place", "as-printed", "correct", "test"} <= set(columns)
     style = html.partition("<style>")[2].partition("</style>")[0]
-    shares = {one: float(share) for one, share in re.findall(r"\.shared col\.([\w-]+) { width: (\d+)%; }", style)}
+    shares = {column: float(share) for column, share in re.findall(r"\.shared col\.([\w-]+) { width: (\d+)%; }", style)}
     # Sentences have what the short columns leave.
-    assert sum(shares[one] for one in columns if one in shares) < 50.0
+    assert sum(shares[column] for column in columns if column in shares) < 50.0
     assert set(shares) & {"as-printed", "correct"} == set()
     assert "table-layout: fixed" in style
     # Long names of tests go on in the next line behind an underscore, short symbols do not.
-    names = [one.test.partition("::")[2] for one in ERRATA]
+    names = [column.test.partition("::")[2] for column in ERRATA]
     for name in names:
         assert name.replace("_", "_<wbr>") in table
     assert "f_p" in table

@@ -24,18 +24,18 @@ def some(name, *variants, seeds=2, **run):
 
 
 def peaks(results):
-    return {name: 1e6 * one.following_error.peak_to_peak for name, one in results.items()}
+    return {name: 1e6 * item.following_error.peak_to_peak for name, item in results.items()}
 
 
 def test_on_set_a():
-    found = peaks(some("past_a", "mismatched_measured", "fitted", "pd", "observer", "super_twisting"))
+    result = peaks(some("past_a", "mismatched_measured", "fitted", "pd", "observer", "super_twisting"))
     expected = {"mismatched_measured": 0.70, "fitted": 0.48, "pd": 1.50, "observer": 0.37, "super_twisting": 0.65}
-    assert found == pytest.approx(expected, rel=0.12)
+    assert result == pytest.approx(expected, rel=0.12)
 
 
 def test_on_set_b():
-    found = peaks(some("past_b", "fitted_measured", "pd_mismatched", "observer_mismatched"))
-    assert found == pytest.approx({"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, rel=0.12)
+    result = peaks(some("past_b", "fitted_measured", "pd_mismatched", "observer_mismatched"))
+    assert result == pytest.approx({"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, rel=0.12)
 
 
 def test_five_trials_learn_what_repeats_and_no_more():
@@ -49,18 +49,18 @@ def test_five_trials_learn_what_repeats_and_no_more():
 
 def test_the_faster_the_reference_the_more_the_model_is_worth_beside_the_observer():
     names = ("none", "observer", "observer_feedforward")
-    found = peaks(some("faster_a", *(f"{name}_{f}hz" for f in (1, 4) for name in names)))
-    assert found["observer_1hz"] == pytest.approx(0.49, rel=0.12)
-    assert found["observer_4hz"] == pytest.approx(0.91, rel=0.12)
-    assert found["observer_feedforward_1hz"] <= 0.40
-    assert found["observer_feedforward_4hz"] <= 0.45
+    result = peaks(some("faster_a", *(f"{name}_{f}hz" for f in (1, 4) for name in names)))
+    assert result["observer_1hz"] == pytest.approx(0.49, rel=0.12)
+    assert result["observer_4hz"] == pytest.approx(0.91, rel=0.12)
+    assert result["observer_feedforward_1hz"] <= 0.40
+    assert result["observer_feedforward_4hz"] <= 0.45
     for frequency in (1, 4):
-        assert found[f"observer_feedforward_{frequency}hz"] <= 0.30 * found[f"none_{frequency}hz"]
+        assert result[f"observer_feedforward_{frequency}hz"] <= 0.30 * result[f"none_{frequency}hz"]
 
 
 def test_at_low_gain_friction_along_the_measured_motion_is_positive_feedback():
-    found = peaks(some("low_gain", "desired", "measured"))
-    assert found == pytest.approx({"desired": 6.8, "measured": 14.3}, rel=0.12)
+    result = peaks(some("low_gain", "desired", "measured"))
+    assert result == pytest.approx({"desired": 6.8, "measured": 14.3}, rel=0.12)
 
 
 @pytest.mark.slow
@@ -72,13 +72,13 @@ def test_refining_the_step_of_the_plant_changes_little():
 
 @pytest.mark.parametrize("name", sorted(SETS))
 def test_the_files_hold_what_the_rig_is_and_what_is_identified_on_it(name):
-    told = read_model(FOLDER / f"{name}_rig.toml").friction.values
+    message = read_model(FOLDER / f"{name}_rig.toml").friction.values
     for key, value in rig_friction(*SETS[name]).values.items():
-        assert told[key] == pytest.approx(value, rel=1e-12), key
+        assert message[key] == pytest.approx(value, rel=1e-12), key
     stored = read_model(FOLDER / f"{name}_identified.toml").friction
     again = compensator_from_log(FOLDER / f"{name}_log.toml")
     travel = 6.8e-6 * np.linspace(0.0, 1.0, 50)
-    force, force_again = (_virgin_force(one, travel) for one in (stored, again))
+    force, force_again = (_virgin_force(item, travel) for item in (stored, again))
     # A quantised loop is chaotic in its last digits: another processor finds another record of the same contact.
     assert force_again == pytest.approx(force, abs=0.02 * np.max(force))
 
@@ -90,15 +90,15 @@ def _virgin_force(model, travel):
 
 
 def test_beside_the_literature():
-    found = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward", seeds=1)
+    result = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward", seeds=1)
     expected = {"gms_feedforward": 0.84, "lugre_observer": 0.88, "adaptive_hysteresis": 0.69, "observer_and_feedforward": 0.42}
-    assert peaks(found) == pytest.approx(expected, rel=0.16)
+    assert peaks(result) == pytest.approx(expected, rel=0.16)
 
 
 def test_what_is_learned_is_near_what_was_identified_from_the_first_period_on():
     from benchmarks.baselines import learning_time
 
-    found = some("baselines", "adaptive_hysteresis", "maxwell_slip_feedforward", seeds=1, settle=0.0)
-    start, by_period = learning_time(found)
+    result = some("baselines", "adaptive_hysteresis", "maxwell_slip_feedforward", seeds=1, settle=0.0)
+    start, by_period = learning_time(result)
     assert start == 0.0
     assert by_period[0, 0] > 1.5 * by_period[0, -2]

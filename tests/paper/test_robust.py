@@ -35,14 +35,14 @@ DT = 1e-3
 def forces(model, velocities, dt=DT):
     """The forces of a model along velocities, step by step, as plain Python."""
     component, p = model.component, model.parameters
-    state, memory, x, found = component.initial_state(p), component.new_memory(p), 0.0, []
+    state, memory, x, result = component.initial_state(p), component.new_memory(p), 0.0, []
     for v in velocities:
         x += v * dt
         motion = Motion(v=float(v), x=float(x))
         force, move = component.trial(state, memory, motion, dt, p)
         state = component.commit(state, memory, move, p)
-        found.append(force)
-    return np.array(found)
+        result.append(force)
+    return np.array(result)
 
 
 TO_AND_FRO = np.concatenate([np.full(300, side * 1e-5) for side in (1.0, -1.0, 1.0, -1.0)])
@@ -67,9 +67,9 @@ def test_a_wave_comes_back_after_its_length():
 
 
 def test_the_branch_that_creeps_yields_to_a_lasting_force():
-    held = np.concatenate([np.full(100, 1e-4), np.zeros(3000)])
+    fixed = np.concatenate([np.full(100, 1e-4), np.zeros(3000)])
     free = uneven(ELEMENTS, k_creep=1e6, tau=0.5)
-    extra = forces(free, held) - forces(ELEMENTS, held)
+    extra = forces(free, fixed) - forces(ELEMENTS, fixed)
     assert extra[99] == pytest.approx(1e6 * 1e-5, rel=0.12)
     assert extra[600] / extra[100] == pytest.approx(math.exp(-1.0), rel=0.01)
 
@@ -251,8 +251,8 @@ def test_a_part_that_is_broken_or_of_something_else_is_made_again(quick, tmp_pat
     part = tmp_path / "out" / "parts" / "set_a-lugre-nominal-none.json"
     part.write_text(part.read_text()[:-20])
     quick.update(runs=0)
-    told = pytest.warns(InputWarning, match=r"parts/set_a-lugre-nominal-none\.json is damaged")
-    with told, opened(tmp_path / "out") as store:
+    message = pytest.warns(InputWarning, match=r"parts/set_a-lugre-nominal-none\.json is damaged")
+    with message, opened(tmp_path / "out") as store:
         run_trial(plan(2), store)
     assert quick["runs"] == 2
     monkeypatch.setitem(CONDITIONS, "level_1.6", lambda truth: {"level": 1.61})
@@ -289,13 +289,13 @@ def trials_pool(threads):
 
 
 def test_progress_tells_the_share_and_the_time_left(quick, tmp_path):
-    said = []
+    message = []
     with opened(tmp_path / "out") as store:
-        run_trial(plan(2), store, lambda share, text: said.append((share, text)))
-    shares = [share for share, _ in said]
+        run_trial(plan(2), store, lambda share, text: message.append((share, text)))
+    shares = [share for share, _ in message]
     assert max(shares) <= 1.0
-    assert any(text.endswith(" left") for _, text in said)
-    assert any(text == "lugre: dahl identified" for _, text in said)
+    assert any(text.endswith(" left") for _, text in message)
+    assert any(text == "lugre: dahl identified" for _, text in message)
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path):
@@ -313,18 +313,18 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
 def keys_of_the_docs():
     """The dotted keys of the section of the command; names in capitals stand for any."""
     page = (ROOT / "docs" / "reference" / "json.md").read_text().split("\n## bristle paper --robust\n")[1]
-    found = []
+    result = []
     for line in re.findall(r"^\| (`.*?) \|", page.split("\n## ")[0], flags=re.MULTILINE):
         for key in re.findall(r"`([^`]+)`", line):
-            found.append(key if not key.startswith(".") else found[-1].rpartition(".")[0] + key)
-    return found
+            result.append(key if not key.startswith(".") else result[-1].rpartition(".")[0] + key)
+    return result
 
 
-def at_key(told, key):
+def at_key(message, key):
     for part in key.split("."):
         name = part.removesuffix("[]")
-        told = next(iter(told.values())) if name.isupper() else told[name]
-    return told
+        message = next(iter(message.values())) if name.isupper() else message[name]
+    return message
 
 
 def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_path, monkeypatch):  # noqa: F811
@@ -333,8 +333,8 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     monkeypatch.setattr(
         trials, "economy_on", lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0)
     )
-    asked = ("paper", "--robust", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
-    done = bristle(*asked)
+    requested = ("paper", "--robust", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
+    done = bristle(*requested)
     assert done.code == 0, done.err
     for key in keys_of_the_docs():
         at_key(done.data, key)
@@ -344,7 +344,7 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     page = Page(Path("out/report.html").read_text(encoding="utf-8"))
     assert [figure["id"] for figure in page.named("figure")] == ["figure-robust"]
     quick.update(runs=0)
-    again = bristle(*asked[:-1], "--format", "svg")
+    again = bristle(*requested[:-1], "--format", "svg")
     assert (again.code, quick["runs"]) == (0, 0)
     assert "Set A" in again.out
     assert Path("out/figures/robust.svg").is_file()
@@ -375,10 +375,10 @@ def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypa
 
 
 def test_the_interval_is_that_of_student():
-    told = interval([1.0, 2.0, 3.0, 6.0])
-    assert told.peak_to_peak == 3.0
-    assert (told.low, told.high) == pytest.approx((-0.4374, 6.4374), abs=1e-4)  # 3 ± 3.182 * 2.160 / 2
-    assert (told.largest, told.seeds) == (6.0, 4)
+    message = interval([1.0, 2.0, 3.0, 6.0])
+    assert message.peak_to_peak == 3.0
+    assert (message.low, message.high) == pytest.approx((-0.4374, 6.4374), abs=1e-4)  # 3 ± 3.182 * 2.160 / 2
+    assert (message.largest, message.seeds) == (6.0, 4)
     assert math.isnan(interval([1.0]).low)
     assert interval([1.0, math.inf]).peak_to_peak == math.inf
 
@@ -393,12 +393,12 @@ def small(tmp_path_factory):
 
 
 def test_one_truth_in_numbers(small):
-    told = numbers(small)["robust"]["thirty_sliders"]
-    assert list(told) == [NOMINAL, "level_1.6"]
-    peaks = {name: 1e6 * told[NOMINAL][name]["peak_to_peak"] for name in VARIANTS}
+    message = numbers(small)["robust"]["thirty_sliders"]
+    assert list(message) == [NOMINAL, "level_1.6"]
+    peaks = {name: 1e6 * message[NOMINAL][name]["peak_to_peak"] for name in VARIANTS}
     assert peaks == pytest.approx({"none": 1.47, "feedforward": 0.42, "observer": 0.39, "observer_feedforward": 0.38}, abs=0.06)
-    assert set(told[NOMINAL]["none"]) == {"peak_to_peak", "low", "high", "largest", "seeds"}
-    raised = {name: 1e6 * told["level_1.6"][name]["peak_to_peak"] for name in VARIANTS}
+    assert set(message[NOMINAL]["none"]) == {"peak_to_peak", "low", "high", "largest", "seeds"}
+    raised = {name: 1e6 * message["level_1.6"][name]["peak_to_peak"] for name in VARIANTS}
     assert raised["none"] > 2.0
     assert raised["feedforward"] > 0.9
     assert raised["observer_feedforward"] <= 0.45
@@ -416,15 +416,16 @@ def told_in_the_docs():
 
 
 def test_the_pages_say_what_the_run_says():
-    told = told_in_the_docs()
+    message = told_in_the_docs()
     page = (ROOT / "docs" / "theory" / "compensation.md").read_text()
-    for sentence in told["sentences"]:
+    for sentence in message["sentences"]:
         assert f"- {sentence}" in page
     readme = " ".join((ROOT / "README.md").read_text().split())
     shares, left = {}, {}
     for variant in ("feedforward", "observer_feedforward"):
         errors = [
-            (truth["nominal"]["none"]["peak_to_peak"], truth["nominal"][variant]["peak_to_peak"]) for truth in told["robust_set_c"].values()
+            (truth["nominal"]["none"]["peak_to_peak"], truth["nominal"][variant]["peak_to_peak"])
+            for truth in message["robust_set_c"].values()
         ]
         shares[variant] = sorted(100.0 * (1.0 - after / before) for before, after in errors)
         left[variant] = sorted(1e6 * after for _, after in errors)
@@ -436,10 +437,10 @@ def test_the_pages_say_what_the_run_says():
 
 
 def test_the_page_says_why_more_is_left_in_the_softer_loop():
-    told, page = told_in_the_docs(), (ROOT / "docs" / "theory" / "compensation.md").read_text()
+    message, page = told_in_the_docs(), (ROOT / "docs" / "theory" / "compensation.md").read_text()
     levels = ("nominal", "level_0.7", "level_1.3", "level_1.6")
     soft, stiff = (
-        {level: {name: 1e6 * one["peak_to_peak"] for name, one in told[key]["thirty_sliders"][level].items()} for level in levels}
+        {level: {name: 1e6 * item["peak_to_peak"] for name, item in message[key]["thirty_sliders"][level].items()} for level in levels}
         for key in ("robust_set_c", "robust")
     )
     none, both = soft["level_1.6"]["none"], soft["level_1.6"]["observer_feedforward"]
@@ -451,12 +452,12 @@ def test_the_page_says_why_more_is_left_in_the_softer_loop():
 
 
 def test_the_run_of_the_docs_keeps_what_is_claimed():
-    told = told_in_the_docs()
-    assert set(told["robust"]) == {*SIMULATED, "measured"}
-    for claim in told["claims"]["set_a"]:
+    message = told_in_the_docs()
+    assert set(message["robust"]) == {*SIMULATED, "measured"}
+    for claim in message["claims"]["set_a"]:
         assert claim["holds"] == all(error <= claim["limit"] for error in claim["errors"].values())
         assert claim["holds"], claim
-    assert told["provenance"]["gms_sha256"] == content_of(FOLDER / "gms.toml").origin.checksum
+    assert message["provenance"]["gms_sha256"] == content_of(FOLDER / "gms.toml").origin.checksum
 
 
 # --- the figures of the docs ------------------------------------------------------------------------------------
@@ -469,16 +470,16 @@ def test_observer_and_feedforward_hold_on_every_truth(tmp_path, monkeypatch):
     with opened(tmp_path / "out") as store:
         whole_plan = Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=())
         trial = run_trial(whole_plan, store)
-    found = claims(trial)
-    assert len(found) == 2
-    for claim in found:
+    result = claims(trial)
+    assert len(result) == 2
+    for claim in result:
         assert claim.holds, claim
-    told = told_in_the_docs()["robust"]
+    message = told_in_the_docs()["robust"]
     for truth in trial.plan.truths:
         for condition in levels:
             for variant in VARIANTS:
                 error = error_of(trial, "set_a", truth.name, variant, condition).peak_to_peak
-                of_docs = told[truth.name][condition][variant]
+                of_docs = message[truth.name][condition][variant]
                 assert error == pytest.approx(of_docs["peak_to_peak"], rel=0.08, abs=3e-8), (truth.name, condition)
 
 

@@ -30,10 +30,10 @@ def changed(folder, old, new, name="fig_01.toml"):
 
 def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path):
     path = written(tmp_path, 'schema = 1\nlead = "10 mm"\n[path]\nturns = ["1 um"]\n[torque]\nlow = "3 mN*m"\n')
-    found = read_setting(path)
-    assert found.arm == pytest.approx(0.01 / (2.0 * np.pi))
-    assert found["path", "turns"] == pytest.approx([1e-6])
-    assert found["torque", "low"] == pytest.approx(3e-3)
+    result = read_setting(path)
+    assert result.arm == pytest.approx(0.01 / (2.0 * np.pi))
+    assert result["path", "turns"] == pytest.approx([1e-6])
+    assert result["torque", "low"] == pytest.approx(3e-3)
 
 
 @pytest.mark.parametrize(
@@ -106,11 +106,11 @@ def test_figure_4_needs_an_operator(tmp_path):
 def test_one_branch_alone_can_be_measured(tmp_path):
     text = changed(tmp_path, "branches = [1, 2, 5, 10, 100]", "branches = [1]", "fig_06.toml").read_text("utf-8")
     (tmp_path / "paper" / "fig_06.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
-    one = reproduce([6], folder=tmp_path / "paper")[0]
-    assert one.numbers["branches"] == [1]
-    assert not any("; from" in sentence for sentence in one.found)
-    one.draw()
-    one.extras["economy"][0]()
+    item = reproduce([6], folder=tmp_path / "paper")[0]
+    assert item.numbers["branches"] == [1]
+    assert not any("; from" in sentence for sentence in item.found)
+    item.draw()
+    item.extras["economy"][0]()
 
 
 def test_a_changed_experiment_gives_another_result(tmp_path):
@@ -144,8 +144,8 @@ def test_a_loop_that_diverges_is_a_no_with_its_name(tmp_path):
 def test_the_files_handed_out_are_complete(tmp_path):
     write_experiments(tmp_path / "paper")
     for name in ("set_a", "set_b"):
-        found = [one.name for one in read_experiment(tmp_path / "paper" / f"{name}.toml").variants]
-        assert {"none", "paper", "identified"} <= set(found)
+        result = [variant.name for variant in read_experiment(tmp_path / "paper" / f"{name}.toml").variants]
+        assert {"none", "paper", "identified"} <= set(result)
 
 
 def test_what_the_paper_has_not_is_refused():
@@ -154,8 +154,8 @@ def test_what_the_paper_has_not_is_refused():
 
 
 def test_files_of_ones_own_are_kept(tmp_path):
-    names = {one.name for one in write_experiments(tmp_path / "mine")}
-    assert names == {one.name for one in EXPERIMENTS.glob("*.toml")}
+    names = {write_experiment.name for write_experiment in write_experiments(tmp_path / "mine")}
+    assert names == {write_experiment.name for write_experiment in EXPERIMENTS.glob("*.toml")}
     with pytest.raises(InputError, match="--force"):
         write_experiments(tmp_path / "mine")
     write_experiments(tmp_path / "mine", force=True)

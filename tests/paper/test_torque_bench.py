@@ -23,20 +23,20 @@ def read(setting, speed=2e-6):
 
 
 def test_a_slow_walk_is_read_as_it_is(setting):
-    one = setting(9)
-    slow, still = read(one), walk(one.contact(RIG), one["path", "turns"], 2e-6, one.arm)
+    item = setting(9)
+    slow, still = read(item), walk(item.contact(RIG), item["path", "turns"], 2e-6, item.arm)
     assert slow.friction.at_turns == pytest.approx(still.at_turns, rel=2e-3)
     assert slow.sensor.at_turns == pytest.approx(still.at_turns, abs=2e-4)
-    assert slow.sensor.x[slow.sensor.turns] == pytest.approx(one["path", "turns"], abs=1e-9)
+    assert slow.sensor.x[slow.sensor.turns] == pytest.approx(item["path", "turns"], abs=1e-9)
 
 
 def test_it_differs_from_friction_by_the_inertia_behind_the_sensor_alone(setting):
-    one = on_bench(setting(9), torque_filter=None)
-    before = on_bench(one, J_m=one["bench", "J"])
+    item = on_bench(setting(9), torque_filter=None)
+    before = on_bench(item, J_m=item["bench", "J"])
     assert read(before).sensor.torque == pytest.approx(read(before).friction.torque, abs=1e-12)
-    apart = sensor_numbers([read(one).sensed])
+    apart = sensor_numbers([read(item).sensed])
     assert apart["filter"] < 1e-15
-    half = on_bench(one, J_m=0.5 * (one["bench", "J"] + one["bench", "J_m"]))
+    half = on_bench(item, J_m=0.5 * (item["bench", "J"] + item["bench", "J_m"]))
     assert sensor_numbers([read(half).sensed])["inertia"] == pytest.approx(0.5 * apart["inertia"], rel=1e-6)
 
 
@@ -50,33 +50,33 @@ def test_a_harder_turn_shows_more_of_the_inertia_and_a_slower_filter_comes_later
 
 
 def test_the_torque_that_leads_the_table_moves_it_along_the_path_when_it_drives_it(setting):
-    one = on_bench(setting(8), torque_filter=None, J_m=0.0)
-    there = read(one)
+    item = on_bench(setting(8), torque_filter=None, J_m=0.0)
+    present = read(item)
     # With nothing before the sensor the shaft carries all that the motor gives.
     dt = 5e-4
-    trace = run_open_loop(plant_of(one), one.contact(RIG), there.sensed.shaft / one.arm, dt, steps=4)
-    assert trace.position[1:] == pytest.approx(there.sensor.x[:-1], abs=3e-9)
+    trace = run_open_loop(plant_of(item), item.contact(RIG), present.sensed.shaft / item.arm, dt, steps=4)
+    assert trace.position[1:] == pytest.approx(present.sensor.x[:-1], abs=3e-9)
 
 
 def test_a_torque_drives_the_inertia_of_the_bench_as_it_would_one_at_the_table(setting):
-    one = setting(3)
-    assert plant_of(one).values["M"] == pytest.approx(631.65, rel=1e-4)
-    heavy = on_bench(one, J=8e-4)
-    assert plant_of(heavy).values["M"] == pytest.approx(2.0 * plant_of(one).values["M"])
-    run = rippled(one, one.contact(RIG))
+    item = setting(3)
+    assert plant_of(item).values["M"] == pytest.approx(631.65, rel=1e-4)
+    heavy = on_bench(item, J=8e-4)
+    assert plant_of(heavy).values["M"] == pytest.approx(2.0 * plant_of(item).values["M"])
+    run = rippled(item, item.contact(RIG))
     # What is left of the driving torque accelerates screw and motor alike.
     left = 0.5 * (run.driving[:-1] + run.driving[1:]) - run.sensed.friction
-    share = 1.0 - one["bench", "J_m"] / one["bench", "J"]
+    share = 1.0 - item["bench", "J_m"] / item["bench", "J"]
     assert run.sensed.shaft - run.sensed.friction == pytest.approx(share * left, abs=1e-6)
 
 
 def test_a_leg_may_be_nothing_and_a_motion_as_slow_as_it_likes(setting):
-    one = setting(9)
-    twice = led(one, one.contact(RIG), [1e-6, 1e-6, -1e-6], 2e-6)
+    item = setting(9)
+    twice = led(item, item.contact(RIG), [1e-6, 1e-6, -1e-6], 2e-6)
     assert twice.sensor.x[twice.sensor.turns] == pytest.approx([1e-6, 1e-6, -1e-6], abs=1e-9)
-    crept = led(one, one.contact(RIG), [1e-6], 1e-9)
+    crept = led(item, item.contact(RIG), [1e-6], 1e-9)
     assert crept.sensor.x.size < 5_000_000
-    fast = led(one, one.contact(RIG), [7e-6, 0.0], 1.0)
+    fast = led(item, item.contact(RIG), [7e-6, 0.0], 1.0)
     assert np.max(np.abs(np.diff(fast.sensor.x))) < 6e-9
 
 
@@ -87,8 +87,8 @@ def test_the_sentence_leaves_out_a_filter_that_is_not_there(setting):
 
 
 def test_readings_are_a_twentieth_of_a_micrometre_apart_and_at_every_turn(setting):
-    one = setting(5)
-    record = measured(one, one.contact(RIG), [2e-6, -1e-6], np.random.default_rng(0))
+    item = setting(5)
+    record = measured(item, item.contact(RIG), [2e-6, -1e-6], np.random.default_rng(0))
     assert np.max(np.abs(np.diff(record.actual.x))) < 6e-8
     assert 90 < record.x.size < 110
     assert record.actual.x[record.turns] == pytest.approx([2e-6, -1e-6], abs=1e-9)

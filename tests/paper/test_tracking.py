@@ -65,15 +65,15 @@ def test_compensation_costs_less_than_five_percent_of_effort(set_a, variant):
 
 
 def test_the_numbers_are_means_over_six_runs_with_their_spread(set_a):
-    told = set_a["none"].as_dict()
-    assert told["runs"] == 6
-    error = told["following_error"]
+    message = set_a["none"].as_dict()
+    assert message["runs"] == 6
+    error = message["following_error"]
     assert 0.0 < error["peak_to_peak_spread"] < 0.1 * error["peak_to_peak"]
-    assert told["effort"]["rms_spread"] > 0.0
+    assert message["effort"]["rms_spread"] > 0.0
 
 
 def test_set_c_the_faster_the_motion_the_more_the_model_is_worth(faster):
-    peak = {name: one.following_error.peak_to_peak for name, one in faster.items()}
+    peak = {name: item.following_error.peak_to_peak for name, item in faster.items()}
     for speed in ("1hz", "2hz", "4hz"):
         assert peak[f"observer_feedforward_{speed}"] <= 0.5 * peak[f"observer_{speed}"]
     gains = [peak[f"observer_{speed}"] / peak[f"observer_feedforward_{speed}"] for speed in ("1hz", "2hz", "4hz")]
@@ -94,19 +94,19 @@ def test_a_compensator_knows_the_rig_that_it_was_identified_on(tmp_path):
 def test_figure_12_says_which_compensators_were_identified_on_another_rig(tmp_path):
     folder = tmp_path / "mine"
     write_experiments(folder)
-    for one in ("set_a.toml", "set_c.toml", "set_a_break_away.toml"):
-        text = (folder / one).read_text(encoding="utf-8")
+    for item in ("set_a.toml", "set_c.toml", "set_a_break_away.toml"):
+        text = (folder / item).read_text(encoding="utf-8")
         text = text.replace('duration = "28 s"', 'duration = "3 s"').replace("seeds = 6", "seeds = 1")
-        (folder / one).write_text(text.replace('settle = "2 s"', 'settle = "0.5 s"'), encoding="utf-8")
+        (folder / item).write_text(text.replace('settle = "2 s"', 'settle = "0.5 s"'), encoding="utf-8")
 
-    def said():
+    def message():
         sound = Sound(Tracked(folder / "set_c.toml"), Tracked(folder / "set_a_break_away.toml", needed=()))
-        found = figure_12(Tracked(folder / "set_a.toml"), sound).found
-        return [one.partition(": its compensator")[0] for one in found if "identified on another friction" in one]
+        result = figure_12(Tracked(folder / "set_a.toml"), sound).found
+        return [item.partition(": its compensator")[0] for item in result if "identified on another friction" in item]
 
-    assert said() == []
+    assert message() == []
     rig = folder / "set_a_rig.toml"
     rig.write_text(rig.read_text(encoding="utf-8").replace("scatter = 0.05", "scatter = 0.08"), encoding="utf-8")
-    assert [(one[:5], one.rpartition(", ")[2]) for one in said()] == [
+    assert [(item[:5], item.rpartition(", ")[2]) for item in message()] == [
         (whole, name) for whole in ("Set A", "Set C") for name in ("identified", "observer_feedforward")
     ]

@@ -40,13 +40,13 @@ def test_below_the_condition_a_cycle_gives_energy_and_at_it_none(model):
 @pytest.mark.parametrize("sigma_1", [0.01, 0.3])
 def test_the_certificate_is_their_condition(sigma_1):
     for share, passes in ((0.99, False), (1.01, True)):
-        found = check(lugre(sigma_1=sigma_1, sigma_2=share * sigma_1 * RATIO))["passive"]
-        assert found.passed is passes
-        assert found.threshold == pytest.approx(sigma_1 * RATIO, rel=1e-8)
+        result = check(lugre(sigma_1=sigma_1, sigma_2=share * sigma_1 * RATIO))["passive"]
+        assert result.passed is passes
+        assert result.threshold == pytest.approx(sigma_1 * RATIO, rel=1e-8)
 
 
 def test_slow_and_smooth_cycles_do_not_show_it():
     # Without viscosity the model still takes energy out of every slow cycle: a search by trial can miss it.
-    found = check(lugre(sigma_1=SIGMA_1, sigma_2=0.0))
-    assert found["dissipation"].passed
-    assert not found["passive"].passed
+    result = check(lugre(sigma_1=SIGMA_1, sigma_2=0.0))
+    assert result["dissipation"].passed
+    assert not result["passive"].passed

@@ -27,15 +27,15 @@ def test_it_rests_after_break_away_too():
 
 
 def test_above_its_threshold_it_drifts():
-    found = check(elastoplastic(0.5), force_ripple=RIPPLE)["drift"]
-    assert found.value > found.threshold
+    result = check(elastoplastic(0.5), force_ripple=RIPPLE)["drift"]
+    assert result.value > result.threshold
 
 
 @pytest.mark.parametrize(("load", "closes"), [(0.8, True), (1.2, False)])
 def test_its_loops_close_only_while_it_is_a_spring(load, closes):
     x1 = load * 0.9 * F_C / STIFFNESS
-    found = check(elastoplastic(0.9), loop=(x1, 0.5 * x1))["closure"]
-    assert found.passed is closes
+    result = check(elastoplastic(0.9), loop=(x1, 0.5 * x1))["closure"]
+    assert result.passed is closes
 
 
 def test_below_its_threshold_it_has_no_hysteresis():

@@ -67,9 +67,9 @@ def read_at(model, share):
 
 
 def test_with_a_gate_in_its_place_both_hold():
-    found = check(composite(), force_ripple=RIPPLE, loop=LOOP)
-    assert abs(found["drift"].value) <= 1e-8 * UM
-    assert abs(found["closure"].value) <= 1e-6
+    result = check(composite(), force_ripple=RIPPLE, loop=LOOP)
+    assert abs(result["drift"].value) <= 1e-8 * UM
+    assert abs(result["closure"].value) <= 1e-6
 
 
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])

@@ -102,10 +102,10 @@ def test_16_and_17_are_the_branch_from_a_general_reversal(k):
     reversal = contact.force(-0.0)
     down = [contact.copy() for _ in x]
     got = []
-    for one, travel in zip(down, np.linspace(0.0, 2.0 * k, 50), strict=True):
+    for item, travel in zip(down, np.linspace(0.0, 2.0 * k, 50), strict=True):
         if travel:
-            one.move(-travel, 1.0)
-        got.append(one.force(-0.0))
+            item.move(-travel, 1.0)
+        got.append(item.force(-0.0))
 
     def fall(_, f):
         return [-(((1.0 + f[0]) / (1.0 + reversal)) ** 2)]
@@ -129,27 +129,27 @@ def test_16_and_17_chained_do_not_return_to_the_outer_loop():
     assert exact[2::2] == pytest.approx(exact[0], abs=1e-14)
 
 
-def slope_after_reversal(model, there):
+def slope_after_reversal(model, present):
     contact = Contact(model)
-    contact.move(there, 1.0, 4000)
+    contact.move(present, 1.0, 4000)
     top = contact.force(-0.0)
     contact.move(-1e-6, 1.0)
     return (top - contact.force(-0.0)) / 1e-6, top
 
 
 def test_16_reverses_with_the_slope_s_and_dahl_2_does_not():
-    for there in (0.2, 1.0, 5.0):
-        steep, _ = slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), there)
+    for present in (0.2, 1.0, 5.0):
+        steep, _ = slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), present)
         assert steep == pytest.approx(1.0, rel=1e-4)
-        steep, top = slope_after_reversal(friction.dahl(sigma_0=1.0, F_C=1.0, exponent=2.0), there)
+        steep, top = slope_after_reversal(friction.dahl(sigma_0=1.0, F_C=1.0, exponent=2.0), present)
         assert steep == pytest.approx((1.0 + top) ** 2, rel=1e-4)
         assert steep > 1.3
 
 
 def test_17_the_virgin_branch_is_not_the_locus_of_the_tips():
     k = np.geomspace(0.01, 100.0, 400)
-    virgin = np.array([slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), one)[1] for one in k[::20]])
-    tips = np.array([falling_16(one, 1.0, 1.0, one, tip_17(one)) for one in k[::20]])
+    virgin = np.array([slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), item)[1] for item in k[::20]])
+    tips = np.array([falling_16(item, 1.0, 1.0, item, tip_17(item)) for item in k[::20]])
     gap = rising_17(k, 1.0, 1.0, 0.0, 0.0) - tip_17(k)
     assert virgin == pytest.approx(rising_17(k[::20], 1.0, 1.0, 0.0, 0.0), abs=1e-9)
     assert tips == pytest.approx(tip_17(k[::20]), abs=1e-12)
@@ -157,7 +157,7 @@ def test_17_the_virgin_branch_is_not_the_locus_of_the_tips():
     assert k[gap.argmax()] == pytest.approx(2.5, abs=0.3)
     # The operator's virgin curve is the locus.
     operator = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0)
-    first = [response(operator, [one])[0] for one in k[::20]]
+    first = [response(operator, [item])[0] for item in k[::20]]
     assert first == pytest.approx(tip_17(k[::20]), abs=1e-12)
 
 
@@ -213,20 +213,20 @@ def test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated()
 
 def test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5():
     described, past = (read_experiment(EXPERIMENTS / name) for name in ("set_a.toml", "past_a.toml"))
-    alike = next(one for one in described.variants if one.name == "paper")
-    fitted = next(one for one in past.variants if one.name == "fitted")
+    alike = next(variant for variant in described.variants if variant.name == "paper")
+    fitted = next(variant for variant in past.variants if variant.name == "fitted")
     assert alike.sensor.values["resolution"] == pytest.approx(5e-3 / 40_000)
     variants = [
         replace(
-            one,
-            name=f"{one.name} {lead} mm",
-            sensor=one.sensor.with_values(resolution=1e-3 * lead / 10_000),
-            run=replace(one.run, seeds=seeds),
+            variant,
+            name=f"{variant.name} {lead} mm",
+            sensor=variant.sensor.with_values(resolution=1e-3 * lead / 10_000),
+            run=replace(variant.run, seeds=seeds),
         )
-        for one in (alike, fitted)
+        for variant in (alike, fitted)
         for lead, seeds in ((2, 3), (5, 1))
     ]
-    found = simulate(replace(described, variants=tuple(variants))).variants
-    peaks = {name: 1e6 * one.following_error.peak_to_peak for name, one in found.items()}
+    result = simulate(replace(described, variants=tuple(variants))).variants
+    peaks = {name: 1e6 * variant.following_error.peak_to_peak for name, variant in result.items()}
     assert min(peaks["paper 5 mm"], peaks["fitted 5 mm"]) > 1.2
     assert (peaks["fitted 2 mm"], peaks["paper 2 mm"]) == pytest.approx((0.66, 0.83), abs=0.02)

@@ -143,7 +143,7 @@ def test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_consta
     for _ in range(40):
         relays, path = Relays(levels, weights), nested(generator, -30, 12)
         for count, level in enumerate(path[1:], 2):
-            walked = [X * one / 30 for one in path[:count]]
+            walked = [X * item / 30 for item in path[:count]]
             relays.move(X * level / 30)
             force = response(operator, walked)[-1]
             apart.append(summed_as_printed(operator, walked) - relays.S_plus)
@@ -254,8 +254,8 @@ def test_100_transition_branches_give_their_own_branches_and_miss_the_mirrored_o
     operator, f_r = branches.operator(), branches.f_r
     x = branches.inputs
     for i in (20, 50, 80):
-        own = response(operator, x[i::-1], history=[-k, x[i]])
-        assert np.max(np.abs((own - own[0]) - (branches.f[i, i::-1] - branches.f[i, i]))) < 4e-3
+        custom = response(operator, x[i::-1], history=[-k, x[i]])
+        assert np.max(np.abs((custom - custom[0]) - (branches.f[i, i::-1] - branches.f[i, i]))) < 4e-3
     # The ascending branch itself is that of (17) only where descending ones were not asked for.
     risen = response(operator, x, history=[-k])
     missed = np.max(np.abs(risen - rising_17(x, 1.0, 1.0, k, f_r)))

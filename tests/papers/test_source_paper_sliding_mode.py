@@ -85,9 +85,11 @@ def set_a():
 
 def with_gains(experiment, names, **gains):
     variants = tuple(
-        replace(one, controller=one.controller.with_values(**gains) if gains else one.controller, run=replace(one.run, seeds=2))
-        for one in experiment.variants
-        if one.name in names
+        replace(
+            variant, controller=variant.controller.with_values(**gains) if gains else variant.controller, run=replace(variant.run, seeds=2)
+        )
+        for variant in experiment.variants
+        if variant.name in names
     )
     return simulate(replace(experiment, variants=variants)).variants
 

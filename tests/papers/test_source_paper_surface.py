@@ -33,7 +33,7 @@ def square(t, surface, D):
 
 def surfaces(*, K_2, D, T, push=worst, delay=0, step_v=0.0, count=0.0, phi=0.0, samples=4000, start=0.05):
     """The surface at each sample and between, of a mass under the law; in Python alone."""
-    e, e_dot, waiting, read, found = start, 0.0, [0.0] * delay, -start, []
+    e, e_dot, waiting, read, result = start, 0.0, [0.0] * delay, -start, []
     for k in range(samples):
         t = k * T
         off, v = e, step_v * round(e_dot / step_v) if step_v else e_dot
@@ -49,11 +49,11 @@ def surfaces(*, K_2, D, T, push=worst, delay=0, step_v=0.0, count=0.0, phi=0.0, 
         for i in range(8):
             h, now = T / 8.0, t + (i + 0.5) * T / 8.0
             surface = e_dot + LAMBDA * e
-            found.append(surface)
+            result.append(surface)
             gain = -AMPLITUDE * OMEGA**2 * math.sin(OMEGA * now) - effort + push(now, surface, D)
             e += h * e_dot + 0.5 * h * h * gain
             e_dot += h * gain
-    return np.abs(found)
+    return np.abs(result)
 
 
 def late(found):
@@ -63,11 +63,11 @@ def late(found):
 @pytest.mark.parametrize(("K_2", "D"), [(10.0, 5.0), (5.0, 1.0), (6.0, 0.0)])
 def test_the_surface_is_reached_no_later_than_the_reaching_condition_says(K_2, D):
     T = 2e-5
-    found = surfaces(K_2=K_2, D=D, T=T, samples=20_000)
-    reached = T / 8.0 * int(np.argmax(found < 2.0 * T * (K_2 + D)))
-    bound = reaching_time(found[0], K_1=K_1, K_2=K_2, residual=D)
+    result = surfaces(K_2=K_2, D=D, T=T, samples=20_000)
+    reached = T / 8.0 * int(np.argmax(result < 2.0 * T * (K_2 + D)))
+    bound = reaching_time(result[0], K_1=K_1, K_2=K_2, residual=D)
     assert 0.97 * bound < reached <= bound
-    assert late(found) < 3.0 * T * (K_2 + D)
+    assert late(result) < 3.0 * T * (K_2 + D)
 
 
 def test_with_less_than_is_left_of_friction_it_need_never_be_reached():
@@ -80,9 +80,9 @@ def test_with_less_than_is_left_of_friction_it_need_never_be_reached():
 
 @pytest.mark.parametrize(("K_2", "D", "phi"), [(0.0, 30.0, 0.0), (10.0, 30.0, 0.0), (10.0, 30.0, 0.1), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4)])
 def test_what_is_left_of_friction_holds_the_state_off_the_surface_by_no_more_than_the_bound(K_2, D, phi):
-    found = late(surfaces(K_2=K_2, D=D, T=2e-5, phi=phi, samples=25_000))
+    result = late(surfaces(K_2=K_2, D=D, T=2e-5, phi=phi, samples=25_000))
     bound = ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi)
-    assert 0.98 * bound < found < 1.01 * bound
+    assert 0.98 * bound < result < 1.01 * bound
 
 
 def differenced(count, T, acceleration):
@@ -108,15 +108,15 @@ def test_sampled_and_late_the_state_stays_in_the_band_and_fills_most_of_it(K_2, 
     bound = sampled_bound(
         lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, velocity_error=0.5 * step_v, jerk=AMPLITUDE * OMEGA**3
     )
-    found = max(late(surfaces(K_2=K_2, D=D, T=T, delay=delay, step_v=step_v, push=push)) for push in (worst, square))
-    assert found <= bound <= slack * found
+    result = max(late(surfaces(K_2=K_2, D=D, T=T, delay=delay, step_v=step_v, push=push)) for push in (worst, square))
+    assert result <= bound <= slack * result
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(delay):
     T, K_2, D = 5e-5, 10.0, 5.0
-    found = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, samples=12_000))
-    assert found == pytest.approx((delay + 1) * T * (K_2 + D), rel=0.15)
+    result = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, samples=12_000))
+    assert result == pytest.approx((delay + 1) * T * (K_2 + D), rel=0.15)
 
 
 @pytest.mark.parametrize(
@@ -125,8 +125,8 @@ def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(d
 def test_with_a_boundary_layer_the_state_stays_as_far_as_the_layer_lets_it(D, phi, delay):
     T, K_2 = 1e-4, 10.0
     bound = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, jerk=AMPLITUDE * OMEGA**3, phi=phi)
-    found = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, phi=phi, samples=12_000))
-    assert found <= bound <= 1.3 * found
+    result = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, phi=phi, samples=12_000))
+    assert result <= bound <= 1.3 * result
 
 
 @pytest.mark.parametrize(("T", "count"), [(1e-3, 2e-6), (5e-4, 5e-6)])
@@ -141,8 +141,8 @@ def test_with_the_velocity_from_counts_of_an_encoder(T, count):
         jerk=AMPLITUDE * OMEGA**3,
         **differenced(count, T, AMPLITUDE * OMEGA**2),
     )
-    found = late(surfaces(K_2=10.0, D=5.0, T=T, delay=1, count=count))
-    assert found <= bound <= 1.7 * found
+    result = late(surfaces(K_2=10.0, D=5.0, T=T, delay=1, count=count))
+    assert result <= bound <= 1.7 * result
 
 
 def test_the_band_goes_over_into_the_bound_of_continuous_time():
@@ -161,7 +161,7 @@ def test_the_loop_of_bristle_keeps_to_it(gain, T, slack):
     shape = (np.sin(omega * t), omega * np.cos(omega * t), -(omega**2) * np.sin(omega * t), 0.0 * t)
     desired = amplitude * np.stack(shape)
     trace = run_closed_loop(inertia(M=J), friction.coulomb(F_C=force), law, sensors.encoder(resolution=count), desired, T, delay=1)
-    found = late(np.abs(desired[1] - trace.velocity + LAMBDA * (desired[0] - trace.position)))
+    result = late(np.abs(desired[1] - trace.velocity + LAMBDA * (desired[0] - trace.position)))
     bound = sampled_bound(
         lambda_=LAMBDA,
         K_1=K_1,
@@ -172,16 +172,16 @@ def test_the_loop_of_bristle_keeps_to_it(gain, T, slack):
         jerk=amplitude * omega**3,
         **differenced(count, T, amplitude * omega**2),
     )
-    assert found <= bound <= slack * found
+    assert result <= bound <= slack * result
 
 
 def test_at_the_gains_of_the_bench_sampling_and_delay_leave_no_bound():
-    one = read_experiment(files("bristle.paper") / "experiments" / "set_a.toml").variants[0]
-    gains = {name: one.controller.values[name] for name in ("lambda_", "K_1", "K_2")}
-    gains["residual"] = one.friction.values["F_S_pos"] / one.plant.values["M"]
+    item = read_experiment(files("bristle.paper") / "experiments" / "set_a.toml").variants[0]
+    gains = {name: item.controller.values[name] for name in ("lambda_", "K_1", "K_2")}
+    gains["residual"] = item.friction.values["F_S_pos"] / item.plant.values["M"]
     continuous = ultimate_bound(**{key: gains[key] for key in ("K_1", "K_2", "residual")})
-    assert sampled_bound(**gains, sample_time=one.run.sample_time, delay=one.run.delay) == math.inf
-    assert continuous < sampled_bound(**gains, sample_time=one.run.sample_time / 10.0, delay=1) < 2.0 * continuous
+    assert sampled_bound(**gains, sample_time=item.run.sample_time, delay=item.run.delay) == math.inf
+    assert continuous < sampled_bound(**gains, sample_time=item.run.sample_time / 10.0, delay=1) < 2.0 * continuous
 
 
 @pytest.mark.parametrize("too_slow", [{"sample_time": 0.03}, {"sample_time": 1e-3, "lag": 0.02}])

@@ -17,14 +17,14 @@ from bristle.testing import example_of
 # Every slip law of the composite with one operator, and every operator with one slip law.
 VARIANTS = {
     f"preisach_lugre, {kernel}, {transition}": {"kernel": kernel, "transition": transition}
-    for kernel, transition in [(KERNELS[0], one) for one in TRANSITIONS[:2]] + [(one, "leuven") for one in KERNELS[1:]]
+    for kernel, transition in [(KERNELS[0], item) for item in TRANSITIONS[:2]] + [(item, "leuven") for item in KERNELS[1:]]
 }
 NAMES = [*friction.MODELS, *(f"{name}+asymmetry" for name in friction.MODELS), *VARIANTS]
 
 
 def model(name):
-    found = example_of(friction.find(name.partition(",")[0]))
-    return found.with_values(**VARIANTS.get(name, {}))
+    result = example_of(friction.find(name.partition(",")[0]))
+    return result.with_values(**VARIANTS.get(name, {}))
 
 
 def runs(name):
@@ -64,7 +64,7 @@ def runs(name):
 
 
 def digest(arrays):
-    return hashlib.sha256(b"".join(np.ascontiguousarray(one).tobytes() for one in arrays)).hexdigest()
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
 @pytest.mark.parametrize("name", NAMES)

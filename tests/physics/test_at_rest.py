@@ -18,7 +18,7 @@ def model_of(name):
     if not slot:
         return model
     values = {}
-    directional = {key for key, one in find(base).variables.items() if one.directional}
+    directional = {key for key, item in find(base).variables.items() if item.directional}
     for key, value in MODELS[base].example.items():
         if key in directional:
             values |= {f"{key}_pos": 1.1 * value, f"{key}_neg": 0.8 * value}
@@ -30,10 +30,10 @@ def model_of(name):
 def strokes(seed, speed=3.5):
     """Return velocities of strokes to and fro, the last one backward, from micrometres a second to millimetres."""
     generator = np.random.default_rng(seed)
-    found = []
+    result = []
     for side in (1.0, -1.0) * 12:
-        found += [side * 10.0 ** generator.uniform(-6.0, speed - 6.0)] * int(generator.integers(3, 25))
-    return np.array(found)
+        result += [side * 10.0 ** generator.uniform(-6.0, speed - 6.0)] * int(generator.integers(3, 25))
+    return np.array(result)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -42,11 +42,11 @@ def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(nam
     moving = Contact(model_of(name))
     for v in turned * strokes(1):
         largest = abs(moving.move(v * DT, abs(v))[0])
-        one, other = moving.copy(), moving.copy()
-        for contact, zero in ((one, 0.0), (other, -0.0)):
+        item, other = moving.copy(), moving.copy()
+        for contact, zero in ((item, 0.0), (other, -0.0)):
             contact._follow(contact._part.state, contact._memory, np.full(2, zero), np.full(2, contact.x), DT)
-        np.testing.assert_allclose(one.state, other.state, rtol=1e-14, atol=1e-14)
-        np.testing.assert_allclose(one._memory, other._memory, rtol=1e-14, atol=1e-14 * largest)
+        np.testing.assert_allclose(item.state, other.state, rtol=1e-14, atol=1e-14)
+        np.testing.assert_allclose(item._memory, other._memory, rtol=1e-14, atol=1e-14 * largest)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if "scatter" not in name and "+" not in name])

@@ -49,8 +49,8 @@ def test_where_it_yields_it_is_the_model_in_stiffness_and_force():
 
 def test_only_the_products_of_its_amplitudes_show():
     v = 1e-2 * np.sin(np.linspace(0.0, 40.0, 500))
-    one, other = (friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=800.0 / beta, delta=-1100.0 / beta) for beta in (1e3, 20.0))
-    np.testing.assert_allclose(force_along(one, v, 1e-3), force_along(other, v, 1e-3), atol=1e-9)
+    item, other = (friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=800.0 / beta, delta=-1100.0 / beta) for beta in (1e3, 20.0))
+    np.testing.assert_allclose(force_along(item, v, 1e-3), force_along(other, v, 1e-3), atol=1e-9)
 
 
 def test_it_hardens_where_its_amplitudes_add_up_to_less_than_nothing():

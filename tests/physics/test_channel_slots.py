@@ -33,7 +33,7 @@ def test_every_file_has_its_name_in_the_list():
         assert slot.name == name
         refuse_unfit(slot)
         assert re.search(r"doi:10\.\d{4}", slot.reference)
-        assert not set(slot.variables) & {one for model in MODELS.values() for one in model.variables}
+        assert not set(slot.variables) & {variable for model in MODELS.values() for variable in model.variables}
 
 
 @pytest.mark.parametrize("name", CHANNEL_SLOTS)
@@ -74,7 +74,7 @@ def test_it_stands_in_one_place_of_a_name_and_goes_with_all_others():
     model = with_slots(coulomb_viscous, ["pressure", "asymmetry", "load"])
     assert model is find("coulomb_viscous+load+pressure+asymmetry")
     assert model.name == "coulomb_viscous+load+pressure+asymmetry"
-    assert [one.name for one in model.surroundings] == ["load", "pressure"]
+    assert [surrounding.name for surrounding in model.surroundings] == ["load", "pressure"]
     with pytest.raises(InputError, match="a slot twice"):
         find("lugre+pressure+pressure")
     with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or one of your own"):
@@ -82,13 +82,13 @@ def test_it_stands_in_one_place_of_a_name_and_goes_with_all_others():
 
 
 def test_a_model_file_names_it_and_no_code_is_asked_for(tmp_path):
-    own = load_slot_file(ROOT / "examples" / "humidity.py")
+    custom = load_slot_file(ROOT / "examples" / "humidity.py")
     model = find("lugre+pressure")(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=1e6, k_P=2e-7)
     write_model(tmp_path / "model.toml", None, model)
     assert 'model = "lugre+pressure"' in (tmp_path / "model.toml").read_text()
     assert [file.name for file in tmp_path.iterdir()] == ["model.toml"]
     assert read_model(tmp_path / "model.toml").friction == model
-    both = with_slots(coulomb_viscous, ["pressure", own])(F_C=20.0, F_v=1.0, k_P=2e-7, k_H=0.3)
+    both = with_slots(coulomb_viscous, ["pressure", custom])(F_C=20.0, F_v=1.0, k_P=2e-7, k_H=0.3)
     write_model(tmp_path / "both.toml", None, both)
     assert 'model = "coulomb_viscous+pressure+humidity.py"' in (tmp_path / "both.toml").read_text()
     with pytest.warns(InputWarning, match=r"humidity\.py .* is run"):
@@ -108,8 +108,8 @@ def test_the_next_model_has_it_once_and_keeps_what_is_a_persons_own():
     pressed = find("coulomb_viscous+pressure")(F_C=8.0, F_v=30.0)
     assert model_with("pressure", pressed) == ""
     assert model_with("direction", pressed) == "coulomb_viscous+pressure+asymmetry"
-    own = load_slot_file(ROOT / "examples" / "humidity.py")
-    damp = with_slots(coulomb_viscous, [own])(F_C=8.0, F_v=30.0)
+    custom = load_slot_file(ROOT / "examples" / "humidity.py")
+    damp = with_slots(coulomb_viscous, [custom])(F_C=8.0, F_v=30.0)
     assert model_with("direction", damp) == "coulomb_viscous+humidity+asymmetry"
     oiled = with_slots(coulomb_viscous, [load_slot_file(SLOT.replace('"oiled"', '"smeared"').encode())])(
         F_C=8.0, F_v=30.0
@@ -189,18 +189,18 @@ def test_another_one_is_one_file_and_one_name(tmp_path):
     line = [sys.executable, "-c", GROWN, str(folder), str(ROOT / "docs" / "generate.py")]
     ended = subprocess.run(line, cwd=work, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr
-    found = json.loads(ended.stdout)
-    assert (found["name"], found["same"]) == ("coulomb_viscous+pressure+humidity", True)
-    assert found["files"] == ["model.toml", "out"]
-    assert re.search(r"\+humidity\s+│?\s*k_H, h_0", found["list"])
-    assert "Needs humidity of the log: relative humidity" in found["one"]
-    assert found["json"]["models"][0]["channels"] == ["humidity"]
-    assert "### humidity" in found["reference"]
-    assert "[`+humidity`](#humidity)" in found["reference"]
-    assert "[humidity](models.md#humidity)" in found["symbols"]
-    assert found["next"] == "coulomb+humidity"
-    assert "double humidity" in found["header"]
-    model, head, name, around, rows = found["page"]
+    data = json.loads(ended.stdout)
+    assert (data["name"], data["same"]) == ("coulomb_viscous+pressure+humidity", True)
+    assert data["files"] == ["model.toml", "out"]
+    assert re.search(r"\+humidity\s+│?\s*k_H, h_0", data["list"])
+    assert "Needs humidity of the log: relative humidity" in data["one"]
+    assert data["json"]["models"][0]["channels"] == ["humidity"]
+    assert "### humidity" in data["reference"]
+    assert "[`+humidity`](#humidity)" in data["reference"]
+    assert "[humidity](models.md#humidity)" in data["symbols"]
+    assert data["next"] == "coulomb+humidity"
+    assert "double humidity" in data["header"]
+    model, head, name, around, rows = data["page"]
     assert (model, head["toml"], name, around) == ("coulomb", 'model = "coulomb"', "humidity", "around_humidity")
     assert rows == ["F_C", "k_H", "h_0", "offset"]
 

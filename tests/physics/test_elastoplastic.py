@@ -24,7 +24,7 @@ def test_below_the_threshold_it_is_a_spring():
 def test_steady_sliding_is_that_of_lugre():
     lugre = friction.lugre(**VALUES)
     for v in (1e-4, 1e-3, -2e-2, 0.5):
-        steady = [force_along(one, np.full(4000, v), 1e-5 / abs(v))[-1] for one in (MODEL, lugre)]
+        steady = [force_along(item, np.full(4000, v), 1e-5 / abs(v))[-1] for item in (MODEL, lugre)]
         assert steady[0] == pytest.approx(steady[1], rel=1e-12)
 
 

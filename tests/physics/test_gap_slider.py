@@ -15,12 +15,12 @@ R = 4e-3  # from the middle of the backlash to slip
 
 def along(model, x, count=400):
     """Force at the end of straight moves from one position to the next."""
-    found, at = [], np.concatenate([[0.0], x])
+    result, at = [], np.concatenate([[0.0], x])
     v = np.concatenate([np.full(count, (b - a) / count) for a, b in pairwise(at)])
     force = force_along(model, v, 1.0)
     for k in range(len(x)):
-        found.append(force[(k + 1) * count - 1])
-    return np.array(found), force, v
+        result.append(force[(k + 1) * count - 1])
+    return np.array(result), force, v
 
 
 def test_it_slips_at_its_force_and_is_slack_in_its_backlash():

@@ -14,8 +14,8 @@ def test_with_one_limit_it_is_the_maxwell_slip_model():
     same = {"k_i": SIZES["k_i"], "nu_i": SIZES["nu_i"], "sigma_2": 200.0}
     x = np.cumsum(np.random.default_rng(3).standard_normal(2000)) * 1e-6
     ours = response(friction.maxwell_stribeck(F_C=25.0, F_S=25.0, v_S=1.0, **same), x, 1e-3)
-    theirs = response(friction.maxwell_slip(F_C=25.0, **same), x, 1e-3)
-    assert ours == pytest.approx(theirs, abs=1e-9)
+    reference = response(friction.maxwell_slip(F_C=25.0, **same), x, 1e-3)
+    assert ours == pytest.approx(reference, abs=1e-9)
 
 
 @pytest.mark.parametrize("v", [1e-6, 1e-3, 5e-3, -5e-3])
@@ -64,7 +64,7 @@ def test_a_seed_gives_one_friction_and_another_seed_another():
 
 def test_a_reversal_slower_than_the_threshold_is_none():
     model = friction.maxwell_stribeck(**SIZES, scatter=0.2, seed=1, v_r=1.0)
-    found, quiet = peaks(model, cycles=20), peaks(QUIET, cycles=20)
+    result, quiet = peaks(model, cycles=20), peaks(QUIET, cycles=20)
     # One limit is drawn, and no other: all peaks are scaled alike.
-    assert found / quiet == pytest.approx(found[0] / quiet[0])
-    assert found[0] != pytest.approx(quiet[0], rel=0.01)
+    assert result / quiet == pytest.approx(result[0] / quiet[0])
+    assert result[0] != pytest.approx(quiet[0], rel=0.01)

@@ -29,8 +29,8 @@ def operator_named(name):
 
 
 def over(model, operator, **values):
-    own = SLIDING if model == "preisach_lugre" else {}
-    return getattr(friction, model)(kernel=operator, **(own | values))
+    custom = SLIDING if model == "preisach_lugre" else {}
+    return getattr(friction, model)(kernel=operator, **(custom | values))
 
 
 def moved(model, steps, speed=1e-4):
@@ -99,8 +99,8 @@ def test_a_long_step_has_the_mean_force_of_many_short_ones(name):
 def test_a_closed_form_is_the_kernel_of_that_name(model):
     operator = hysteresis.preisach(kernel="reformed_dahl_exact", s=1e7, f_p=33.0, capacity=64)
     spelled = {"kernel": "reformed_dahl_exact", "s": 1e7, "f_p": 33.0, "capacity": 64}
-    own = SLIDING if model == "preisach_lugre" else {}
-    assert over(model, operator) == getattr(friction, model)(**spelled, **own)
+    custom = SLIDING if model == "preisach_lugre" else {}
+    assert over(model, operator) == getattr(friction, model)(**spelled, **custom)
 
 
 def test_it_stands_by_a_name_and_travels():

@@ -24,8 +24,8 @@ def steps(distance: float, count: int, dt: float = 1e-3) -> np.ndarray:
 
 def test_the_force_turns_from_level_to_level_over_the_distance():
     model = with_presliding(LEVELS, DISTANCE)
-    there, back = steps(40.0 * DISTANCE, 400), steps(-4.0 * DISTANCE, 400)
-    force = force_along(model, np.concatenate([there, back]), 1e-3)
+    present, back = steps(40.0 * DISTANCE, 400), steps(-4.0 * DISTANCE, 400)
+    force = force_along(model, np.concatenate([present, back]), 1e-3)
     assert force[399] == pytest.approx(10.0, rel=1e-12)
     # Of the 15 N between both levels, what is left falls by e with every distance.
     after = force[400:].reshape(4, 100)
@@ -45,11 +45,11 @@ def test_sliding_is_that_of_the_map(v):
 def test_a_load_within_the_levels_is_held_and_one_beyond_is_not():
     model, plant = with_presliding(LEVELS, DISTANCE), inertia(M=2.0)
     time = 1e-3 * np.arange(2000)
-    for load, held in ((9.0, True), (-4.0, True), (11.0, False), (-6.0, False)):
+    for load, fixed in ((9.0, True), (-4.0, True), (11.0, False), (-6.0, False)):
         effort = load * np.minimum(time / 0.2, 1.0)
         trace = run_open_loop(plant, model, effort, 1e-3, steps=4, hold="linear")
         moved = abs(trace.position[-1] - trace.position[1000])
-        if held:
+        if fixed:
             # The contact has no damping of its own, and creeps while the body rings.
             assert moved < 10.0 * DISTANCE, load
             assert np.mean(trace.friction[1000:]) == pytest.approx(load, rel=0.01)

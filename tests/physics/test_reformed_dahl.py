@@ -16,11 +16,11 @@ SPEED = 1.0
 
 def ends(contact, *turns, count=1):
     """Forces where a path turns."""
-    found = []
+    result = []
     for turn in turns:
         contact.move(turn - contact.x, SPEED, count)
-        found.append(contact.force(0.0))
-    return np.array(found)
+        result.append(contact.force(0.0))
+    return np.array(result)
 
 
 def test_every_branch_solves_the_differential_equation():
@@ -33,8 +33,8 @@ def test_every_branch_solves_the_differential_equation():
             lambda x, f, way=way, f_r=f_r: ((1.0 - way * f) / (1.0 - way * f_r)) ** 2, (a, b), [f], rtol=1e-12, atol=1e-14, method="DOP853"
         )
         f = solved.y[0, -1]
-        one, many = contact.copy(), contact
-        assert ends(one, b)[-1] == pytest.approx(f, abs=1e-10)
+        item, many = contact.copy(), contact
+        assert ends(item, b)[-1] == pytest.approx(f, abs=1e-10)
         assert ends(many, b, count=50)[-1] == pytest.approx(f, abs=1e-10)
 
 
@@ -51,8 +51,8 @@ def test_a_symmetric_loop_is_that_of_the_exact_operator(k):
     # After each step one at rest, of which the mean force is the force there.
     v = np.stack([np.diff(x), np.zeros(64)], axis=1).ravel()
     tip = MODEL.component.State(expected[0], -expected[0], 1.0)
-    found = force_along(MODEL, v, 1.0, state=tip)[1::2]
-    np.testing.assert_allclose(found, expected[1:], rtol=1e-13, atol=1e-13)
+    result = force_along(MODEL, v, 1.0, state=tip)[1::2]
+    np.testing.assert_allclose(result, expected[1:], rtol=1e-13, atol=1e-13)
 
 
 def test_a_minor_loop_is_not_closed_and_the_larger_one_not_taken_up_again():

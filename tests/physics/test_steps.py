@@ -46,11 +46,11 @@ def walk(seed, count=1200):
     if seed % 3 == 1:
         v = np.cumsum(generator.standard_normal(count)) * 1e-5
         return v - np.linspace(0.0, v[-1], count)
-    found = []
-    while len(found) < count:
+    result = []
+    while len(result) < count:
         speed, steps = 10.0 ** generator.uniform(-6.0, -2.0), int(generator.integers(3, 40))
-        found += [speed] * steps + [-speed] * int(steps * generator.choice([0.5, 1.0, 2.0]))
-    return np.array(found[:count])
+        result += [speed] * steps + [-speed] * int(steps * generator.choice([0.5, 1.0, 2.0]))
+    return np.array(result[:count])
 
 
 @pytest.mark.parametrize("model", [*examples()])
@@ -120,15 +120,15 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
 
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
 def test_a_short_step_of_the_composite_asks_its_curve_three_times_at_most(transition, n, monkeypatch):
-    asked = []
+    requested = []
     for name in ("branch_output", "branch_point"):
         plain = getattr(deflection, name)
-        monkeypatch.setattr(deflection, name, lambda *a, plain=plain: asked.append(1) or plain(*a))
+        monkeypatch.setattr(deflection, name, lambda *a, plain=plain: requested.append(1) or plain(*a))
     model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
     v = 2e-4 * np.sin(np.linspace(0.0, 20.0, 2000))
     with interpreted():
         force_along(model, v, 1e-5)
-    assert len(asked) <= {"paper": 2.2, "elastoplastic": 3.2, "leuven": 3.2}[transition] * v.size
+    assert len(requested) <= {"paper": 2.2, "elastoplastic": 3.2, "leuven": 3.2}[transition] * v.size
 
 
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)

@@ -32,10 +32,10 @@ def test_at_rest_the_reaction_is_the_effort_and_the_velocity_exactly_zero():
 
 def test_rest_under_an_offset_is_off_centre():
     model = friction.find("coulomb")(F_C=3.0, offset=2.0)
-    held = run_open_loop(inertia(M=1.0), model, np.full(100, 4.9), 1e-3)
+    fixed = run_open_loop(inertia(M=1.0), model, np.full(100, 4.9), 1e-3)
     pulled = run_open_loop(inertia(M=1.0), model, np.full(100, 5.1), 1e-3)
     fallen = run_open_loop(inertia(M=1.0), model, np.full(100, -1.1), 1e-3)
-    assert held.position[-1] == 0.0
+    assert fixed.position[-1] == 0.0
     assert pulled.position[-1] > 0.0
     assert fallen.position[-1] < 0.0
 
@@ -83,10 +83,10 @@ def test_viscous_and_coulomb_stop_where_theory_says():
 
 def test_the_stiction_spike_of_stribeck_is_felt():
     model = friction.stribeck(F_C=1.0, F_S=2.0, v_S=1e-2, F_v=0.0)
-    held = run_open_loop(inertia(M=1.0), model, np.full(1000, 1.9), 1e-3)
+    fixed = run_open_loop(inertia(M=1.0), model, np.full(1000, 1.9), 1e-3)
     loose = run_open_loop(inertia(M=1.0), model, np.full(1000, 2.1), 1e-3)
     sliding = run_open_loop(inertia(M=1.0), model, np.full(1000, 1.9), 1e-3, v=0.1)
-    assert held.position[-1] == 0.0
+    assert fixed.position[-1] == 0.0
     assert loose.velocity[-1] > 0.5
     assert sliding.velocity[-1] > 0.5
 

@@ -26,9 +26,9 @@ def test_at_the_middle_nothing_varies_and_at_the_end_all_of_it_does():
     values = {"F_C": 20.0, "F_v": 100.0}
     for x, factor, beside in ((0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)):
         v = np.array([0.3, -0.3])
-        there = x + 0.5e-9 * v
-        said = force_along(placed(**values, **PLACE), v, 1e-9, there)
-        assert said == pytest.approx(factor * force_along(plain(**values), v, 1e-9) + beside)
+        present = x + 0.5e-9 * v
+        text = force_along(placed(**values, **PLACE), v, 1e-9, present)
+        assert text == pytest.approx(factor * force_along(plain(**values), v, 1e-9) + beside)
 
 
 def test_the_force_of_a_screw_comes_once_a_turn():
@@ -58,10 +58,10 @@ def test_a_body_still_sticks_where_friction_varies():
 
 
 def test_slots_go_together_in_any_order_and_the_base_is_known():
-    one, other = find("lugre+asymmetry+position+load"), find("lugre+load+position+asymmetry")
-    assert one is other
-    assert one.name == "lugre+position+load+asymmetry"
-    assert base_of(one) is friction.lugre
+    item, other = find("lugre+asymmetry+position+load"), find("lugre+load+position+asymmetry")
+    assert item is other
+    assert item.name == "lugre+position+load+asymmetry"
+    assert base_of(item) is friction.lugre
     with pytest.raises(InputError, match="no such slot"):
         find("lugre+wear")
     with pytest.raises(InputError, match="a slot twice"):
@@ -80,4 +80,4 @@ def test_tables_and_certificates_take_friction_as_it_is_in_the_middle():
     plain = find("lugre")(**LUGRE)
     assert steady_force(model, 0.02) == pytest.approx(steady_force(plain, 0.02))
     assert unvaried(plain) is plain
-    assert {name: one.passed for name, one in check(model).items()} == {name: one.passed for name, one in check(plain).items()}
+    assert {name: item.passed for name, item in check(model).items()} == {name: item.passed for name, item in check(plain).items()}

@@ -89,12 +89,12 @@ def recorded(
             friction = axis.stiffness * z + axis.damping * rate + axis.viscous * v
             v += h * (effort - axis.weight - friction) / axis.mass
             x += h * v
-    told = np.random.default_rng(seed).normal(0.0, noise, reference.size) + efforts
+    message = np.random.default_rng(seed).normal(0.0, noise, reference.size) + efforts
     part = slice(first, None)
     return Log(
         time=Channel(dt * np.arange(reference.size - first), "s", "t"),
         position=Channel(positions[part], "m", "q"),
-        effort=Channel(told[part], "N", "u"),
+        effort=Channel(message[part], "N", "u"),
         reference=Channel(reference[part], "m", "r"),
         sample_time=dt,
         injected=() if pulses is None else (Channel(pulses[part], "N", "pulses"),),

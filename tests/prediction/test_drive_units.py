@@ -42,17 +42,17 @@ def by_name(quantity, axis=SCREW, kind="translational"):
 def test_viscous_friction_is_percent_for_a_turn_a_minute():
     coefficient = 250.0  # N*s/m
     percent = coefficient * SPEED / PER_TORQUE / 2.0 * 100.0
-    found = by_name("force*time/length")
-    assert found["%/rpm"].of(coefficient) * SPEED / 0.01 * 2.0 * 60.0 == pytest.approx(percent)
-    assert found["%/(mm/s)"].of(coefficient) * SPEED * 1e3 == pytest.approx(percent)
+    result = by_name("force*time/length")
+    assert result["%/rpm"].of(coefficient) * SPEED / 0.01 * 2.0 * 60.0 == pytest.approx(percent)
+    assert result["%/(mm/s)"].of(coefficient) * SPEED * 1e3 == pytest.approx(percent)
 
 
 def test_stiffness_is_percent_for_a_degree_of_the_motor():
     stiffness, distance = 3e6, 4e-6
     percent = stiffness * distance / PER_TORQUE / 2.0 * 100.0
-    found = by_name("force/length")
-    assert found["%/deg"].of(stiffness) * distance / 0.01 * 2.0 * 360.0 == pytest.approx(percent)
-    assert found["%/mm"].of(stiffness) * distance * 1e3 == pytest.approx(percent)
+    result = by_name("force/length")
+    assert result["%/deg"].of(stiffness) * distance / 0.01 * 2.0 * 360.0 == pytest.approx(percent)
+    assert result["%/mm"].of(stiffness) * distance * 1e3 == pytest.approx(percent)
 
 
 def test_levels_distances_and_inertia():

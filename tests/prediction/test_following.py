@@ -37,14 +37,14 @@ def vertical():
     return log, br.identify(log, "lugre", axis=told(VERTICAL), draws=0, blocks=0)
 
 
-def followed(found, log, axis):
-    best = found.best
+def followed(result, log, axis):
+    best = result.best
     return following_of(log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
 
 
 def test_measured_and_simulated_following_error_agree(judged):
-    _, log, found = judged
-    told_of = found.outcome.summary["following_error"]
+    _, log, result = judged
+    told_of = result.outcome.summary["following_error"]
     error = log.reference.values - log.position.values
     settled = error[round(0.05 * error.size) :]
     assert told_of["measured"]["peak_to_peak"] == pytest.approx(np.ptp(settled), rel=1e-9)
@@ -52,7 +52,7 @@ def test_measured_and_simulated_following_error_agree(judged):
     for name, measured in told_of["measured"].items():
         assert told_of["simulated"][name] == pytest.approx(measured, rel=0.05)
         assert told_of["compensated"][name] < 0.2 * measured
-    assert not any(one["code"] == "loop_contradicts" for one in found.outcome.summary["diagnostics"])
+    assert not any(item["code"] == "loop_contradicts" for item in result.outcome.summary["diagnostics"])
 
 
 @pytest.mark.parametrize(
@@ -60,8 +60,8 @@ def test_measured_and_simulated_following_error_agree(judged):
     [({"k_p": 1.6 * 60.0}, [("k_p", 1.0 / 1.6)]), ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, [("position", 0.5), ("effort", 2.0)])],
 )
 def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
-    log, found = vertical
-    following = followed(found, log, told(VERTICAL, **wrong))
+    log, result = vertical
+    following = followed(result, log, told(VERTICAL, **wrong))
     numbers = following.contradiction.numbers
     assert numbers["suspects"] == tuple(name for name, _ in expected)
     assert numbers["factors"] == pytest.approx([factor for _, factor in expected], rel=0.03)
@@ -71,8 +71,8 @@ def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
 
 
 def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
-    log, found = vertical
-    following = followed(found, log, told(VERTICAL, k_ff=0.0))  # the drive has 1
+    log, result = vertical
+    following = followed(result, log, told(VERTICAL, k_ff=0.0))  # the drive has 1
     numbers = following.contradiction.numbers
     assert numbers["suspects"][0] == "k_ff"
     assert numbers["factors"][0] == pytest.approx(1.0, abs=0.02)
@@ -80,8 +80,8 @@ def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
 
 
 def test_a_delay_of_the_loop_is_named(vertical):
-    _, found = vertical
-    following = followed(found, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))
+    _, result = vertical
+    following = followed(result, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))
     assert following.contradiction.numbers["suspects"] == ("delay",)
     assert following.contradiction.numbers["factors"] == (4.0,)
     assert "a delay of four samples in the loop" in message(following.contradiction)
@@ -89,10 +89,10 @@ def test_a_delay_of_the_loop_is_named(vertical):
 
 @pytest.mark.parametrize(("samples", "name"), [(3.0, "reference_later"), (-3.0, "reference_earlier")])
 def test_a_reference_that_is_recorded_at_another_time_is_named(vertical, samples, name):
-    log, found = vertical
+    log, result = vertical
     place = np.arange(len(log))
     moved = Channel(np.interp(place + samples, place, log.reference.values), "m", "r")
-    following = followed(found, replace(log, reference=moved), told(VERTICAL))
+    following = followed(result, replace(log, reference=moved), told(VERTICAL))
     assert following.contradiction.numbers["suspects"] == (name,)
     assert following.contradiction.numbers["factors"] == pytest.approx([3e-3], rel=0.05)
 
@@ -103,32 +103,32 @@ def explained(error_of):
     variant = loop_of(*mechanism(VERTICAL), log, told(VERTICAL), cutoff=100.0).variants[0]
     law = variant.controller.with_values(k_p=0.5 * VERTICAL.k_p)
     errors = []
-    for one in (variant, replace(variant, controller=law)):
-        outcome = simulate(Experiment("loop", "translational", (one,))).variants["as_recorded"]
+    for item in (variant, replace(variant, controller=law)):
+        outcome = simulate(Experiment("loop", "translational", (item,))).variants["as_recorded"]
         errors.append(outcome.reference - outcome.measured)
     return explanations(variant, error_of(log.time.values, *errors), 0.15)
 
 
 def test_what_no_number_explains_is_not_explained():
-    assert [one.name for one in explained(lambda time, told, true: true)] == ["k_p"]
+    assert [item.name for item in explained(lambda time, text, true: true)] == ["k_p"]
     # A factor explains most of it in the mean square, and not the peak beside it.
-    assert explained(lambda time, told, true: true + np.where(time == time[2000], 1e-4, 0.0)) == ()
+    assert explained(lambda time, text, true: true + np.where(time == time[2000], 1e-4, 0.0)) == ()
     # Nothing that a factor would make better.
-    assert explained(lambda time, told, true: told + 2e-6 * np.sin(300.0 * time)) == ()
+    assert explained(lambda time, text, true: text + 2e-6 * np.sin(300.0 * time)) == ()
 
 
 def test_a_loop_that_nothing_explains_says_so(vertical):
-    log, found = vertical
+    log, result = vertical
     odd = replace(log, position=Channel(log.position.values + 1e-4 * np.sin(300.0 * log.time.values), "m", "q"))
-    best = found.best
+    best = result.best
     following = following_of(odd, simulate(loop_of(best.plant, best.friction, log, told(VERTICAL), cutoff=100.0)))
     assert following.contradiction.numbers["suspects"] == ()
     assert "No one number explains it" in message(following.contradiction)
 
 
 def test_the_threshold_is_a_setting(vertical):
-    log, found = vertical
-    best, axis = found.best, told(VERTICAL, k_p=1.1 * VERTICAL.k_p)
+    log, result = vertical
+    best, axis = result.best, told(VERTICAL, k_p=1.1 * VERTICAL.k_p)
     simulation = simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0))
     assert following_of(log, simulation).contradiction is None
     strict = Settings.of({"loop_differs": 0.02})
@@ -137,10 +137,10 @@ def test_the_threshold_is_a_setting(vertical):
 
 def test_a_contradicted_loop_promises_nothing(vertical):
     log, _ = vertical
-    found = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
-    summary, page = found.outcome.summary, found.outcome.page
+    identification = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
+    summary, page = identification.outcome.summary, identification.outcome.page
     assert summary["following_error"]["compensated"] is None
-    doubt = next(one for one in summary["diagnostics"] if one["code"] == "loop_contradicts")
+    doubt = next(item for item in summary["diagnostics"] if item["code"] == "loop_contradicts")
     assert doubt["message"] in summary["warnings"]
     assert "No gain is promised" in page
     assert "lowers the following error" not in page
@@ -153,11 +153,11 @@ def test_a_contradicted_loop_promises_nothing(vertical):
 
 def test_without_a_controller_the_log_tells_its_own_following_error(vertical):
     log, _ = vertical
-    found = br.identify(log, "coulomb_viscous", axis=Axis(resolution=VERTICAL.count, offset="identify"), draws=0, blocks=0)
-    told_of = found.outcome.summary["following_error"]
+    identification = br.identify(log, "coulomb_viscous", axis=Axis(resolution=VERTICAL.count, offset="identify"), draws=0, blocks=0)
+    told_of = identification.outcome.summary["following_error"]
     assert told_of["simulated"] is None
     assert told_of["measured"]["peak_to_peak"] > 0.0
-    assert "In the log, the following error is" in found.outcome.page
+    assert "In the log, the following error is" in identification.outcome.page
 
 
 def mechanism(axis):
@@ -193,6 +193,6 @@ def test_the_simulated_loop_starts_where_the_log_does(name, first):
 
 
 def test_the_prediction_of_the_closed_loop_holds_the_weight(vertical):
-    log, found = vertical
-    prediction = br.predict(found.best.plant, found.best.friction, log, told(VERTICAL), "closed-loop")
+    log, result = vertical
+    prediction = br.predict(result.best.plant, result.best.friction, log, told(VERTICAL), "closed-loop")
     assert np.max(np.abs(prediction.position - prediction.position_predicted)[:300]) < 1e-6

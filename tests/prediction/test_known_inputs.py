@@ -73,8 +73,8 @@ def test_a_law_that_asks_for_more_than_the_sum_may_be_is_identified_and_predicte
     assert np.abs(recorded[:, 5]).max() > 1.09 * LIMIT
     fit = bristle(*IDENTIFY, "--json")
     assert fit.code == 0, fit.err
-    found = {name: fit.data["parameters"][name]["value"] for name in ("M", "F_v", "F_C")}
-    assert found == pytest.approx({"M": M, "F_v": F_V, "F_C": F_C}, rel=0.03)
+    result = {name: fit.data["parameters"][name]["value"] for name in ("M", "F_v", "F_C")}
+    assert result == pytest.approx({"M": M, "F_v": F_V, "F_C": F_C}, rel=0.03)
     following = np.ptp((recorded[:, 2] - recorded[:, 1])[500:])
     loop = bristle("run", "fit/experiment.toml", "--json", "--out", "loop")
     assert loop.code == 0, loop.err

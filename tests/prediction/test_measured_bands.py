@@ -43,8 +43,8 @@ def fitted_along_the_motion(jitter):
 def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twin(noise, step, seed):
     fit = fitted_in_open_loop(noise, step)
     log = foreign_oscillator.recorded(seed, noise=noise, step=step)
-    found = predict(fit.plant, fit.friction, log, replace(OPEN, resolution=step), "open-loop", bands=fit.resampling.bands)
-    assert 90.0 < found.position_inside_percent < 98.0
+    prediction = predict(fit.plant, fit.friction, log, replace(OPEN, resolution=step), "open-loop", bands=fit.resampling.bands)
+    assert 90.0 < prediction.position_inside_percent < 98.0
 
 
 @pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.slow), 3e-6])
@@ -52,12 +52,12 @@ def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twi
 def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitter, seed):
     fit = fitted_along_the_motion(jitter)
     log = foreign_axis.recorded(SLIDE, swings(), jitter=jitter, seed=seed)
-    found = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=fit.resampling.bands)
-    assert 90.0 < found.position_inside_percent < 98.0
+    prediction = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=fit.resampling.bands)
+    assert 90.0 < prediction.position_inside_percent < 98.0
     # What is left over brings them nearer to 95 %: little where rounding is all there is, nearly all of it elsewhere.
     bare = replace(fit.resampling.bands, left_in_closed_loop=0.0)
     without = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=bare)
-    assert abs(found.position_inside_percent - 95.0) < 0.5 * abs(without.position_inside_percent - 95.0)
+    assert abs(prediction.position_inside_percent - 95.0) < 0.5 * abs(without.position_inside_percent - 95.0)
     assert not jitter or without.position_inside_percent < 50.0
 
 
@@ -82,7 +82,7 @@ def test_pulses_beyond_the_limit_of_the_drive_are_predicted_where_the_limit_acts
     assert np.min(law) < -1.1 * limit
     fit = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=20).best
     for unseen in (log, recorded(8, 1.9), recorded(9, 2.2)):
-        found = predict(fit.plant, fit.friction, unseen, axis, "closed-loop", bands=fit.resampling.bands)
-        assert found.metrics["force_error_percent"] < 3.0
-        assert 85.0 < found.inside_percent < 99.0
-        assert 85.0 < found.position_inside_percent < 99.0
+        prediction = predict(fit.plant, fit.friction, unseen, axis, "closed-loop", bands=fit.resampling.bands)
+        assert prediction.metrics["force_error_percent"] < 3.0
+        assert 85.0 < prediction.inside_percent < 99.0
+        assert 85.0 < prediction.position_inside_percent < 99.0

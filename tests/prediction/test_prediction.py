@@ -100,36 +100,36 @@ def test_open_loop_skips_twenty_samples_and_follows_the_motion():
     assert np.max(np.abs(prediction.position_predicted - prediction.position)[first]) < 4e-5
 
 
-def channels_of(found):
-    return {name: found.treatment[name] for name in TREATED[1:] if name in found.treatment}
+def channels_of(result):
+    return {name: result.treatment[name] for name in TREATED[1:] if name in result.treatment}
 
 
 def test_inverse_is_the_residual_of_the_identification():
     log = recorded()
-    found = identify(log, "coulomb_viscous+asymmetry", axis=AXIS, draws=0)
-    fit = found.best
-    prediction = predict(fit.plant, fit.friction, log, AXIS, "inverse", **channels_of(found))
+    identification = identify(log, "coulomb_viscous+asymmetry", axis=AXIS, draws=0)
+    fit = identification.best
+    prediction = predict(fit.plant, fit.friction, log, AXIS, "inverse", **channels_of(identification))
     assert prediction.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
     assert prediction.position_predicted is None
 
 
 def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
     log = recorded()
-    found = identify(log, "coulomb_viscous", axis=AXIS, cutoff=40.0, decimation=4, draws=0)
-    fit = found.best
-    own = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4, **channels_of(found))
-    assert own.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
-    assert own.time.size == fit.traces.time.size
-    assert "40 Hz" in notes_of(own)[0]
-    assert predict(fit.plant, fit.friction, log, AXIS).time.size < own.time.size
+    identification = identify(log, "coulomb_viscous", axis=AXIS, cutoff=40.0, decimation=4, draws=0)
+    fit = identification.best
+    prediction = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4, **channels_of(identification))
+    assert prediction.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
+    assert prediction.time.size == fit.traces.time.size
+    assert "40 Hz" in notes_of(prediction)[0]
+    assert predict(fit.plant, fit.friction, log, AXIS).time.size < prediction.time.size
 
 
 @pytest.mark.parametrize("cutoff", [15.0, 30.0, 60.0])
 def test_the_unexplained_force_is_the_residual_of_the_identification(cutoff):
     log = recorded()
-    found = identify(log, "coulomb_viscous", axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0)
-    fit = found.best
-    left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=cutoff, **channels_of(found))
+    identification = identify(log, "coulomb_viscous", axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0)
+    fit = identification.best
+    left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=cutoff, **channels_of(identification))
     at_rows = left[np.searchsorted(log.time.values, fit.traces.time)]
     assert np.allclose(at_rows, fit.traces.residual, atol=1e-9 * np.max(np.abs(log.effort.values)))
 
@@ -189,10 +189,10 @@ def test_a_prediction_worse_than_nothing_is_told():
     doubted = predict(fit.plant, stiff, sliding_log())
     assert doubted.metrics["force_error_percent"] > 100.0
     assert notes_of(doubted)[0].startswith("warning: an effort of zero would be nearer")
-    told = doubted.diagnostics[0]
-    assert (told.code, told.severity) == ("worse_than_none", "warning")
-    assert told.numbers["percent"] == doubted.metrics["force_error_percent"]
-    assert not any("warning" in one for one in notes_of(predict(fit.plant, fit.friction, sliding_log())))
+    message = doubted.diagnostics[0]
+    assert (message.code, message.severity) == ("worse_than_none", "warning")
+    assert message.numbers["percent"] == doubted.metrics["force_error_percent"]
+    assert not any("warning" in item for item in notes_of(predict(fit.plant, fit.friction, sliding_log())))
 
 
 def test_an_open_loop_that_runs_away_is_told():
@@ -206,20 +206,20 @@ def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_wi
     log = sliding_log()
     fit = identify(log, "coulomb_viscous", cutoff=80.0, blocks=0, draws=0).best
     every = 20  # 50 Hz
-    channels = {name: replace(one, values=one.values[::every]) for name, one in log.channels()}
+    channels = {name: replace(item, values=item.values[::every]) for name, item in log.channels()}
     slow = replace(log, **channels, sample_time=every * log.sample_time, segments=())
-    found = predict(fit.plant, fit.friction, slow, cutoff=80.0, decimation=10)
-    assert notes_of(found)[0].startswith("the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz")
+    prediction = predict(fit.plant, fit.friction, slow, cutoff=80.0, decimation=10)
+    assert notes_of(prediction)[0].startswith("the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz")
     # Central differences over 40 ms, and noise of the effort that nothing kept from folding down.
-    assert found.metrics["force_error_percent"] < 5.0
-    assert not any("too slowly" in one for one in notes_of(predict(fit.plant, fit.friction, log, cutoff=80.0)))
+    assert prediction.metrics["force_error_percent"] < 5.0
+    assert not any("too slowly" in item for item in notes_of(predict(fit.plant, fit.friction, log, cutoff=80.0)))
 
 
 @pytest.mark.parametrize("mode", ["inverse", "open-loop"])
 def test_speeds_beyond_the_fitted_ones_are_told(mode):
-    found = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0)
-    plant, fitted = found.best.plant, found.best.friction
-    top = found.treatment["velocity_max"]
-    assert not any("extrapolation" in one for one in notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top)))
+    identification = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0)
+    plant, fitted = identification.best.plant, identification.best.friction
+    top = identification.treatment["velocity_max"]
+    assert not any("extrapolation" in note for note in notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top)))
     notes = notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=0.5 * top))
-    assert any(one.startswith("warning: the log moves at up to") and "extrapolation" in one for one in notes)
+    assert any(note.startswith("warning: the log moves at up to") and "extrapolation" in note for note in notes)

@@ -47,24 +47,24 @@ def fitted(name: str):
 @pytest.mark.parametrize("name", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
 def test_in_closed_loop_they_hold_effort_and_motion_though_the_model_lacks_something(name):
     fit = fitted(name)
-    found = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "closed-loop", bands=fit.resampling.bands)
-    assert 85.0 < found.inside_percent < 100.0
-    assert 85.0 < found.position_inside_percent <= 100.0
+    prediction = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "closed-loop", bands=fit.resampling.bands)
+    assert 85.0 < prediction.inside_percent < 100.0
+    assert 85.0 < prediction.position_inside_percent <= 100.0
     # What the model lacks is more than noise alone, and less than friction itself.
-    assert 0.2 < np.median(found.half_width) < 8.0
+    assert 0.2 < np.median(prediction.half_width) < 8.0
 
 
 def test_in_open_loop_they_grow_as_the_motion_drifts_away():
     fit = fitted("coulomb_viscous+asymmetry")
-    found = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "open-loop", bands=fit.resampling.bands)
-    width = found.position_half_width
-    parts = [np.median(one) for one in np.array_split(width, 8)]
+    prediction = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "open-loop", bands=fit.resampling.bands)
+    width = prediction.position_half_width
+    parts = [np.median(item) for item in np.array_split(width, 8)]
     assert np.all(np.diff(parts) > 0.0)
     assert 3.0 * parts[0] < parts[7] > 1.5 * parts[2]
-    assert 90.0 < found.position_inside_percent < 99.0
-    assert found.position_inside_percent > 85.0
-    assert found.half_width is None
-    assert found.inside_percent is None
+    assert 90.0 < prediction.position_inside_percent < 99.0
+    assert prediction.position_inside_percent > 85.0
+    assert prediction.half_width is None
+    assert prediction.inside_percent is None
 
 
 def test_each_source_widens_them_and_noise_alone_is_its_own_width():
@@ -93,16 +93,16 @@ def test_the_position_of_a_sure_model_is_unsure_by_the_rounding_of_its_encoder()
     bands = replace(fit.resampling.bands, draws=sure, scatter=0.0, unexplained=0.0, left_in_open_loop=0.0)
     axis, motion = replace(AXIS, resolution=step), log.position.values
     coarse = replace(log, position=replace(log.position, values=np.round(motion / step) * step))
-    found = predict(fit.plant, fit.friction, coarse, axis, "open-loop", bands=bands)
+    prediction = predict(fit.plant, fit.friction, coarse, axis, "open-loop", bands=bands)
     # Rounding is no normal error: 95 % of it is nearer than 1.96 times its root mean square.
     expected = np.quantile(np.abs(coarse.position.values - motion), 0.95)
-    assert found.position_half_width == pytest.approx(expected, rel=0.02)
+    assert prediction.position_half_width == pytest.approx(expected, rel=0.02)
 
 
 def test_without_bands_the_prediction_is_the_same_to_the_bit():
     fit, log = fitted("coulomb_viscous"), recorded(2.3, 7.9)
-    one, other = (predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands) for bands in (None, fit.resampling.bands))
-    assert one.half_width is None
-    assert one.position_half_width is None
-    np.testing.assert_array_equal(one.position_predicted, other.position_predicted)
-    np.testing.assert_array_equal(one.effort_predicted, other.effort_predicted)
+    item, other = (predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands) for bands in (None, fit.resampling.bands))
+    assert item.half_width is None
+    assert item.position_half_width is None
+    np.testing.assert_array_equal(item.position_predicted, other.position_predicted)
+    np.testing.assert_array_equal(item.effort_predicted, other.effort_predicted)

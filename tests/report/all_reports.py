@@ -61,13 +61,13 @@ def _named(log, name):
 def identification(*, by_position=False, doubts=()):
     """An identification with its summary; with doubts of our own."""
     facts = results()
-    found, best = facts["identification"], facts["identification"].best
+    result, best = facts["identification"], facts["identification"].best
     best = replace(best, diagnostics=(*best.diagnostics, *doubts))
     best = replace(best, position_rmse=1e-6, position_error_percent=1.0) if by_position else best
-    found = replace(found, fits=(best, *found.fits[1:]))
-    given = {"prediction": facts["prediction"], "simulation": facts["simulation"], "table": drive_table(best, 10)}
-    summary = identification_summary(found, provenance={}, **given)
-    return identification_report(found, axis_name="axis", **given, **COMMON), summary
+    result = replace(result, fits=(best, *result.fits[1:]))
+    values = {"prediction": facts["prediction"], "simulation": facts["simulation"], "table": drive_table(best, 10)}
+    summary = identification_summary(result, provenance={}, **values)
+    return identification_report(result, axis_name="axis", **values, **COMMON), summary
 
 
 def prediction():
@@ -82,24 +82,24 @@ def simulation():
 
 
 def log():
-    found = results()["log"]
-    return log_report(found, (), name="axis", **COMMON), {"verdict": log_ruling(found, ()).as_data(), "diagnostics": []}
+    result = results()["log"]
+    return log_report(result, (), name="axis", **COMMON), {"verdict": log_ruling(result, ()).as_data(), "diagnostics": []}
 
 
 def design():
-    found = results()["design"]
-    return design_report(found, **COMMON), design_summary(found, provenance={})
+    result = results()["design"]
+    return design_report(result, **COMMON), design_summary(result, provenance={})
 
 
 def comparison():
-    found = results()["comparison"]
-    return comparison_report(found, name="axis", **COMMON), comparison_summary(found, name="axis", provenance={})
+    result = results()["comparison"]
+    return comparison_report(result, name="axis", **COMMON), comparison_summary(result, name="axis", provenance={})
 
 
 def excitation():
-    found = results()["excitation"]
-    summary = excitation_summary(found, files={}, identify="bristle identify LOG", provenance={})
-    return excitation_report(found, identify="bristle identify LOG", **COMMON), summary
+    result = results()["excitation"]
+    summary = excitation_summary(result, files={}, identify="bristle identify LOG", provenance={})
+    return excitation_report(result, identify="bristle identify LOG", **COMMON), summary
 
 
 def study():

@@ -21,9 +21,9 @@ def variant(name, peak, spread=0.0, status=Status.OK):
 
 def said(*variants, refused=()):
     fed = SimpleNamespace(friction=None)
-    shown = [SimpleNamespace(name=one.name, reference=None, feedforward=fed) for one in variants]
+    shown = [SimpleNamespace(name=item.name, reference=None, feedforward=fed) for item in variants]
     experiment = SimpleNamespace(kind="translational", variants=shown)
-    result = SimulationResult(experiment, {one.name: one for one in variants}, dict.fromkeys(refused, "unstable"))
+    result = SimulationResult(experiment, {item.name: item for item in variants}, dict.fromkeys(refused, "unstable"))
     return " ".join(closing_sentences(result)).replace("\u00a0", " ")
 
 
@@ -68,8 +68,8 @@ def test_the_page_and_the_terminal_close_with_it(stage):
     assert sentences[-1] == gain_of(stage.looped).caveat
     assert sentences[-2] == f"compensated errs least: {standing(stage.looped).instead}."
     words = Page(simulation_page(stage)).words
-    for one in sentences:
-        assert " ".join(one.split()) in words
+    for sentence in sentences:
+        assert " ".join(sentence.split()) in words
 
 
 def test_the_gain_of_compensation_is_that_of_the_best_compensator(stage):
@@ -84,7 +84,7 @@ def test_the_gain_of_compensation_is_that_of_the_best_compensator(stage):
     wave = np.sin(40.0 * stage.looped.variants["feedforward"].time)
     for name, error in (("feedforward", 1e-5), ("compensated", 8e-6), ("finer", 2e-6)):
         result = with_error(result, name, lambda _, error=error: error * wave)
-    assert [one.name for one in pair_in(result)] == ["feedforward", "finer"]
+    assert [item.name for item in pair_in(result)] == ["feedforward", "finer"]
     first = gain_of(result).sentences()[0]
     assert "(feedforward) to" in first
     assert "(finer) peak to peak, by a factor of 5.0" in first

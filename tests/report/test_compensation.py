@@ -13,14 +13,14 @@ from bristle.simulation import compensation_experiment, simulate, statistics_of
 
 def with_error(result, name, error):
     """The result with a following error of our own in one variant."""
-    one = result.variants[name]
-    values = np.asarray(error(one), dtype=float)
-    changed = replace(one, measured=one.reference - values, following_error=statistics_of(values))
+    item = result.variants[name]
+    values = np.asarray(error(item), dtype=float)
+    changed = replace(item, measured=item.reference - values, following_error=statistics_of(values))
     return replace(result, variants={**result.variants, name: changed})
 
 
-def velocity_of(one):
-    return np.gradient(one.reference, one.time[1] - one.time[0])
+def velocity_of(item):
+    return np.gradient(item.reference, item.time[1] - item.time[0])
 
 
 def test_the_pair_differs_in_nothing_but_the_friction(stage):
@@ -46,7 +46,7 @@ def test_the_words_follow_the_numbers(stage, after, said):
 
 def test_an_error_in_proportion_to_velocity_is_called_lag(stage):
     for name in ("feedforward", "compensated"):
-        result = with_error(stage.looped, name, lambda one: 2.5e-3 * velocity_of(one))
+        result = with_error(stage.looped, name, lambda item: 2.5e-3 * velocity_of(item))
     step = gain_of(result).steps[-1]
     assert step.lag == pytest.approx(2.5e-3)
     assert step.lag_share == pytest.approx(1.0)
@@ -71,7 +71,7 @@ def test_a_loop_that_diverged_promises_nothing(stage):
 def test_the_caveat_says_what_the_simulation_leaves_out(stage):
     def caveat(**changes):
         experiment = stage.looped.experiment
-        variants = tuple(replace(one, **changes) for one in experiment.variants)
+        variants = tuple(replace(variant, **changes) for variant in experiment.variants)
         return gain_of(replace(stage.looped, experiment=replace(experiment, variants=variants))).caveat
 
     known = stage.looped.experiment.variants[-1].feedforward.friction
@@ -90,7 +90,7 @@ def test_a_pair_that_differs_in_more_is_not_credited_to_friction(stage):
 
 
 def test_velocity_that_is_fed_forward_already_is_not_advised(stage):
-    result = with_error(stage.looped, "compensated", lambda one: 2.5e-3 * velocity_of(one))
+    result = with_error(stage.looped, "compensated", lambda item: 2.5e-3 * velocity_of(item))
     assert gain_of(result).velocity_fed
     words = " ".join(gain_of(result).sentences())
     assert "velocity fed forward removes" not in words

@@ -31,14 +31,17 @@ def test_the_page_is_whole_and_asks_for_nothing(designed):
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids)) > 5
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
-    assert [one["id"] for one in page.named("figure")] == ["figure-loops", "figure-margins"]
+    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-margins"]
     assert "$" not in page.words
 
 
 def with_errors(designed, *peaks):
     """The design with following errors of our own [m]."""
     error = designed.proposals[0].following_error
-    loops = [replace(one, following_error=replace(error, peak_to_peak=peak)) for one, peak in zip(designed.proposals, peaks, strict=True)]
+    loops = [
+        replace(proposal, following_error=replace(error, peak_to_peak=peak))
+        for proposal, peak in zip(designed.proposals, peaks, strict=True)
+    ]
     return replace(designed, proposals=tuple(loops))
 
 
@@ -70,8 +73,8 @@ def test_one_loop_has_one_word(designed):
 def test_what_a_person_wrote_is_escaped(designed):
     variant = replace(designed.variant, name=ALL)
     hostile = replace(designed, experiment=replace(designed.experiment, name=ALL), variant=variant)
-    hostile = replace(hostile, assessments=tuple(replace(one, name=ALL) for one in designed.assessments))
-    hostile = replace(hostile, circles=tuple(replace(one, variant=ALL) for one in designed.circles))
+    hostile = replace(hostile, assessments=tuple(replace(assessment, name=ALL) for assessment in designed.assessments))
+    hostile = replace(hostile, circles=tuple(replace(assessment, variant=ALL) for assessment in designed.circles))
     assert_harmless(design_report(hostile, **COMMON))
 
 
@@ -98,11 +101,11 @@ def test_where_no_cause_counts_by_itself_none_is_said_to_weigh_most(designed):
     assert any("No cause weighs more" in line for line in design_sentences(designed))
     whole = designed.budget.all_causes
     large = replace(whole, peak_to_peak=5.0 * whole.peak_to_peak)
-    causes = tuple(replace(one, without=whole, alone=large if one.cause == "shape" else whole) for one in designed.budget.entries)
-    told = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
-    assert "weighs more" not in told
-    assert "causes cancel each other" in told
-    assert "Alone, shape makes the most" in told
+    causes = tuple(replace(entry, without=whole, alone=large if entry.cause == "shape" else whole) for entry in designed.budget.entries)
+    message = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
+    assert "weighs more" not in message
+    assert "causes cancel each other" in message
+    assert "Alone, shape makes the most" in message
 
 
 @pytest.mark.parametrize(
@@ -122,12 +125,12 @@ def test_a_law_is_told_as_an_experiment_file_takes_it(law):
 
 def test_an_unstable_loop_is_told_with_what_is_stable():
     unstable = loop(run=replace(loop().run, delay=9))
-    found = design(Experiment("slow", "translational", (unstable,)))
-    words = design_sentences(found)
-    assert design_ruling(found)[:2] == ("no", "Do not run it")
+    result = design(Experiment("slow", "translational", (unstable,)))
+    words = design_sentences(result)
+    assert design_ruling(result)[:2] == ("no", "Do not run it")
     assert "pole at" in words[0]
     assert "nine samples of delay" in words[0]
-    page = Page(design_report(found, **COMMON))
+    page = Page(design_report(result, **COMMON))
     assert page.unbalanced == []
     assert "What it errs by" not in page.words
     assert "with an observer" in page.words

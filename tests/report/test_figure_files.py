@@ -22,12 +22,12 @@ def write(out: Path, formats=(), names=("expected", "correlation")) -> dict[str,
         for name in names:
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
         folder.write("report.html", "")
-    return {one.name: one.stat().st_size for one in (out / "figures").glob("*")}
+    return {item.name: item.stat().st_size for item in (out / "figures").glob("*")}
 
 
 def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
-    found = write(tmp_path / "run", ["svg", "pdf", "png", "csv", "svg"])
-    assert set(found) == {
+    result = write(tmp_path / "run", ["svg", "pdf", "png", "csv", "svg"])
+    assert set(result) == {
         "expected.svg",
         "expected.pdf",
         "expected.png",
@@ -39,7 +39,7 @@ def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
         "correlation.csv",
         "captions.txt",
     }
-    assert min(found.values()) > 50
+    assert min(result.values()) > 50
     with (tmp_path / "run/figures/correlation.csv").open(encoding="utf-8") as file:
         assert next(csv.reader(file))[4:7] == ["x: Parameter", "y: Parameter", "value"]
 
@@ -73,7 +73,7 @@ def test_what_would_be_too_large_a_png_is_written_as_pdf(tmp_path):
         figure_files(folder, ["png"]),
     ):
         picture("tall", draw, "a", "b")
-    assert {one.name for one in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.txt"}
+    assert {item.name for item in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.txt"}
 
 
 def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
@@ -82,8 +82,8 @@ def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
         with plates() as inner:
             picture("b", DRAW["expected"], "", "two")
     picture("c", DRAW["expected"], "", "three")
-    assert [(one.name, one.caption) for one in outer] == [("first", "another")]
-    assert [(one.name, one.caption) for one in inner] == [("b", "two")]
+    assert [(item.name, item.caption) for item in outer] == [("first", "another")]
+    assert [(item.name, item.caption) for item in inner] == [("b", "two")]
 
 
 def test_a_report_is_the_same_whether_its_figures_are_written_or_not(tmp_path):

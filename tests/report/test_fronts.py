@@ -39,7 +39,7 @@ def looped(stage, *sizes):
     """The loop of the stage with following errors of our own, peak to peak [m]."""
     result = stage.looped
     for name, size in zip(result.variants, sizes, strict=True):
-        result = with_error(result, name, lambda one, size=size: 0.5 * size * np.sin(40.0 * one.time))
+        result = with_error(result, name, lambda item, size=size: 0.5 * size * np.sin(40.0 * item.time))
     return result
 
 
@@ -70,7 +70,7 @@ def test_a_warned_run_is_with_care_and_a_diverged_one_is_none(stage):
     warned = simulation_ruling(result, ["the margins are small"])
     assert warned.level == "with_care"
     assert "the margins are small" in warned.reasons
-    failed = {name: replace(one, status=Status.NOT_FINITE) for name, one in result.variants.items()}
+    failed = {name: replace(item, status=Status.NOT_FINITE) for name, item in result.variants.items()}
     assert simulation_ruling(replace(result, variants=failed))[:2] == ("no", "It does not run")
 
 
@@ -171,8 +171,8 @@ def test_two_logs_are_told_with_the_interval_on_the_first_page(helped):
     assert " ".join(length_text(change.after, "translational").split()) in words
     assert "95 % interval" in words
     assert "keep the change" in words.lower()
-    told = comparison_summary(helped, name="stage", provenance={})["verdict"]
-    assert told == comparison_ruling(helped).as_data()
+    message = comparison_summary(helped, name="stage", provenance={})["verdict"]
+    assert message == comparison_ruling(helped).as_data()
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ def plain(text: str) -> float:
 def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
     fit = workbench.identified.best
     table = parameter_table(fit)
-    assert [row[0] for row in table.rows] == [one.name for one in fit.estimates]
+    assert [row[0] for row in table.rows] == [item.name for item in fit.estimates]
     for row, estimate in zip(table.rows, fit.estimates, strict=True):
         cells = dict(zip(table.heads, row, strict=True))
         scale = factor(cells["Unit"].replace("–", "1"), estimate.unit)
@@ -52,8 +52,8 @@ def test_a_delay_that_was_found_is_told(shift, stands):
     log = sliding_log()
     late = np.roll(log.effort.values, shift)[50:-50]
     moved = Log(time=log.time.values[50:-50], position=log.position.values[50:-50], effort=late, sample_time=1e-3)
-    told = " ".join(assumptions_of(identify(moved, "coulomb_viscous", draws=0, blocks=0).best))
-    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out", told)
+    message = " ".join(assumptions_of(identify(moved, "coulomb_viscous", draws=0, blocks=0).best))
+    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out", message)
     # One that hardly shows is not called found, and one that was stated is not told.
     rough = identify(moved, "coulomb_viscous", draws=0, blocks=0, settings={"delay_rough": 0.0})
     for other in (rough, identify(moved, "coulomb_viscous", axis=STATED, draws=0, blocks=0)):
@@ -62,7 +62,7 @@ def test_a_delay_that_was_found_is_told(shift, stands):
 
 def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
     fit = workbench.identified.best
-    wider = tuple(replace(one, robust_std=one.std and 3.0 * one.std) for one in fit.estimates)
+    wider = tuple(replace(item, robust_std=item.std and 3.0 * item.std) for item in fit.estimates)
     table = parameter_table(replace(fit, estimates=wider))
     for row, estimate in zip(table.rows, fit.estimates, strict=True):
         cells = dict(zip(table.heads, row, strict=True))
@@ -95,7 +95,7 @@ def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenc
     bench = workbenches["rotational"]
     richer_first = replace(bench.identified, fits=bench.identified.fits[::-1])
     bench = replace(bench, identified=richer_first)
-    unknown = [one.name for one in bench.identified.best.estimates if one.status == "unidentifiable"]
+    unknown = [estimate.name for estimate in bench.identified.best.estimates if estimate.status == "unidentifiable"]
     assert unknown
     words = Page(identification_page(bench)).words
     assert f"could not be identified from this log: {', '.join(unknown)}" in words
@@ -106,20 +106,20 @@ def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenc
 
 def test_where_all_is_identified_the_least_certain_is_named(stage):
     fit = stage.identified.best
-    least = max((one for one in fit.estimates if one.std), key=lambda one: one.interval_percent)
+    least = max((estimate for estimate in fit.estimates if estimate.std), key=lambda estimate: estimate.interval_percent)
     words = Page(identification_page(stage)).words
     assert f"the least certain, {least.name}," in words
     assert "Nothing that the model asks for is left open." in words
 
 
 def test_there_is_advice_for_every_excitation_that_a_model_asks_for():
-    asked = {one.excitation for model in MODELS.values() for one in model.variables.values()}
-    assert asked - {""} <= set(ADVICE)
+    requested = {variable.excitation for model in MODELS.values() for variable in model.variables.values()}
+    assert requested - {""} <= set(ADVICE)
 
 
 def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
     words = Page(identification_page(stage)).words
-    assert all(Page(worded(one)).words in words for one in assumptions_of(stage.identified.best))
+    assert all(Page(worded(item)).words in words for item in assumptions_of(stage.identified.best))
     for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"):
         assert fact in words
 
@@ -141,7 +141,7 @@ def test_a_clearly_larger_error_outside_the_fit_is_told(stage):
 
 
 def test_without_held_out_blocks_the_report_claims_nothing_about_them(stage):
-    bare = replace(stage.identified, fits=tuple(replace(one, held_out=None) for one in stage.identified.fits))
+    bare = replace(stage.identified, fits=tuple(replace(fit, held_out=None) for fit in stage.identified.fits))
     words = Page(identification_page(stage, identification=bare)).words
     assert "nothing was held out" in words
 
@@ -170,8 +170,8 @@ def test_parameters_on_an_edge_and_without_limit_are_told(stage):
     page = Page(identification_page(stage, identification=lugre, simulation=None, prediction=None))
     assert page.unbalanced == []
     assert "∞" in page.words
-    held = [one for one in lugre.best.estimates if math.isinf(one.value)]
-    assert [one.name for one in held] == ["v_d"]
+    fixed = [estimate for estimate in lugre.best.estimates if math.isinf(estimate.value)]
+    assert [estimate.name for estimate in fixed] == ["v_d"]
 
 
 @pytest.mark.measured
@@ -184,11 +184,11 @@ def test_the_report_of_a_measured_axis():
 
     axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis.toml")
     log = read_log(Path(folder) / "emps" / "DATA_EMPS.mat", axis)
-    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
-    best = found.best
+    identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
+    best = identification.best
     loop = simulate(loop_of(best.plant, best.friction, log, axis))
     text = identification_report(
-        found,
+        identification,
         prediction=predict(best.plant, best.friction, log, axis, "closed-loop"),
         simulation=loop,
         table=drive_table(best),
@@ -206,7 +206,7 @@ def test_the_report_of_a_measured_axis():
 def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
     bench = workbenches["rotational"]
     fit = bench.identified.best
-    open_ = tuple(replace(one, status="unidentifiable") for one in fit.estimates)
+    open_ = tuple(replace(estimate, status="unidentifiable") for estimate in fit.estimates)
     text = identification_page(bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),)))
     verdict = Page(text.partition('<dl class="answers">')[0]).words
     assert "parameters are open" in verdict

@@ -69,8 +69,8 @@ def computed(living, folder, script):
     templates = resources.files("bristle.lab").joinpath("templates")
     names = [*SHARED, "paths.js", "rows.js"]
     parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
-    given = f"const data = {living.data}, say = (v) => console.log(JSON.stringify(v));"
-    parts += [given, BEGIN, f"(async () => {{{script}}})();"]
+    values = f"const data = {living.data}, say = (v) => console.log(JSON.stringify(v));"
+    parts += [values, BEGIN, f"(async () => {{{script}}})();"]
     (folder / "run.js").write_text("\n".join(parts), encoding="utf-8")
     ran = subprocess.run([NODE, str(folder / "run.js")], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
@@ -155,7 +155,7 @@ say([...error]);
 def run_as(bench, **changes):
     """Return the loop of a bench, run in another way."""
     experiment = bench.looped.experiment
-    variants = tuple(replace(one, run=replace(one.run, **changes)) for one in experiment.variants)
+    variants = tuple(replace(variant, run=replace(variant.run, **changes)) for variant in experiment.variants)
     return simulate(replace(experiment, variants=variants))
 
 
@@ -278,8 +278,8 @@ def test_it_moves_and_is_read_and_enlarged_without_a_complaint(file, tmp_path, w
         x, y, wide, high = tab.run(PLACE)
         tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.6 * wide, y=y + 0.4 * high)
         tab.run("new Promise((done) => setTimeout(done, 100))")
-        said = tab.run("byId('alive-effort-reading').textContent")
-        assert re.fullmatch(r"At \d.*: measured .*N, predicted .*N, left over .*N; velocity .*m/s\.", said)
+        text = tab.run("byId('alive-effort-reading').textContent")
+        assert re.fullmatch(r"At \d.*: measured .*N, predicted .*N, left over .*N; velocity .*m/s\.", text)
         mouse = {"button": "left", "buttons": 1}
         tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x + 0.5 * wide, y=y + 50, clickCount=1, **mouse)
         tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.7 * wide, y=y + 60, **mouse)
@@ -325,8 +325,8 @@ def test_on_paper_it_is_the_report_that_does_not_move(file, tmp_path):
 def test_firefox_complains_of_nothing(file, tmp_path):
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=file.as_uri())
-        told = tab.run(WAIT)
-        assert "errs peak to peak by" in told[0]
-        assert "root mean square" in told[1]
+        message = tab.run(WAIT)
+        assert "errs peak to peak by" in message[0]
+        assert "root mean square" in message[1]
         assert tab.complaints("report.html") == []
         assert tab.complaints("Content-Security-Policy") == []

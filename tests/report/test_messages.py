@@ -52,17 +52,17 @@ def strings():
 
 
 def test_every_code_has_a_sentence_and_every_sentence_a_code():
-    made = {one.value for _, one in calls() if isinstance(one, ast.Constant)}
+    made = {item.value for _, item in calls() if isinstance(item, ast.Constant)}
     assert len(made) >= 40
     assert made <= set(SENTENCES)
     assert set(SENTENCES) <= strings()
 
 
 def test_codes_are_words_in_small_letters_joined_as_identifiers_are_and_each_says_what_it_means():
-    for code, one in SENTENCES.items():
+    for code, item in SENTENCES.items():
         assert re.fullmatch(r"[a-z]+(_[a-z]+)*", code), code
-        assert one.means, code
-        assert one.advice, code
+        assert item.means, code
+        assert item.advice, code
 
 
 @pytest.fixture(scope="module")
@@ -70,18 +70,22 @@ def fits():
     motion = sines(10.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
     slow = log_of(motion, sliding_effort(motion, noise=3.0))
     flat = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0))
-    found = identify(slow, "coulomb_viscous,lugre,bouc_wen_classic", axis=STATED, blocks=0, draws=20).fits
-    return (*found, *identify(flat, "stribeck", axis=STATED, draws=0).fits)
+    result = identify(slow, "coulomb_viscous,lugre,bouc_wen_classic", axis=STATED, blocks=0, draws=20).fits
+    return (*result, *identify(flat, "stribeck", axis=STATED, draws=0).fits)
 
 
 def test_the_numbers_are_those_that_the_sentence_names(fits):
     seen = set()
-    for one in (each for fit in fits for each in fit.diagnostics):
-        needed = {name for _, name, _, _ in Formatter().parse(SENTENCES[one.code].template(one.numbers)) if name} - {"parameter"} - WRITTEN
-        if "cause" not in one.numbers:
-            assert needed <= set(one.numbers), one
-            assert set(one.numbers) - set(fields_of(one.code)) <= {"value", "unit", "std_percent", "slowest", "fastest", "direction"}, one
-        seen.add(one.code)
+    for item in (each for fit in fits for each in fit.diagnostics):
+        needed = (
+            {name for _, name, _, _ in Formatter().parse(SENTENCES[item.code].template(item.numbers)) if name} - {"parameter"} - WRITTEN
+        )
+        if "cause" not in item.numbers:
+            assert needed <= set(item.numbers), item
+            assert set(item.numbers) - set(fields_of(item.code)) <= {"value", "unit", "std_percent", "slowest", "fastest", "direction"}, (
+                item
+            )
+        seen.add(item.code)
     assert {"low_speed", "low_acceleration", "filtered", "intervals", "held_default", "redundant"} <= seen
 
 
@@ -89,8 +93,8 @@ def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits)
     every = fits[0].diagnostics
     assert pickle.loads(pickle.dumps(every)) == every
     data = as_data(every)
-    assert [one["message"] for one in data if one["severity"] == "warning"] == list(warnings_of(fits[0]))
-    assert all(set(one) == {"code", "parameter", "severity", "numbers", "message"} for one in data)
+    assert [item["message"] for item in data if item["severity"] == "warning"] == list(warnings_of(fits[0]))
+    assert all(set(item) == {"code", "parameter", "severity", "numbers", "message"} for item in data)
 
 
 def test_units_are_those_of_the_axis():
@@ -101,23 +105,23 @@ def test_units_are_those_of_the_axis():
 
 
 def test_what_is_redundant_is_both_held_and_not_identified(fits):
-    fit = next(one for one in fits if one.name == "bouc_wen_classic")
-    told = [message(one) for one in fit.diagnostics if one.code == "redundant"]
-    assert [one.split(":")[0].split(" at ")[0] for one in told] == ["beta cannot be identified", "beta is held"]
-    assert note_of(fit.parameters["beta"]) in told[0]
+    fit = next(diagnostic for diagnostic in fits if diagnostic.name == "bouc_wen_classic")
+    text = [message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code == "redundant"]
+    assert [diagnostic.split(":")[0].split(" at ")[0] for diagnostic in text] == ["beta cannot be identified", "beta is held"]
+    assert note_of(fit.parameters["beta"]) in text[0]
 
 
 def test_an_edge_names_its_cause():
     cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
-    told = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
-    assert told == (
+    text = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
+    assert text == (
         "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never exceeds 500 mm/s"
     )
 
 
 def test_the_unit_of_a_shift_is_that_of_a_damping():
-    told = Diagnostic("half_sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
-    assert message(told).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")
+    text = Diagnostic("half_sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
+    assert message(text).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")
 
 
 @pytest.mark.parametrize(("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)])

@@ -41,8 +41,8 @@ def assert_harmless(text):
     assert FORBIDDEN.search(text) is None
     pictures = re.findall(r"<svg.*?</svg>", text, re.DOTALL)
     assert pictures
-    for one in pictures:
-        ElementTree.fromstring(one)
+    for picture in pictures:
+        ElementTree.fromstring(picture)
 
 
 def hostile_log(bench):
@@ -53,8 +53,8 @@ def hostile_log(bench):
 def hostile_loop(bench):
     names = dict(zip(bench.looped.variants, NAMES[1:], strict=False))
     experiment = bench.looped.experiment
-    variants = tuple(replace(one, name=names[one.name]) for one in experiment.variants)
-    results = {names[name]: replace(one, name=names[name]) for name, one in bench.looped.variants.items()}
+    variants = tuple(replace(variant, name=names[variant.name]) for variant in experiment.variants)
+    results = {names[name]: replace(variant, name=names[name]) for name, variant in bench.looped.variants.items()}
     return replace(bench.looped, experiment=replace(experiment, name=ALL, variants=variants), variants=results)
 
 
@@ -64,9 +64,9 @@ def renamed(fit, name):
 
 
 def identification(bench):
-    fits = tuple(renamed(one, name) for one, name in zip(bench.identified.fits, NAMES[1:], strict=False))
-    found = replace(bench.identified, log=hostile_log(bench), fits=fits)
-    return identification_page(bench, identification=found, axis_name=ALL, simulation=hostile_loop(bench), banner=ALL, **COMMON)
+    fits = tuple(renamed(fit, name) for fit, name in zip(bench.identified.fits, NAMES[1:], strict=False))
+    result = replace(bench.identified, log=hostile_log(bench), fits=fits)
+    return identification_page(bench, identification=result, axis_name=ALL, simulation=hostile_loop(bench), banner=ALL, **COMMON)
 
 
 def operator(bench):
@@ -78,8 +78,8 @@ def operator(bench):
 
 def paper(bench):
     draw = gallery(NAMES[1:4])["ripple"]
-    one = Reproduced(2, "found", [ALL], draw, Path(FILE), {}, extras={"more": (draw, ALL, ALL)})
-    return paper_report([one], **COMMON)
+    item = Reproduced(2, "found", [ALL], draw, Path(FILE), {}, extras={"more": (draw, ALL, ALL)})
+    return paper_report([item], **COMMON)
 
 
 REPORTS = {
@@ -95,8 +95,8 @@ REPORTS = {
 
 def test_no_template_lets_anything_through():
     folder = Path(page.__file__).with_name("templates")
-    for one in folder.iterdir():
-        assert re.search(r"\|\s*safe|autoescape|Markup", one.read_text(encoding="utf-8")) is None, one.name
+    for item in folder.iterdir():
+        assert re.search(r"\|\s*safe|autoescape|Markup", item.read_text(encoding="utf-8")) is None, item.name
 
 
 @pytest.mark.parametrize("names", [("A", "a"), ("x y", "x_y"), (LONG, "b"), ("轴" * 80, "b")])

@@ -43,59 +43,59 @@ def log():
 
 
 @pytest.fixture(scope="module")
-def found(log):
+def result(log):
     return br.identify(log, "preisach_contact", draws=0, blocks=0)
 
 
-def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, found):
-    level = found.best.parameters["f_p"]
+def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, result):
+    level = result.best.parameters["f_p"]
     assert level.value > 1.2 * np.max(np.abs(log.effort.values))
     assert level.status == "unidentifiable"
     assert level.reason.code == "beyond_effort"
-    (told,) = [one for one in found.best.diagnostics if one.code == "never_slides"]
-    assert "f_p" in told.numbers["names"]
+    (message,) = [diagnostic for diagnostic in result.best.diagnostics if diagnostic.code == "never_slides"]
+    assert "f_p" in message.numbers["names"]
 
 
-def test_no_level_and_no_table_is_handed_out(found, tmp_path):
-    assert level_values(found.best) is None
-    assert drive_table(found.best) == []
-    typed = dict(answers(found, None, None))["What to type in"]
+def test_no_level_and_no_table_is_handed_out(result, tmp_path):
+    assert level_values(result.best) is None
+    assert drive_table(result.best) == []
+    typed = dict(answers(result, None, None))["What to type in"]
     assert any("never slides" in line for line in typed)
     assert not any("F+" in line for line in typed)
-    found.save(tmp_path / "out")
+    result.save(tmp_path / "out")
     assert not (tmp_path / "out" / "drive_table.csv").exists()
 
 
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
-def test_what_is_written_for_a_drive_carries_the_warning(found, tmp_path, target, points):
-    found.save(tmp_path / "out")
+def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, target, points):
+    result.save(tmp_path / "out")
     plant, friction, info = read_model(tmp_path / "out" / "model.toml")
     source = Source(info["provenance"], info["uncertainty"])
-    asked = Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant, axis=axis_from(RATED))
-    product = files_for(target, asked)
+    requested = Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant, axis=axis_from(RATED))
+    product = files_for(target, requested)
     assert "do not use" in product.notes[0]
     assert "f_p" in product.notes[0]
     if target == "tf5200":
         assert "do not use" in product.files["axis_x.txt"]
 
 
-def test_a_level_within_the_effort_is_warned_of_too(found):
+def test_a_level_within_the_effort_is_warned_of_too(result):
     entry = {"std": 0.1, "status": "identified", "note": "the log is of pre-sliding alone"}
-    friction = found.best.friction
-    told = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
+    friction = result.best.friction
+    message = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
     plain = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)).notes
-    assert len(told) == len(plain) + 1
+    assert len(message) == len(plain) + 1
 
 
 def test_friction_that_builds_up_is_named_before_friction_of_the_place(log):
     fit = br.identify(log, "coulomb_viscous", draws=0, blocks=0).best
-    named = [one for one in fit.diagnostics if one.code.startswith("missing_")]
-    assert [one.code for one in named] == ["missing_presliding"]
+    named = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code.startswith("missing_")]
+    assert [diagnostic.code for diagnostic in named] == ["missing_presliding"]
     assert named[0].numbers["model"] == "preisach_contact"
 
 
 def test_nobody_is_sent_to_what_was_compared(log):
     fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
-    static = next(one for one in fits if one.name == "coulomb_viscous")
+    static = next(fit for fit in fits if fit.name == "coulomb_viscous")
     named = with_structure(static, None, DEFAULT, compared=["preisach_contact"]).diagnostics[0].numbers
     assert (named["model"], named["compared"]) == ("", "preisach_contact")

@@ -16,20 +16,20 @@ COMMON = {"command": "bristle do it", "provenance": {"bristle": "0.1.0", "log": 
 
 
 def identification_page(bench, **changes):
-    given = {"prediction": bench.predicted, "simulation": bench.looped, "table": bench.table, "axis_name": "stage"} | COMMON | changes
-    identified = given.pop("identification", bench.identified)
-    return identification_report(identified, **given)
+    values = {"prediction": bench.predicted, "simulation": bench.looped, "table": bench.table, "axis_name": "stage"} | COMMON | changes
+    identified = values.pop("identification", bench.identified)
+    return identification_report(identified, **values)
 
 
 def simulation_page(bench, **changes):
-    given = COMMON | changes
-    return simulation_report(given.pop("result", bench.looped), **given)
+    values = COMMON | changes
+    return simulation_report(values.pop("result", bench.looped), **values)
 
 
 def prediction_page(bench, **changes):
     best = bench.identified.best
-    given = {"plant": best.plant, "friction": best.friction, "log": bench.log, "axis_name": "stage"} | COMMON | changes
-    return prediction_report(bench.predicted, **given)
+    values = {"plant": best.plant, "friction": best.friction, "log": bench.log, "axis_name": "stage"} | COMMON | changes
+    return prediction_report(bench.predicted, **values)
 
 
 PAGES = {"identification": identification_page, "simulation": simulation_page, "prediction": prediction_page}
@@ -94,15 +94,15 @@ def hostile_log(bench):
 
 def hostile_loop(bench):
     experiment = bench.looped.experiment
-    variants = tuple(replace(one, name=HOSTILE + one.name) for one in experiment.variants)
-    results = {HOSTILE + name: replace(one, name=HOSTILE + name) for name, one in bench.looped.variants.items()}
+    variants = tuple(replace(variant, name=HOSTILE + variant.name) for variant in experiment.variants)
+    results = {HOSTILE + name: replace(variant, name=HOSTILE + name) for name, variant in bench.looped.variants.items()}
     return replace(bench.looped, experiment=replace(experiment, name=HOSTILE, variants=variants), variants=results)
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_hostile_names_stay_text(name, stage):
     hostile = {"command": HOSTILE, "banner": HOSTILE, "provenance": {HOSTILE: HOSTILE}}
-    own = {
+    custom = {
         "identification": {
             "identification": replace(stage.identified, log=hostile_log(stage)),
             "axis_name": HOSTILE,
@@ -111,7 +111,7 @@ def test_hostile_names_stay_text(name, stage):
         "simulation": {"result": hostile_loop(stage)},
         "prediction": {"log": hostile_log(stage), "axis_name": HOSTILE},
     }
-    text = PAGES[name](stage, **hostile, **own[name])
+    text = PAGES[name](stage, **hostile, **custom[name])
     page = Page(text)
     assert page.unbalanced == []
     assert page.named("script") + page.named("img") == []

@@ -15,9 +15,9 @@ def test_the_table_of_variants_holds_their_numbers(workbench):
     table = variant_table(workbench.looped)
     unit = table.heads[1].split("[")[1].rstrip("]")
     si = {"translational": "m", "rotational": "rad"}[workbench.axis.kind]
-    for row, one in zip(table.rows, workbench.looped.variants.values(), strict=True):
-        assert row[0] == one.name
-        assert convert(f"{row[1]} {unit}", si) == pytest.approx(one.following_error.peak_to_peak, rel=0.01)
+    for row, variant in zip(table.rows, workbench.looped.variants.values(), strict=True):
+        assert row[0] == variant.name
+        assert convert(f"{row[1]} {unit}", si) == pytest.approx(variant.following_error.peak_to_peak, rel=0.01)
 
 
 def test_a_loop_that_diverged_says_so_in_words(stage):
@@ -30,7 +30,7 @@ def test_a_loop_that_diverged_says_so_in_words(stage):
 
 
 def test_a_page_remains_where_every_loop_diverged(stage):
-    failed = {name: replace(one, status=Status.NOT_FINITE) for name, one in stage.looped.variants.items()}
+    failed = {name: replace(item, status=Status.NOT_FINITE) for name, item in stage.looped.variants.items()}
     page = Page(simulation_page(stage, result=replace(stage.looped, variants=failed)))
     assert page.unbalanced == []
     assert not page.named("figure")

@@ -25,16 +25,16 @@ class Person:
         while not self.tab.run(f"Boolean({expression})"):
             failed = "'failed'" not in expression and self.tab.run("byId('failed').textContent")
             if failed or time.monotonic() > until:
-                told = self.tab.run("[byId('failed').textContent, JSON.stringify(state)]")
-                raise AssertionError(f"not within {seconds} s: {expression}; {told}")
+                message = self.tab.run("[byId('failed').textContent, JSON.stringify(state)]")
+                raise AssertionError(f"not within {seconds} s: {expression}; {message}")
             time.sleep(0.05)
 
     def clicks(self, selector, seconds=60):
         """Press and release the left button in the middle of what a selector finds, once it is there and enabled."""
-        found = f"document.querySelector({json.dumps(selector)})"
-        self.waits(f"{found} && !{found}.disabled && {found}.getClientRects().length", seconds)
-        self.tab.run(f"{found}.scrollIntoView({{ block: 'center' }})")
-        x, y, under = self.tab.run(PLACE.replace("FOUND", found))
+        result = f"document.querySelector({json.dumps(selector)})"
+        self.waits(f"{result} && !{result}.disabled && {result}.getClientRects().length", seconds)
+        self.tab.run(f"{result}.scrollIntoView({{ block: 'center' }})")
+        x, y, under = self.tab.run(PLACE.replace("FOUND", result))
         assert under, f"{selector} lies under something else"
         self.tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
         for kind in ("mousePressed", "mouseReleased"):

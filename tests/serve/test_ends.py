@@ -133,8 +133,8 @@ def test_a_link_to_a_folder_of_a_dead_server_is_not_followed(dead, temporary, tm
 
 
 def test_the_folder_of_a_dead_server_of_another_user_is_left_to_him(dead, monkeypatch):
-    own = os.getuid()
-    monkeypatch.setattr(os, "getuid", lambda: own + 1)
+    custom = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: custom + 1)
     with own_folder():
         assert (dead / "case" / "file-1").exists()
 

@@ -54,7 +54,7 @@ def test_what_is_removed_or_closed_is_gone(app, client):
     case, kept = begun(client), begun(client)
     for each in (case, kept):
         put(client, each, b"abc")
-    folders = [one.folder for one in app.state.cases]
+    folders = [item.folder for item in app.state.cases]
     assert client.delete(f"{case}/files/1").json()["files"] == []
     assert list(folders[0].iterdir()) == []
     client.delete(case)

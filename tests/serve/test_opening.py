@@ -103,26 +103,26 @@ def test_what_lies_in_place_of_the_file_is_not_written_through(opening, tmp_path
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="reads the arguments of processes in /proc")
 def test_no_process_has_the_token_in_its_arguments(tmp_path):
     (tmp_path / "temporary").mkdir()
-    script, told = tmp_path / "browser", tmp_path / "told"
-    script.write_text(BROWSER.format(told=told))
+    script, message = tmp_path / "browser", tmp_path / "told"
+    script.write_text(BROWSER.format(told=message))
     script.chmod(0o700)
     with lab_process(tmp_path / "temporary", BROWSER=str(script)) as (process, _, token):
         until = time.monotonic() + 20.0
-        while not told.exists():
+        while not message.exists():
             assert time.monotonic() < until
             time.sleep(0.02)
         arguments = {place.name: read(place / "cmdline") for place in Path("/proc").iterdir() if place.name.isdigit()}
-        (given,) = told.read_text().splitlines()
+        (values,) = message.read_text().splitlines()
         assert [number for number, text in arguments.items() if token in text] == []
-        assert any(given in text for text in arguments.values())  # that of the browser is among them
-        file = Path(given.removeprefix("file://"))
+        assert any(values in text for text in arguments.values())  # that of the browser is among them
+        file = Path(values.removeprefix("file://"))
         assert token in file.read_text()
         assert [stat.S_IMODE(each.stat().st_mode) for each in (file, file.parent)] == [0o600, 0o700]
         # The browser that was opened is not waited for.
         process.terminate()
         assert process.wait(20) == 0
         assert not file.parent.exists()
-        told.with_suffix(".seen").touch()
+        message.with_suffix(".seen").touch()
 
 
 def read(place):

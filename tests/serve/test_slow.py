@@ -24,15 +24,15 @@ def head(server, method, path, *lines):
 
 def closed_after(connection):
     """Return how long the server kept a connection, and what it said."""
-    begin, said = time.monotonic(), b""
+    begin, text = time.monotonic(), b""
     while True:
         try:
             piece = connection.recv(65536)
         except ConnectionError:
             piece = b""
         if not piece:
-            return time.monotonic() - begin, said
-        said += piece
+            return time.monotonic() - begin, text
+        text += piece
 
 
 def test_a_head_that_never_ends_is_not_waited_for(server):
@@ -47,8 +47,8 @@ def test_a_head_that_never_ends_is_not_waited_for(server):
 
 def test_nothing_at_all_is_not_waited_for(server):
     with server.raw() as connection:
-        seconds, said = closed_after(connection)
-    assert said == b""
+        seconds, text = closed_after(connection)
+    assert text == b""
     assert seconds < 10 * SILENCE
 
 
@@ -56,8 +56,8 @@ def test_a_body_that_stops_is_not_waited_for(server):
     with server.client() as client:
         case = begun(client)
     with server.raw(head(server, "PUT", f"{case}/files", "content-length: 1000\r\n\r\n"), b"abc") as connection:
-        seconds, said = closed_after(connection)
-    assert said.startswith(b"HTTP/1.1 408")
+        seconds, text = closed_after(connection)
+    assert text.startswith(b"HTTP/1.1 408")
     assert seconds < 10 * SILENCE
     with server.client() as client:
         assert client.get(case).json()["files"] == []
@@ -74,6 +74,6 @@ def test_an_answer_that_nobody_reads_is_dropped(server):
         opened.keep("looked", Part(1, opened.folder, {}, (0, 0)))
         with server.raw(head(server, "GET", f"{case}/parts/looked", "\r\n")) as connection:
             time.sleep(6 * SILENCE)
-            _, said = closed_after(connection)
-        assert b"HTTP/1.1 200" in said
-        assert len(said) < 2**25
+            _, text = closed_after(connection)
+        assert b"HTTP/1.1 200" in text
+        assert len(text) < 2**25

@@ -66,19 +66,19 @@ def longest_wait(server, requests, pause=0.0):
 
 
 def test_the_owner_is_answered_while_strangers_hold_all_that_they_can(server):
-    with strangers(server, 40) as others:
+    with strangers(server, 40) as rest:
         assert longest_wait(server, 8, pause=0.05) < 1.0
         with server.client() as client:
             assert client.get("/").status_code == 200  # the page itself is asked for without a token
         time.sleep(0.2)
-        assert sum(map(closed, others)) >= 36
+        assert sum(map(closed, rest)) >= 36
 
 
 @pytest.mark.parametrize(("count", "dropped"), [(3, 0), (6, 2)])
 def test_the_last_strangers_stay_and_no_more_than_there_may_be(server, count, dropped):
-    with strangers(server, count) as others:
+    with strangers(server, count) as rest:
         time.sleep(0.3)
-        assert list(map(closed, others)) == [True] * dropped + [False] * (count - dropped)
+        assert list(map(closed, rest)) == [True] * dropped + [False] * (count - dropped)
 
 
 def status_of(connection):

@@ -41,58 +41,58 @@ STICKS = {
 def test_a_tolerance_holds_against_fine_steps_of_one_length(name):
     plant, model, effort = STICKS[name]
     exact = run_open_loop(plant, model, effort, DT, steps=FINE)
-    found = run(plant, model, effort, tolerance=TOLERANCE)
-    assert found.status is Status.OK
-    assert np.max(np.abs(found.position - exact.position)) < TOLERANCE
-    assert np.ptp(found.position) > 1e3 * TOLERANCE
+    result = run(plant, model, effort, tolerance=TOLERANCE)
+    assert result.status is Status.OK
+    assert np.max(np.abs(result.position - exact.position)) < TOLERANCE
+    assert np.ptp(result.position) > 1e3 * TOLERANCE
 
 
 def test_where_it_sticks_friction_holds_against_spring_and_effort():
     plant, model, effort = STICKS["Stribeck, pulled"]
-    found = run(plant, model, effort, tolerance=TOLERANCE)
-    sticks = (found.velocity[:-1] == 0.0) & (found.velocity[1:] == 0.0)
+    result = run(plant, model, effort, tolerance=TOLERANCE)
+    sticks = (result.velocity[:-1] == 0.0) & (result.velocity[1:] == 0.0)
     assert 0.2 < np.mean(sticks) < 0.9
-    spring = 2.0 * (0.2 * (found.time + 0.5 * DT) - found.position)
-    np.testing.assert_allclose(found.friction[:-1][sticks], spring[:-1][sticks], atol=1e-9)
+    spring = 2.0 * (0.2 * (result.time + 0.5 * DT) - result.position)
+    np.testing.assert_allclose(result.friction[:-1][sticks], spring[:-1][sticks], atol=1e-9)
 
 
 def test_the_effort_is_held_from_sample_to_sample_with_either_kind_of_steps():
     push = np.repeat([2.0, -3.0, 1.0, 0.0], 3)
     mass, without = plants.inertia(M=2.0), friction.viscous(F_v=0.0)
     for options in ({"tolerance": 1e-9}, {"substeps": 7}):
-        found = run(mass, without, push, **options)
-        np.testing.assert_allclose(found.velocity, np.concatenate([[0.0], np.cumsum(push[:-1]) * DT / 2.0]), atol=1e-8)
-        assert found.effort.tolist() == found.command.tolist() == push.tolist()
+        result = run(mass, without, push, **options)
+        np.testing.assert_allclose(result.velocity, np.concatenate([[0.0], np.cumsum(push[:-1]) * DT / 2.0]), atol=1e-8)
+        assert result.effort.tolist() == result.command.tolist() == push.tolist()
 
 
 def test_the_drive_gives_no_more_than_its_limit_with_either_kind_of_steps():
     push = np.full(50, 5.0)
     for options in ({"tolerance": 1e-9}, {"substeps": 7}):
-        found = run(plants.inertia(M=2.0), friction.viscous(F_v=0.0), push, effort_limit=2.0, **options)
-        assert found.effort_peak == 2.0
-        assert found.velocity[-1] == pytest.approx(49 * DT)
+        result = run(plants.inertia(M=2.0), friction.viscous(F_v=0.0), push, effort_limit=2.0, **options)
+        assert result.effort_peak == 2.0
+        assert result.velocity[-1] == pytest.approx(49 * DT)
 
 
 def test_a_sensor_reads_what_a_tolerance_finds_as_it_reads_steps():
     counts = encoder(resolution=1e-3, noise=1e-4, seed=4)
     plant, model, effort = STICKS["Coulomb, pushed to and fro"]
-    found, beside = (run(plant, model, effort, sensor=counts, **way) for way in ({"tolerance": 1e-9}, {"substeps": 40}))
-    np.testing.assert_allclose(found.measured / 1e-3, np.round(found.measured / 1e-3), atol=1e-6)
-    assert np.mean(found.measured == beside.measured) > 0.98
-    assert np.std(found.measured - found.position) > 1e-4
+    result, beside = (run(plant, model, effort, sensor=counts, **way) for way in ({"tolerance": 1e-9}, {"substeps": 40}))
+    np.testing.assert_allclose(result.measured / 1e-3, np.round(result.measured / 1e-3), atol=1e-6)
+    assert np.mean(result.measured == beside.measured) > 0.98
+    assert np.std(result.measured - result.position) > 1e-4
 
 
 def test_nothing_follows_a_reference():
-    found = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE)
-    assert found.is_open
-    assert np.isnan([found.following_error.rms, found.true_error.rms, found.by_direction["forward"].rms]).all()
-    assert found.motion.max == np.max(found.position)
-    assert found.motion.min == np.min(found.position)
+    result = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE)
+    assert result.is_open
+    assert np.isnan([result.following_error.rms, result.true_error.rms, result.by_direction["forward"].rms]).all()
+    assert result.motion.max == np.max(result.position)
+    assert result.motion.min == np.min(result.position)
 
 
 def test_what_is_settled_is_left_out_of_the_statistics():
-    found = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE, settle=4.0)
-    assert found.motion.min == np.min(found.position[400:]) > 0.0
+    result = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE, settle=4.0)
+    assert result.motion.min == np.min(result.position[400:]) > 0.0
 
 
 def test_an_open_loop_tells_its_card_its_table_and_its_json():
@@ -116,8 +116,8 @@ def test_an_open_loop_has_no_poles_and_no_gains_to_design():
 def test_an_open_loop_travels():
     experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
     again = pickle.loads(pickle.dumps(copy.copy(experiment)))
-    found, beside = (simulate(one).variants["base"].position for one in (again, experiment))
-    assert found.tolist() == beside.tolist()
+    result, beside = (simulate(item).variants["base"].position for item in (again, experiment))
+    assert result.tolist() == beside.tolist()
 
 
 @pytest.mark.parametrize(

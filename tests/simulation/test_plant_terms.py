@@ -48,10 +48,10 @@ def test_a_body_swings_as_its_equation_says(values, effort_at):
 
 def test_an_arm_rests_where_friction_holds_it():
     plant = plants.find("inertia+gravity", ARM)(kind="rotational", **ARM)
-    held = friction.coulomb(kind="rotational", F_C=0.5)
-    trace = run_open_loop(plant, held, np.zeros(500), 1e-3, steps=1, x=0.3)
+    fixed = friction.coulomb(kind="rotational", F_C=0.5)
+    trace = run_open_loop(plant, fixed, np.zeros(500), 1e-3, steps=1, x=0.3)
     assert np.ptp(trace.position) == 0.0
-    falls = run_open_loop(plant, held, np.zeros(500), 1e-3, steps=1, x=1.2)
+    falls = run_open_loop(plant, fixed, np.zeros(500), 1e-3, steps=1, x=1.2)
     assert falls.position[-1] < 1.0
 
 

@@ -19,8 +19,8 @@ EFFORT = 6.0 * np.sin(2.0 * np.pi * 2.0 * np.arange(SIZE) / SIZE)
 def test_each_moves_as_it_does_alone(periodic, steps, hold):
     loop = OpenLoop(EFFORT, steps, DT, SIZE // steps, periodic, hold)
     alone = [loop.position(plant, model)[0] for plant, model in zip(PLANTS, FRICTIONS, strict=True)]
-    for together, one in zip(loop.positions(PLANTS, FRICTIONS), alone, strict=True):
-        np.testing.assert_array_equal(together, one)
+    for together, item in zip(loop.positions(PLANTS, FRICTIONS), alone, strict=True):
+        np.testing.assert_array_equal(together, item)
     assert np.ptp(alone[0]) > 1e-3
 
 

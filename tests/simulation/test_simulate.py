@@ -69,7 +69,7 @@ def test_what_is_fed_forward_is_that_of_the_place_where_the_path_is():
 def test_a_loop_that_starts_away_from_0_is_compensated_there(along):
     model = friction.find("coulomb+position")(F_C=10.0, p_1=0.5, x_0=0.0, x_L=0.5)
     experiment = compensation_experiment(inertia(M=3.0), model, model, CONTROLLER, 0.3 + motion(1500), DT)
-    variant = next(one for one in experiment.variants if one.name == "compensated")
+    variant = next(item for item in experiment.variants if item.name == "compensated")
     fed = replace(variant.feedforward, mass=0.0, along=along)
     run = simulate(replace(experiment, variants=(replace(variant, feedforward=fed),))).variants["compensated"]
     forward = (DT * np.arange(1500) > 0.2) & (DT * np.arange(1500) < 0.5)
@@ -141,7 +141,7 @@ def test_the_integral_does_not_wind_up_wherever_the_limit_is_told(spelling):
 
 
 def late(experiment, delay):
-    return replace(experiment, variants=tuple(replace(one, run=replace(one.run, delay=delay)) for one in experiment.variants))
+    return replace(experiment, variants=tuple(replace(variant, run=replace(variant.run, delay=delay)) for variant in experiment.variants))
 
 
 def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
@@ -158,5 +158,5 @@ def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
 
 
 def test_steps_of_the_integration_follow_the_sample_time():
-    assert [Run(duration=1.0, sample_time=one).substeps for one in (1e-4, 1e-3, 1.0000000000000009e-3, 4e-3)] == [4, 4, 4, 16]
+    assert [Run(duration=1.0, sample_time=item).substeps for item in (1e-4, 1e-3, 1.0000000000000009e-3, 4e-3)] == [4, 4, 4, 16]
     assert Run(duration=1.0, sample_time=4e-3, substeps=2).substeps == 2

@@ -33,13 +33,13 @@ def turning():
 
 
 def test_each_variant_is_a_table_with_units(simulated):
-    one = simulated.variants["base"]
-    told = one.to_dict()
-    assert set(told["signals"]) == {name for name in SIGNALS if isinstance(getattr(one, name, None), np.ndarray)}
-    assert told["signals"]["measured"] == one.measured.tolist()
-    assert told["following_error"]["rms"] == one.following_error.rms
-    assert told["units"]["command"] == "N"
-    assert json.loads(json.dumps(told)) == told
+    item = simulated.variants["base"]
+    message = item.to_dict()
+    assert set(message["signals"]) == {name for name in SIGNALS if isinstance(getattr(item, name, None), np.ndarray)}
+    assert message["signals"]["measured"] == item.measured.tolist()
+    assert message["following_error"]["rms"] == item.following_error.rms
+    assert message["units"]["command"] == "N"
+    assert json.loads(json.dumps(message)) == message
 
 
 def test_a_variant_of_a_turning_axis_has_its_units():
@@ -51,38 +51,38 @@ def test_a_variant_of_a_turning_axis_has_its_units():
         "reference": references.sine(kind="rotational", amplitude=0.1, frequency=5.0),
     }
     only = Variant(name="base", **parts, feedforward=Feedforward(), run=Run(0.1, 1e-3))
-    found = br.simulate(Experiment("turning", "rotational", (only,)))
-    assert found.variants["base"].to_dict()["units"]["effort"] == "N*m"
-    assert "mN·m" in repr(found)
+    simulation = br.simulate(Experiment("turning", "rotational", (only,)))
+    assert simulation.variants["base"].to_dict()["units"]["effort"] == "N*m"
+    assert "mN·m" in repr(simulation)
 
 
 def test_an_experiment_is_a_frame_of_all_its_variants(simulated):
     pytest.importorskip("pandas")
     frame = simulated.to_dataframe()
     assert list(frame["variant"].unique()) == ["base", "longer"]
-    for name, one in simulated.variants.items():
+    for name, item in simulated.variants.items():
         part = frame[frame["variant"] == name]
-        assert np.array_equal(part["position"], one.position)
-        assert np.array_equal(part["time"], one.time)
+        assert np.array_equal(part["position"], item.position)
+        assert np.array_equal(part["time"], item.time)
     assert frame.attrs["units"]["position"] == "m"
 
 
 def test_and_a_data_set_over_variants_and_time(simulated):
     pytest.importorskip("xarray")
-    found = simulated.to_xarray()
-    assert found.sizes == {"variant": 2, "time": 150}
-    short = found["effort"].sel(variant="base")
+    result = simulated.to_xarray()
+    assert result.sizes == {"variant": 2, "time": 150}
+    short = result["effort"].sel(variant="base")
     assert np.array_equal(short[:100], simulated.variants["base"].effort)
     assert np.all(np.isnan(short[100:]))
-    assert found["effort"].attrs["units"] == "N"
-    assert found.attrs["name"] == "small"
+    assert result["effort"].attrs["units"] == "N"
+    assert result.attrs["name"] == "small"
 
 
 def test_an_experiment_is_plain_data(simulated):
-    told = simulated.to_dict()
-    assert json.loads(json.dumps(told)) == told
-    assert list(told["variants"]) == ["base", "longer"]
-    assert told["variants"]["longer"]["effort"]["peak"] == simulated.variants["longer"].effort_peak
+    message = simulated.to_dict()
+    assert json.loads(json.dumps(message)) == message
+    assert list(message["variants"]) == ["base", "longer"]
+    assert message["variants"]["longer"]["effort"]["peak"] == simulated.variants["longer"].effort_peak
 
 
 def test_one_that_was_not_simulated_is_told(simulated):
@@ -95,10 +95,10 @@ def test_one_that_was_not_simulated_is_told(simulated):
 
 
 def test_results_are_shown_on_one_screen(simulated, turning):
-    for one in (simulated, *simulated.variants.values(), turning):
-        assert 3 <= len(repr(one).splitlines()) <= 30
-        assert max(map(len, repr(one).splitlines())) <= 130
-        assert one._repr_html_().startswith("<div><strong>")
+    for item in (simulated, *simulated.variants.values(), turning):
+        assert 3 <= len(repr(item).splitlines()) <= 30
+        assert max(map(len, repr(item).splitlines())) <= 130
+        assert item._repr_html_().startswith("<div><strong>")
     lines = repr(simulated).splitlines()
     assert lines[0] == "small: 2 variants simulated"
     assert lines[2].split()[0] == "base"
@@ -124,15 +124,15 @@ def test_a_state_goes_into_plain_data():
 
 def prediction(unit="m", **changes):
     metrics = {"force_error_percent": 12.5, "position_error_percent": None, "position_unit": unit}
-    given = {"effort": np.cos(T), "effort_predicted": np.cos(T) + 0.1, "position": np.sin(T), "position_predicted": None}
-    return Prediction(mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**given, **changes})
+    values = {"effort": np.cos(T), "effort_predicted": np.cos(T) + 0.1, "position": np.sin(T), "position_predicted": None}
+    return Prediction(mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**values, **changes})
 
 
 def test_a_prediction_has_its_bands_in_its_table():
-    told = prediction(half_width=np.full(T.size, 0.2)).to_dict()
-    assert list(told["signals"]) == ["time", "position", "effort", "effort_predicted", "half_width"]
-    assert told["inside_percent"] == 100.0
-    assert told["metrics"]["force_error_percent"] == 12.5
+    message = prediction(half_width=np.full(T.size, 0.2)).to_dict()
+    assert list(message["signals"]) == ["time", "position", "effort", "effort_predicted", "half_width"]
+    assert message["inside_percent"] == 100.0
+    assert message["metrics"]["force_error_percent"] == 12.5
     assert "half_width" not in prediction().to_dict()["signals"]
 
 

@@ -25,11 +25,11 @@ def begun(study, out, *options):
 
 def children(pid):
     """Return the processes that a process has begun, from whichever of its threads."""
-    found = []
+    result = []
     for thread in Path(f"/proc/{pid}/task").glob("*"):
         with suppress(OSError):
-            found += [int(child) for child in (thread / "children").read_text().split()]
-    return found
+            result += [int(child) for child in (thread / "children").read_text().split()]
+    return result
 
 
 def _command_line(pid):
@@ -87,8 +87,8 @@ def siege(begin, workers, *, kills, longest, seed=1):
             process.stderr.close()
             process = begin()
     workers(process)  # where those join that are missing
-    said = process.communicate()[1].decode()
-    assert all(line.startswith("bristle: ") for line in said.splitlines()), said
+    text = process.communicate()[1].decode()
+    assert all(line.startswith("bristle: ") for line in text.splitlines()), text
     return fallen
 
 

@@ -121,12 +121,12 @@ def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, benc
     names = ("own.py", "axis.toml", "motion.csv", "recorded.toml")
     for name in names:
         (bench.folder / name).unlink()
-    told = []
+    message = []
     with pytest.warns(InputWarning, match=r"the code in own.py \(SHA-256 [0-9a-f]{64}\) is run on every worker of tcp"):
-        run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: told.append(text))
+        run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: message.append(text))
     assert content(bench.folder / "there") == content(bench.folder / "here")
     assert len(content(bench.folder / "there")) == 3
-    assert told[-1] == "6 of 6 runs, 1 s left"
+    assert message[-1] == "6 of 6 runs, 1 s left"
 
 
 @pytest.fixture
@@ -155,8 +155,8 @@ def test_a_worker_that_cannot_load_bristle_is_told(bench, own_dask, tmp_path):
 
 def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
     code = "def simulated(*_):\n    return 'unfit', 'bristle 0.0.9 on a-machine'\n"
-    told = rf"has other software; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
-    with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=told):
+    message = rf"has other software; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
+    with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=message):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
     assert numbers(bench.folder / "out") == []
 
@@ -233,8 +233,8 @@ def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     file = str(bench.write())
     assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1"]) == 2
-    said = capsys.readouterr().err
-    assert 'bristle study --scheduler needs an optional dependency. Type: pip install "bristle[study]"' in said
+    text = capsys.readouterr().err
+    assert 'bristle study --scheduler needs an optional dependency. Type: pip install "bristle[study]"' in text
     assert not (bench.folder / "out").exists()
     with pytest.raises(MissingExtraError):
         run_study(bench.study(), bench.folder / "out", scheduler="tcp://a:1")
@@ -268,9 +268,9 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
     process = begun(slow_bench.folder / "study.toml", out, "--scheduler", dask.address)
     until(lambda: content(out), "the first block")
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=60.0)[1].decode()
+    text = process.communicate(timeout=60.0)[1].decode()
     assert process.returncode == 130
-    assert said.splitlines() == [f"bristle: {out} keeps the runs that are done; the same command goes on", "bristle: interrupted"]
+    assert text.splitlines() == [f"bristle: {out} keeps the runs that are done; the same command goes on", "bristle: interrupted"]
     assert len(content(out)) < 100
     with distributed.Client(dask.address, set_as_default=False) as client:
         until(lambda: not any(client.processing().values()), "workers without work")

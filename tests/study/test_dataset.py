@@ -54,9 +54,9 @@ def test_a_folder_that_is_none_of_a_study_is_told(tmp_path):
 def test_without_pyarrow_the_line_to_type_is_told(bench, monkeypatch):
     run_study(bench.study(), bench.folder / "out", workers=1)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    for told in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):
+    for message in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):
         with pytest.raises(br.core.errors.MissingExtraError, match=r'bristle study .* pip install "bristle\[study\]"'):
-            told()
+            message()
 
 
 def test_the_worst_runs_are_those_with_the_largest_number(bench):

@@ -55,26 +55,26 @@ def test_points_with_a_failed_run_are_left_out_of_the_indices():
 
 def test_rank_correlations_are_those_of_scipy():
     runs = runs_of(lambda u: np.exp(3.0 * u[:, 0]) - 5.0 * u[:, 1], Sampling("random", 5, ("x", "y", "z"), 300))
-    found = {entry.cause: entry for entry in rank_correlations(runs)}
+    result = {entry.cause: entry for entry in rank_correlations(runs)}
     for name in ("x", "y", "z"):
         expected = stats.spearmanr(runs.columns[name], runs.columns["f"]).statistic
-        assert found[name].value == pytest.approx(expected, abs=1e-12)
-        assert found[name].interval[0] <= expected <= found[name].interval[1]
-    assert found["z"].interval[0] < 0.0 < found["z"].interval[1]
-    assert found["x"].interval[0] > 0.8
-    assert found["y"].interval[1] < 0.0
+        assert result[name].value == pytest.approx(expected, abs=1e-12)
+        assert result[name].interval[0] <= expected <= result[name].interval[1]
+    assert result["z"].interval[0] < 0.0 < result["z"].interval[1]
+    assert result["x"].interval[0] > 0.8
+    assert result["y"].interval[1] < 0.0
 
 
 def test_intervals_of_rank_correlations_hold_the_true_one():
     true = 6.0 / np.pi * np.arcsin(0.5 / 2.0)  # of two normal numbers whose correlation is a half
-    held = 0
+    fixed = 0
     for seed in range(40):
         sampling = Sampling("random", seed, ("x", "y"), 100)
         normal = stats.norm.ppf(sampling.numbers(0, 100))
         runs = runs_of(lambda u: 0.5 * normal[:, 0] + np.sqrt(0.75) * normal[:, 1], sampling)  # noqa: B023
         interval = rank_correlations(runs)[0].interval
-        held += interval[0] <= true <= interval[1]
-    assert held >= 34
+        fixed += interval[0] <= true <= interval[1]
+    assert fixed >= 34
 
 
 def test_many_draws_are_told_as_closely_as_they_are_known():
@@ -99,12 +99,12 @@ def test_draws_at_several_points_count_once():
 
 
 def test_a_distribution_is_told_with_its_intervals():
-    held = {"mean": 0, "median": 0, "high": 0}
+    fixed = {"mean": 0, "median": 0, "high": 0}
     for seed in range(200):
         spread = spread_of(np.random.default_rng(seed).exponential(size=400))
         for name, true in (("mean", 1.0), ("median", np.log(2.0)), ("high", np.log(20.0))):
             low, high = getattr(spread, f"{name}_interval")
-            held[name] += low <= true <= high
-    assert all(182 <= count <= 199 for count in held.values()), held
+            fixed[name] += low <= true <= high
+    assert all(182 <= count <= 199 for count in fixed.values()), fixed
     assert np.isnan(spread_of(np.arange(5.0)).high_interval[1])
     assert spread_of(np.array([np.nan, 2.0])).count == 1

@@ -52,9 +52,9 @@ def test_ctrl_c_ends_the_workers_and_says_what_to_do(slow_bench):
     until(lambda: content(out), "the first block")
     workers = children(process.pid)
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=PATIENCE)[1].decode()
+    text = process.communicate(timeout=PATIENCE)[1].decode()
     assert process.returncode == 130
-    assert "keeps the runs that are done; the same command goes on" in said
+    assert "keeps the runs that are done; the same command goes on" in text
     until(lambda: not any(lives(worker) for worker in workers), "workers to end")
     assert len(content(out)) < 100
 
@@ -99,12 +99,12 @@ def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_ben
 @pytest.mark.slow
 def test_a_block_that_ends_every_worker_is_told_and_the_others_are_there(slow_bench, monkeypatch):
     study = slow_bench.study()
-    asked = Crew._asked
+    requested = Crew._asked
 
     def deadly(crew, process, message):
         if getattr(message, "first", None) == 4:
             kill(crew)
-        return asked(crew, process, message)
+        return requested(crew, process, message)
 
     monkeypatch.setattr(Crew, "_asked", deadly)
     monkeypatch.setattr("bristle.study.workers.TRIES", 2)

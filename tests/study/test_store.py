@@ -226,12 +226,12 @@ def test_a_folder_of_a_persons_own_is_left_alone(bench):
     assert [file.name for file in (bench.folder / "mine").iterdir()] == ["thesis.tex"]
 
 
-@pytest.mark.parametrize("own", ["report.html", "runs/2024.csv", "figures/draft.txt"])
-def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench, own):
-    file = bench.folder / "mine" / own
+@pytest.mark.parametrize("custom", ["report.html", "runs/2024.csv", "figures/draft.txt"])
+def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench, custom):
+    file = bench.folder / "mine" / custom
     file.parent.mkdir(parents=True)
     file.write_text("years")
-    with pytest.raises(InputError, match=f"holds something else than a study: {own}"):
+    with pytest.raises(InputError, match=f"holds something else than a study: {custom}"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert file.read_text() == "years"
 

@@ -36,12 +36,12 @@ def test_another_seed_draws_other_values():
 
 def test_the_draws_for_sobol_indices_exchange_one_coordinate_after_the_other():
     rows = Sampling("sobol", 3, ("a", "b"), 8, indices=True).numbers(0, 32).reshape(8, 4, 2)
-    own, second, first_exchanged, second_exchanged = rows.transpose(1, 0, 2)
+    custom, second, first_exchanged, second_exchanged = rows.transpose(1, 0, 2)
     assert np.array_equal(first_exchanged[:, 0], second[:, 0])
-    assert np.array_equal(first_exchanged[:, 1], own[:, 1])
-    assert np.array_equal(second_exchanged[:, 0], own[:, 0])
+    assert np.array_equal(first_exchanged[:, 1], custom[:, 1])
+    assert np.array_equal(second_exchanged[:, 0], custom[:, 0])
     assert np.array_equal(second_exchanged[:, 1], second[:, 1])
-    assert not np.any(own == second)
+    assert not np.any(custom == second)
 
 
 def test_seeds_of_runs_differ():

@@ -21,13 +21,13 @@ def unmet(folder: Path, name: str, old: str, new: str) -> tuple[str, str, str]:
     text = (FOLDER / name).read_text(encoding="utf-8")
     assert old in text
     (folder / name).write_text(text.replace(old, new), encoding="utf-8")
-    (failed,) = [one for one in check_model(load_component_file(folder / name, Controller, Sensor)) if not one.passed]
+    (failed,) = [item for item in check_model(load_component_file(folder / name, Controller, Sensor)) if not item.passed]
     return failed.name, failed.detail, failed.advice
 
 
 @pytest.mark.parametrize("component", [*CONTROLLERS.values(), *SENSORS.values()], ids=lambda one: one.name)
 def test_those_of_the_package_meet_it(component):
-    assert [one.name for one in check_model(component) if not one.passed] == []
+    assert [item.name for item in check_model(component) if not item.passed] == []
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_a_law_that_remembers_outside_its_state_is_told(tmp_path):
     remembered = "state = state if state.total != 0.0 else State(state.e, LAST.pop() if LAST else 1.0)\n    " + EFFORT
     text = (FOLDER / "pid.py").read_text(encoding="utf-8").replace(EFFORT, remembered)
     (tmp_path / "pid.py").write_text(text.replace("@kernel\ndef step", "LAST = [2.0]\n\n\n@kernel\ndef step"))
-    failed = [one for one in check_model(load_component_file(tmp_path / "pid.py", Controller)) if not one.passed]
+    failed = [item for item in check_model(load_component_file(tmp_path / "pid.py", Controller)) if not item.passed]
     assert failed
     assert failed[0].name in ("law kernels", "law results")
 

@@ -30,13 +30,13 @@ def columns():
 
 
 @pytest.fixture(scope="module")
-def found(columns):
+def result(columns):
     return br.identify(columns, MODELS, cutoff=60.0, decimation=7, draws=20)
 
 
 @pytest.fixture(scope="module")
-def folder(found, tmp_path_factory):
-    return found.save(tmp_path_factory.mktemp("saved") / "results")
+def folder(result, tmp_path_factory):
+    return result.save(tmp_path_factory.mktemp("saved") / "results")
 
 
 @pytest.fixture(scope="module")
@@ -65,21 +65,21 @@ def same(one, other):
     return True
 
 
-def test_columns_give_what_the_log_of_them_gives(columns, found):
+def test_columns_give_what_the_log_of_them_gives(columns, result):
     log = br.Log.from_columns(columns)
     low = identification.identify(log, MODELS, cutoff=60.0, decimation=7, draws=20)
-    assert found.parameters == low.best.parameters
-    assert (found.model, found.plant) == (low.best.friction, low.best.plant)
-    assert [fit.name for fit in found.fits] == [fit.name for fit in low.fits]
+    assert result.parameters == low.best.parameters
+    assert (result.model, result.plant) == (low.best.friction, low.best.plant)
+    assert [fit.name for fit in result.fits] == [fit.name for fit in low.fits]
 
 
-def test_a_data_frame_gives_the_same(columns, found):
+def test_a_data_frame_gives_the_same(columns, result):
     frame = pytest.importorskip("pandas").DataFrame(columns)
     again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0)
-    assert {name: one.value for name, one in again.parameters.items()} == {name: one.value for name, one in found.parameters.items()}
-    table = found.to_dataframe()
-    assert table.loc["M", "value"] == found.parameters["M"].value
-    assert (table.loc["M", "low"], table.loc["M", "high"]) == found.parameters["M"].interval
+    assert {name: item.value for name, item in again.parameters.items()} == {name: item.value for name, item in result.parameters.items()}
+    table = result.to_dataframe()
+    assert table.loc["M", "value"] == result.parameters["M"].value
+    assert (table.loc["M", "low"], table.loc["M", "high"]) == result.parameters["M"].interval
 
 
 def test_columns_of_a_rotary_axis_need_no_more_than_its_kind(columns):
@@ -89,103 +89,103 @@ def test_columns_of_a_rotary_axis_need_no_more_than_its_kind(columns):
 
 def test_it_takes_what_the_identification_takes():
     ours, low = (inspect.signature(each).parameters for each in (br.identify, identification.identify))
-    assert {name: one.default for name, one in ours.items()} == {name: one.default for name, one in low.items()}
+    assert {name: item.default for name, item in ours.items()} == {name: item.default for name, item in low.items()}
 
 
-def test_it_predicts_with_what_it_knows_itself(columns, found, folder):
-    predicted = found.predict(columns)
+def test_it_predicts_with_what_it_knows_itself(columns, result, folder):
+    predicted = result.predict(columns)
     treatment = read_model(folder / "model.toml").info["treatment"]
     assert (treatment["cutoff"], treatment["decimation"]) == (60.0, 7)
-    bands = found.best.resampling.bands
-    low = predict(found.plant, found.model, br.Log.from_columns(columns), bands=bands, **treatment)
+    bands = result.best.resampling.bands
+    low = predict(result.plant, result.model, br.Log.from_columns(columns), bands=bands, **treatment)
     np.testing.assert_array_equal(predicted.effort_predicted, low.effort_predicted)
     np.testing.assert_array_equal(predicted.half_width, low.half_width)
     assert 85.0 < predicted.inside_percent <= 100.0
     quick = {**columns, "time": columns["time"] / 3.0}
-    doubts = [each.code for each in found.predict(quick).diagnostics if each.severity == "warning"]
+    doubts = [each.code for each in result.predict(quick).diagnostics if each.severity == "warning"]
     assert doubts, "three times as fast as what was fitted, and nothing is said of it"
 
 
-def test_the_covariance_is_that_of_what_was_identified(columns, found):
-    names, covariance = found.covariance_names, found.covariance
-    assert set(names) == {name for name, one in found.parameters.items() if one.status == "identified"}
-    assert np.sqrt(np.diag(covariance)) == pytest.approx([found.parameters[name].std for name in names])
+def test_the_covariance_is_that_of_what_was_identified(columns, result):
+    names, covariance = result.covariance_names, result.covariance
+    assert set(names) == {name for name, item in result.parameters.items() if item.status == "identified"}
+    assert np.sqrt(np.diag(covariance)) == pytest.approx([result.parameters[name].std for name in names])
     np.testing.assert_allclose(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min() > 0.0
-    held = br.identify(columns, "coulomb_viscous", mass=12.0, draws=0)
-    assert "M" not in held.covariance_names
-    assert held.covariance.shape == (len(held.covariance_names),) * 2
+    fixed = br.identify(columns, "coulomb_viscous", mass=12.0, draws=0)
+    assert "M" not in fixed.covariance_names
+    assert fixed.covariance.shape == (len(fixed.covariance_names),) * 2
 
 
-def test_it_is_shown_in_few_lines(found, loaded):
-    for each in (found, loaded):
+def test_it_is_shown_in_few_lines(result, loaded):
+    for each in (result, loaded):
         lines = repr(each).splitlines()
         assert len(lines) <= 30
-        assert [line.split()[0] for line in lines[2:6]] == list(found.parameters)
+        assert [line.split()[0] for line in lines[2:6]] == list(result.parameters)
         assert "viscous" in lines[6]
-        assert each._repr_html_().count("<tr>") == 1 + len(found.parameters)
+        assert each._repr_html_().count("<tr>") == 1 + len(result.parameters)
 
 
-def test_what_it_found_out_is_a_sentence_and_a_code(found):
-    assert all(each.code and each.message.strip() for each in found.diagnostics)
-    assert [each.message for each in found.diagnostics] == [each["message"] for each in found.to_dict()["diagnostics"]]
+def test_what_it_found_out_is_a_sentence_and_a_code(result):
+    assert all(each.code and each.message.strip() for each in result.diagnostics)
+    assert [each.message for each in result.diagnostics] == [each["message"] for each in result.to_dict()["diagnostics"]]
 
 
-def test_it_comes_back_from_pickle_with_the_same_numbers(found):
-    assert same(found, pickle.loads(pickle.dumps(found)))
+def test_it_comes_back_from_pickle_with_the_same_numbers(result):
+    assert same(result, pickle.loads(pickle.dumps(result)))
 
 
-def test_it_comes_back_from_its_folder_with_the_same_numbers(columns, found, loaded):
-    assert same(found, loaded)
+def test_it_comes_back_from_its_folder_with_the_same_numbers(columns, result, loaded):
+    assert same(result, loaded)
     assert same(loaded, pickle.loads(pickle.dumps(loaded)))
-    one, other = found.predict(columns), loaded.predict(columns)
-    np.testing.assert_array_equal(one.effort_predicted, other.effort_predicted)
-    np.testing.assert_array_equal(one.half_width, other.half_width)
+    item, other = result.predict(columns), loaded.predict(columns)
+    np.testing.assert_array_equal(item.effort_predicted, other.effort_predicted)
+    np.testing.assert_array_equal(item.half_width, other.half_width)
 
 
-def test_without_pyarrow_draws_are_npz(found, tmp_path, monkeypatch):
+def test_without_pyarrow_draws_are_npz(result, tmp_path, monkeypatch):
     def absent(name, wanted_by):
         raise MissingExtraError("is not installed", path=wanted_by)
 
     with monkeypatch.context() as patch:
         patch.setattr(arrays, "library", absent)
-        place = found.save(tmp_path / "results")
-        assert {one.name for one in place.glob("*.npz")} == {"draws.npz", "traces.npz"}
-        assert same(found, br.load(place))
+        place = result.save(tmp_path / "results")
+        assert {item.name for item in place.glob("*.npz")} == {"draws.npz", "traces.npz"}
+        assert same(result, br.load(place))
 
 
-def test_the_folder_holds_what_others_need(found, folder):
+def test_the_folder_holds_what_others_need(result, folder):
     table = br.read_axis(folder / "axis.toml")
-    assert {name: one.name for name, one in table.columns.items()} == {name: name for name in ("time", "position", "effort")}
+    assert {name: item.name for name, item in table.columns.items()} == {name: name for name in ("time", "position", "effort")}
     curve = np.loadtxt(folder / "friction_curve.csv", delimiter=",", skiprows=1)
-    F_C, F_v = found.model.F_C, found.model.F_v
+    F_C, F_v = result.model.F_C, result.model.F_v
     assert np.all(np.diff(curve[:, 0]) >= 0.0)
     fastest = curve[-1]
-    assert fastest[1] == pytest.approx(F_C + F_v * fastest[0] + found.parameters["offset"].value, rel=1e-4)
+    assert fastest[1] == pytest.approx(F_C + F_v * fastest[0] + result.parameters["offset"].value, rel=1e-4)
     summary = json.loads((folder / "summary.json").read_text())
-    assert summary["parameters"]["M"]["value"] == found.parameters["M"].value
+    assert summary["parameters"]["M"]["value"] == result.parameters["M"].value
     assert "passive" in summary["certificates"]
     assert "identify" in summary["provenance"]["command"]
 
 
-def test_the_report_is_one_file_that_needs_nothing_else(found, loaded, tmp_path):
-    page = found.report(tmp_path / "report.html").read_text(encoding="utf-8")
-    assert [one.name for one in tmp_path.iterdir()] == ["report.html"]
+def test_the_report_is_one_file_that_needs_nothing_else(result, loaded, tmp_path):
+    page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
+    assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
     assert "Is the model fit to be used?" in page
     assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
-def test_the_figure_shows_what_was_measured_and_what_is_left_over(found):
-    effort, rest = found.plot().axes
+def test_the_figure_shows_what_was_measured_and_what_is_left_over(result):
+    effort, rest = result.plot().axes
     assert [line.get_label() for line in effort.lines] == ["measured", "predicted"]
     assert np.ptp(rest.lines[0].get_ydata()) > 0.0
     assert "Residual" in rest.get_ylabel()
 
 
-def test_results_that_are_there_are_not_replaced_unasked(found, folder):
+def test_results_that_are_there_are_not_replaced_unasked(result, folder):
     with pytest.raises(InputError, match="exists already"):
-        found.save(folder)
+        result.save(folder)
 
 
 def test_a_folder_that_holds_no_identification_is_refused(tmp_path, folder):
@@ -230,5 +230,5 @@ def test_the_notebook_runs_and_its_job_takes_ten_lines(tmp_path, monkeypatch):
         exec(cell, names)
     assert names["again"].parameters["M"].value == names["found"].parameters["M"].value
     assert names["found"].parameters["M"].interval[0] < 12.0 < names["found"].parameters["M"].interval[1]
-    assert {"model.toml", "report.html", "draws.parquet"} <= {one.name for one in Path("results").iterdir()}
+    assert {"model.toml", "report.html", "draws.parquet"} <= {item.name for item in Path("results").iterdir()}
     assert Path("report.html").is_file()

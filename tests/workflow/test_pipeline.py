@@ -153,15 +153,15 @@ def test_what_is_judged_may_change_without_another_fit(copied):
 
 def test_a_model_that_a_person_changed_is_neither_taken_nor_replaced(copied):
     model = copied.parent / "rig_identified" / "axis_x" / "model.toml"
-    own = model.read_text().replace("F_C =", "F_C = 1.0 #")
-    model.write_text(own)
+    custom = model.read_text().replace("F_C =", "F_C = 1.0 #")
+    model.write_text(custom)
     for use in (br.read_experiment, br.prepare):
         with pytest.raises(InputError, match="was changed since it was identified"):
             use(copied)
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
     with pytest.raises(InputError, match="was changed since"):
         br.prepare(copied)
-    assert model.read_text() == own
+    assert model.read_text() == custom
 
 
 def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):

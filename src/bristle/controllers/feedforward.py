@@ -19,8 +19,6 @@ from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.experiment import FEEDFORWARD
 from bristle.core.kernel import kernel
 
-__all__ = ["Shape", "compensate", "shaped"]
-
 
 class Shape(NamedTuple):
     """How a friction force is fed forward."""

@@ -3,8 +3,6 @@
 from bristle.core.dispatch import controller_step
 from bristle.core.kernel import kernel
 
-__all__ = ["law"]
-
 
 @kernel
 def law(state, reference, measured, injected, limit, dt, p):

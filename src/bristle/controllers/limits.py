@@ -6,8 +6,6 @@ import numpy as np
 
 from bristle.core.contracts import Model
 
-__all__ = ["within_drive"]
-
 
 def within_drive(controller: Model, limit: float, injected: np.ndarray | None = None) -> Model:
     """Return a controller that does not ask a drive for more than it gives, so that its integral does not wind up.

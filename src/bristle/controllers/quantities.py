@@ -5,8 +5,6 @@ from typing import Annotated
 from bristle.controllers.velocity import ESTIMATORS
 from bristle.core.variable import Variable
 
-__all__ = ["ApproachRate", "Cutoff", "EffortLimit", "Estimator", "KnownInertia", "PositionBefore", "SurfaceSlope", "VelocityBefore"]
-
 KnownInertia = Annotated[float, Variable("mass", "mass or inertia as the law knows it", min=0.0)]
 SurfaceSlope = Annotated[float, Variable("1/time", "slope of the surface", min=0.0, nominal=300.0)]
 ApproachRate = Annotated[float, Variable("1/time", "rate at which the surface is approached", min=0.0, nominal=300.0)]

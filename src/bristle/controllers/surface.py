@@ -10,8 +10,6 @@ from typing import NamedTuple
 from bristle.controllers.velocity import ObservedMotion, observed
 from bristle.core.kernel import kernel
 
-__all__ = ["Surface", "surface_at"]
-
 
 class Surface(NamedTuple):
     """The motion observed at a sample, the error of its velocity, and the surface."""

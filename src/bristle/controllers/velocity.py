@@ -22,8 +22,6 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import exp
 from bristle.core.variable import Variable
 
-__all__ = ["ESTIMATORS", "ObservedMotion", "motion_before", "observed", "samples_before"]
-
 ESTIMATORS = ("filtered_difference", "tracking_observer")
 FILTERED_DIFFERENCE, TRACKING_OBSERVER = range(2)
 

@@ -19,8 +19,6 @@ from bristle.plants import inertia
 from bristle.sensors import encoder
 from bristle.testing import example_of
 
-__all__ = ["AXIS_FILE", "SAMPLE_TIME", "axis", "friction", "motion", "plant", "write_log"]
-
 AXIS_FILE = Path(str(files("bristle.demo") / "axis.toml"))
 SAMPLE_TIME = 1e-3
 SUBSTEPS = 8

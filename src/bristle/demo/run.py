@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation import Prediction, SimulationResult
 
-__all__ = ["BANNER", "Demonstration", "run"]
-
 BANNER = (
     "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another "
     "structure than every model fitted here, and the loop with and without compensation is run on that axis, not on "

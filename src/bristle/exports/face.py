@@ -22,8 +22,6 @@ from bristle.logs.log import Log
 if TYPE_CHECKING:
     pass
 
-__all__ = ["NAME", "STEP", "Exported", "export"]
-
 NAME, STEP, POINTS = "axis_x", 5e-4, 20
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
 

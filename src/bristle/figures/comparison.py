@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison, Turn
     from bristle.core.variable import Kind
 
-__all__ = ["FIGURE", "SHORT", "comparison", "comparison_in_short"]
-
 BEFORE, AFTER = style.MEASURED, style.PREDICTED
 TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}
 WORDS = {

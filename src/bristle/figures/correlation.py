@@ -16,8 +16,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["FIGURE", "correlation"]
-
 # Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
 SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
 SLOPE = 0.7  # height of a slanted name over its length, the height of its letters included

@@ -17,8 +17,6 @@ from matplotlib.figure import Figure
 
 from bristle.figures.lettering import LETTERS, Lettering
 
-__all__ = ["AT_TICKS", "GREY", "INK", "WIDTH", "Drawing", "own_settings"]
-
 WIDTH = 7.2  # inches: the text width of an A4 page
 AT_TICKS = 8.0  # points: numbers and names at axes
 INK, GREY = "#1b2430", "#8d97a3"

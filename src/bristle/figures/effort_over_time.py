@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.identification.result import Fit
 
-__all__ = ["FIGURE", "draw_band", "draw_pair", "effort_over_time", "window"]
-
 
 @style.styled
 def effort_over_time(fit: Fit) -> Figure:

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["envelope", "line", "runs", "spread"]
-
 FEWEST = 2  # columns of a stretch
 COLUMNS = 480  # about one a point of a figure as wide as a page
 

@@ -13,8 +13,6 @@ from matplotlib.ticker import NullFormatter
 from bristle.figures import style
 from bristle.figures.lettering import label
 
-__all__ = ["Spread", "error_over", "errors_by_loop", "errors_by_truth"]
-
 MARKS = [share * decade for decade in (0.1, 1.0, 10.0) for share in (1.0, 2.0, 5.0)]
 LOOKS = tuple(style.SERIES[place] for place in (4, 0, 2, 1))
 OWN_ERROR, PUBLISHED = "here, mean ± standard deviation", "as published"

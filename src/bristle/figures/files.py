@@ -17,8 +17,6 @@ from bristle.core.errors import InputWarning
 from bristle.figures.drawing import own_settings
 from bristle.figures.lettering import printable
 
-__all__ = ["figure_file", "fits_as_png", "inline_svg"]
-
 DPI = 300
 LARGEST_PNG = 40e6  # pixels: beyond, programs that show or print it run out of memory
 TEXT: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}

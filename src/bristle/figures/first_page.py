@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from bristle.identification.result import Fit
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["FIGURE", "first_page"]
-
 BRANCHES = (
     ("measured, speeding up", 1.0, {"marker": "o", "color": style.MEASURED["color"], "markersize": 2.6}),
     ("measured, slowing down", -1.0, {"marker": "+", "color": "#5b7f9e", "markersize": style.SMALL}),

@@ -20,8 +20,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-__all__ = ["FIGURE", "fleet_parameters"]
-
 MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
 FEW = 60  # logs up to which markers are large
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["AT_REVERSAL", "FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
-
 BINS = 80
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit

@@ -7,8 +7,6 @@ import numpy as np
 from bristle.core.typography import Scale, scale_of
 from bristle.core.variable import Kind, unit_of
 
-__all__ = ["effort_scale", "effort_word", "largest", "position_word", "scale_for", "time_scale"]
-
 
 def effort_word(kind: Kind) -> str:
     """Return what effort is called on this kind of axis."""

@@ -12,8 +12,6 @@ from matplotlib.figure import Figure
 from bristle.figures.drawing import own_settings
 from bristle.figures.numbers import names_at
 
-__all__ = ["illegible_texts", "texts_of", "unlabelled_axes"]
-
 SLANT = 45.0  # degrees: boxes of parallel slanted texts overlap though their letters do not
 OVERLAP = 1.0  # pixel
 

@@ -18,8 +18,6 @@ from matplotlib.textpath import TextToPath
 
 from bristle.core.typography import escaped
 
-__all__ = ["LETTERS", "Lettering", "label", "one_line", "printable", "shortened", "shortened_apart", "width"]
-
 FOLDER = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 REGULAR = FOLDER / "DejaVuSans.ttf"
 FILES = {

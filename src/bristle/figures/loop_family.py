@@ -13,8 +13,6 @@ from bristle.figures.labels import effort_word, time_scale
 from bristle.figures.lettering import LETTERS, label, width
 from bristle.figures.small_multiples import Traces, loop_units, plot_parts
 
-__all__ = ["break_away", "loop_family", "ripple"]
-
 Loops = Sequence[tuple[np.ndarray, np.ndarray]]
 
 

@@ -16,8 +16,6 @@ from bristle.figures.labels import effort_scale, position_word, scale_for
 if TYPE_CHECKING:
     from bristle.simulation.result import VariantResult
 
-__all__ = ["control_effort", "error_distribution", "tracking", "tracking_error"]
-
 Loops = Mapping[str, "VariantResult"]
 RANGE = "range in the paper"
 FORWARD: style.Look = style.MEASURED | {"linewidth": 1.5}

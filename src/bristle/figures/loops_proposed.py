@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from bristle.core.variable import Kind
 
-__all__ = ["FIGURE", "loops_proposed"]
-
 
 @style.styled
 def loops_proposed(

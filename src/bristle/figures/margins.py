@@ -15,8 +15,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.loop import Assessment, WorkingPoint
 
-__all__ = ["FIGURE", "margins"]
-
 LOWEST = 0.003  # of the Nyquist frequency
 NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
 

@@ -16,8 +16,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.excitation.motion import ExcitationMotion
 
-__all__ = ["EXPECTED", "FIGURE", "expected", "motion"]
-
 TICKS = (1.0, 2.0, 5.0)
 
 

@@ -29,8 +29,6 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
 from bristle.figures.drawing import GREY, INK
 
-__all__ = ["Panel", "as_csv", "names_at", "numbers_of"]
-
 DIGITS = ".12g"  # enough to draw it again at any size
 _NUMBER = re.compile(r"[\d.,eE+−-]*")
 AIDS = {GREY, INK}  # colours of axes and aids, which tell no series

@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 from bristle.figures.report_figure import Facts, ReportFigure
 
-__all__ = ["REPORTS", "Place", "names_on_reports"]
-
 
 def _by_position(facts: Facts) -> bool:
     """Return whether a model was fitted to the position: then its prediction is what tells how well."""

@@ -16,8 +16,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["FIGURE", "open_loop"]
-
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
 
 

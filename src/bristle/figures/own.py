@@ -20,8 +20,6 @@ from bristle.figures.report_figure import FACTS, Facts, ReportFigure
 from bristle.files.permission import code_at
 from bristle.files.user_model import declared_in
 
-__all__ = ["draw_own", "figures_named", "load_figure_file", "refuse_unfit"]
-
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 DEEPEST = 8  # levels of a result
 MEND = (

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.logs.passages import Passage
 
-__all__ = ["FIGURE", "passages"]
-
 # Grey tells them apart too: from dark to light, and hatched.
 SHADES = {
     "constant_velocity": ("#b9d3ea", ""),

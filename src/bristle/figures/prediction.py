@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.simulation.result import Prediction
 
-__all__ = ["FIGURE", "prediction"]
-
 
 @style.styled
 def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:

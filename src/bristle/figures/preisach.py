@@ -18,8 +18,6 @@ from bristle.engine.path import after
 from bristle.figures import style
 from bristle.figures.small_multiples import loop_units
 
-__all__ = ["preisach_plane", "preisach_stages", "staircase", "trapezoids"]
-
 SAMPLES = 120  # of a way from turn to turn
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
 HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"

@@ -16,8 +16,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     pass
 
-__all__ = ["FIGURE", "recorded_curves"]
-
 
 @style.styled
 def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:

@@ -8,8 +8,6 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-__all__ = ["FACTS", "Facts", "ReportFigure"]
-
 Facts = Mapping[str, Any]
 """What a report rests on, by name; None, or no entry, for what it has not."""
 

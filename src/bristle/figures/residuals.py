@@ -17,8 +17,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["FIGURE", "autocorrelation", "residuals"]
-
 LAGS = 60
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
 
-__all__ = ["Mechanics", "rig_layout"]
-
 WIDTH, LAYOUT, SCHEME = 100.0, 24.0, 62.0  # units of the drawing: its width, and the heights of both parts
 LETTERS, SMALLER = 8.0, 7.0  # points
 LINES_SHOWN = 6  # lines in a block

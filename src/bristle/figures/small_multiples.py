@@ -14,8 +14,6 @@ from bristle.core.variable import Kind, unit_of
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
 
-__all__ = ["LoopUnits", "Traces", "closure", "drift", "loop_units", "marked_path", "minor_loops", "plot_parts"]
-
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
 MARGIN = 0.05  # of the height, above and below
 LETTER = 0.09  # height of a letter, a third of which two points lie apart that are not one

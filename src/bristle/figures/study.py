@@ -14,8 +14,6 @@ from bristle.figures.labels import largest
 from bristle.figures.lettering import shortened
 from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["FIGURE", "study_spread"]
-
 
 @style.styled
 def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:

@@ -17,40 +17,6 @@ from bristle.figures.envelope import line
 from bristle.figures.labels import time_scale
 from bristle.figures.lettering import LETTERS, label, shortened, shortened_apart, width
 
-__all__ = [
-    "AID",
-    "BAR",
-    "BARS",
-    "DASHED",
-    "DOTTED",
-    "DOUBTFUL",
-    "GREY",
-    "HATCHED_BAR",
-    "INK",
-    "LINES",
-    "MEASURED",
-    "PALE",
-    "PREDICTED",
-    "REST",
-    "SERIES",
-    "SMALL",
-    "WIDTH",
-    "Look",
-    "at_axis",
-    "grid_of",
-    "legend",
-    "legend_in_corner",
-    "mark_window",
-    "named_rows",
-    "one_height",
-    "over_time",
-    "panels",
-    "plot_by_side",
-    "share_y",
-    "styled",
-    "title",
-]
-
 Look = dict[str, Any]
 # A wide light line under a narrow dark one stays legible in grey where two colours would not.
 MEASURED: Look = {"color": "#e0a83c", "linewidth": 2.2, "linestyle": "-"}

@@ -34,8 +34,6 @@ from bristle.study.plan import Block
 from bristle.study.run import Progress, Ran, run_within
 from bristle.study.store import RUNS, SCHEMA, STUDY, Store, opened, refuse_another, study_in
 
-__all__ = ["FleetStore", "Identifier", "fleet_of", "identify_each"]
-
 
 class FleetStore(Store):
     """The folder of a fleet: that of a study, with the list of its logs, which may grow."""

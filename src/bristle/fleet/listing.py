@@ -18,8 +18,6 @@ from bristle.logs.readers import read_table
 from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
-__all__ = ["listed_logs", "recorded_at"]
-
 NO_LOGS = (".toml", ".md")  # what lies beside logs: axis files, notes
 _DATE = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)(?:[T _-]+(\d\d)([-:._h]?)(\d\d)(?:\6(\d\d))?(?:[.,]\d+)?(?!-?\d))?(?!\d)")
 

@@ -15,9 +15,6 @@ from bristle.core.variable import Kind, Variable
 from bristle.identification.request import prior_knowledge_of
 from bristle.study.plan import Block
 
-__all__ = ["Fleet", "LogFile"]
-
-
 RUN = {
     "run": "number of the log in the fleet",
     "folder": "folder that the log lay in",

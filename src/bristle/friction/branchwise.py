@@ -22,8 +22,6 @@ from bristle.friction.deflection import onward
 from bristle.friction.slip_law import slip
 from bristle.hysteresis.turning_points import Branch, branch_output
 
-__all__ = ["Contact", "Piece", "deflection_rate", "piece_at"]
-
 PASSED = 1e-9
 
 

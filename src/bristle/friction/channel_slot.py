@@ -28,8 +28,6 @@ from bristle.friction.variation import SMALLEST_FACTOR
 if TYPE_CHECKING:
     from bristle.core.formula import Paragraph
 
-__all__ = ["ChannelSlotModel", "channel_slots_of", "with_channel_slot"]
-
 
 class Kernels(NamedTuple):
     """What one slot runs as, around any model: the class of its parameters, and the functions."""

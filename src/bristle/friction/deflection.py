@@ -22,8 +22,6 @@ from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, ne
 from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip_point, slip_weight
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope
 
-__all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
-
 # Newton's method squares what is left: neither shows in the force.
 RELATIVE = 1e-7
 OF_SLIDING = 1e-9

@@ -13,8 +13,6 @@ from bristle.core.kernel import kernel
 from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["CoefficientsModel", "EnclosingModel", "enclosed"]
-
 
 @kernel
 def commit(state, memory, move, p):

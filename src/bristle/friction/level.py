@@ -28,8 +28,6 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import CoefficientsModel, enclosed
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "RISES_WITH", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort", "viscous_of"]
-
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
 

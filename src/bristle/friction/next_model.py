@@ -11,8 +11,6 @@ from bristle.friction.level import LEVELS, has_level
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import directional, variations_of
 
-__all__ = ["CHANNELS", "SLOT_OF", "goes_by_name", "model_with"]
-
 CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {name: OF_MOTION[name] for name in RECORDED}
 """What of the surroundings a slot of bristle depends on and a log may have, by name."""
 SLOT_OF = {

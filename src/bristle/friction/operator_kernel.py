@@ -27,8 +27,6 @@ from bristle.hysteresis.prandtl_ishlinskii import Move
 from bristle.hysteresis.sliders import Sliders
 from bristle.hysteresis.turning_points import Stack
 
-__all__ = ["REACHES", "Form", "Lean", "Lengths", "OverOperator", "TakesOperator", "leaning", "over_operator", "slide"]
-
 PREFIX = "kernel_"
 HALVINGS = 60
 CLOSED_FORM = ("s", "f_p", "kernel", "exponent", "capacity")

@@ -33,9 +33,6 @@ from bristle.core.surroundings import at_rest
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed
 
-__all__ = ["is_static", "with_presliding", "without_presliding"]
-
-
 PRESLIDING = "presliding"
 DISTANCE = Variable("length", "distance over which the force turns", min=1e-12)
 

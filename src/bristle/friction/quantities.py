@@ -6,20 +6,6 @@ import numpy as np
 
 from bristle.core.variable import Variable
 
-__all__ = [
-    "BristleStiffness",
-    "CoulombForce",
-    "CoulombForceAboveZero",
-    "ElementStiffness",
-    "FadingVelocity",
-    "MicroDamping",
-    "ReversalStiffness",
-    "StaticForce",
-    "StaticForceAboveZero",
-    "StribeckVelocity",
-    "ViscousCoefficient",
-]
-
 LEAST_FORCE = 1e-12  # models with a state divide by it
 
 CoulombForce = Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]

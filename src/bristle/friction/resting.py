@@ -29,8 +29,6 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed
 from bristle.friction.presliding import is_static
 
-__all__ = ["HELD", "STILL", "rest_rule", "with_rest"]
-
 HELD = "rest_held"
 """The parameter that the rule adds."""
 VISCOUS = canonical("force*time/length")

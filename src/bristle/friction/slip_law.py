@@ -24,8 +24,6 @@ from typing import NamedTuple
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next, power, smooth_step, smooth_step_point
 
-__all__ = ["FIRST", "GROWTH", "PARTS", "SlipLaw", "Stretch", "slip", "slip_point", "slip_slope", "slip_weight", "stretch"]
-
 # Of a long step: the longest first part, over the length in which the contact turns, how parts grow, how many.
 FIRST, GROWTH, PARTS = 0.05, 1.3, 80
 TOLERANCE = 1e-8  # of the ratio; the last step of Newton's method squares it

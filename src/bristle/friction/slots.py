@@ -42,22 +42,6 @@ from bristle.friction.enclosing import EnclosingModel
 from bristle.friction.level import LEVELS, RISES_WITH, Rise, Risen
 from bristle.friction.variation import ADDS, VARIATIONS, VARIES_WITH, Place, Varied
 
-__all__ = [
-    "OFFSET",
-    "PARAMETERS_OF_SLOTS",
-    "SLOTS",
-    "WHAT_SLOTS_DO",
-    "Slotted",
-    "SlottedModel",
-    "base_of",
-    "by_direction",
-    "directional",
-    "slot_needing",
-    "slotted",
-    "unvaried",
-    "variations_of",
-]
-
 SLOTS = (*VARIATIONS, *LEVELS, *CHANNEL_SLOTS, "asymmetry")
 WHAT_SLOTS_DO = (
     {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}

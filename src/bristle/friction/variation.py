@@ -28,21 +28,6 @@ from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import CoefficientsModel, enclosed
 
-__all__ = [
-    "ADDS",
-    "HALF_RANGE",
-    "MIDDLE",
-    "PITCH",
-    "SMALLEST_FACTOR",
-    "VARIATIONS",
-    "VARIES_WITH",
-    "Place",
-    "Varied",
-    "VariedModel",
-    "is_factor",
-    "varied",
-]
-
 SMALLEST_FACTOR = 0.01
 TWO_PI = 2.0 * math.pi
 # What a log or an axis tells, and no fit.

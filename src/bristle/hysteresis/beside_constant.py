@@ -19,8 +19,6 @@ from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.variable import Variable
 
-__all__ = ["with_constant"]
-
 CONSTANT = "offset"
 VARIABLE = Variable("force", "constant output beside the operator")
 

@@ -7,8 +7,6 @@ from bristle.core.dispatch import everett, everett_slope
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 
-__all__ = ["virgin", "virgin_slope"]
-
 
 @kernel
 def virgin(u, q):

@@ -34,8 +34,6 @@ from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import exp, expm1, log1p
 
-__all__ = ["KERNELS", "ClosedForm", "loading_curve", "loading_inverse", "loading_slope", "loop_tip", "value"]
-
 KERNELS = ("dahl_masing", "tip_masing", "reformed_dahl_exact", "exp_masing")
 DAHL_MASING, TIP_MASING, REFORMED_DAHL_EXACT, EXP_MASING = range(4)
 # Beyond it every curve has saturated, and its square still is a finite number.

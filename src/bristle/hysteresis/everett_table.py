@@ -22,8 +22,6 @@ from bristle.core.variable import Variable
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
 
-__all__ = ["MODEL", "Parameters", "Surface"]
-
 
 class Surface(NamedTuple):
     """A measure by a table of its Everett function."""

@@ -10,8 +10,6 @@ import numpy as np
 from bristle.core.edge import Amount, amount, guarded, whole
 from bristle.core.variable import Variable
 
-__all__ = ["conditioned", "saturated"]
-
 
 @guarded(extent=amount(Variable("length", "input at the end")))
 def saturated(extent: Amount) -> np.ndarray:

@@ -27,8 +27,6 @@ from bristle.core.variable import Variable
 from bristle.hysteresis.play import played
 from bristle.hysteresis.prandtl_ishlinskii import SAME_LENGTH, Move, State
 
-__all__ = ["MODEL", "inverse_of"]
-
 
 class Parameters(NamedTuple):
     """Parameters of the inverse."""

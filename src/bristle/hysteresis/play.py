@@ -15,8 +15,6 @@ from bristle.core.contracts import HysteresisOperator
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
-__all__ = ["MODEL", "played"]
-
 
 class Parameters(NamedTuple):
     """Parameters of the play operator."""

@@ -21,8 +21,6 @@ from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.hysteresis.play import played
 
-__all__ = ["MODEL", "SAME_LENGTH", "Move", "Parameters", "State", "commit", "force_of_sliders"]
-
 
 class Parameters(NamedTuple):
     """Parameters of the Prandtl–Ishlinskii operator."""

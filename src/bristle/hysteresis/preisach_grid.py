@@ -29,8 +29,6 @@ from bristle.hysteresis.demagnetised import virgin, virgin_slope
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
 
-__all__ = ["MODEL", "OUTPUT_OFFSET", "Parameters", "cell_count"]
-
 OUTPUT_OFFSET = Variable("force", "output half-way between both saturations")
 
 

@@ -23,8 +23,6 @@ from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
-__all__ = ["MODEL", "relays_of"]
-
 
 class Parameters(NamedTuple):
     """Parameters of the grid: its levels, and the weight of each cell between them."""

@@ -32,8 +32,6 @@ from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.preisach_grid import OUTPUT_OFFSET
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
 
-__all__ = ["MODEL", "Parameters"]
-
 
 class Curves(NamedTuple):
     """A measure by a table along reversal curves."""

@@ -15,8 +15,6 @@ from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
 from bristle.hysteresis.prandtl_ishlinskii import force_of_sliders
 
-__all__ = ["Sliders"]
-
 
 class Sliders(NamedTuple):
     """Stops in parallel, and where their sliders are."""

@@ -13,8 +13,6 @@ from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind
 from bristle.hysteresis.reversal_table import MODEL, Curves
 
-__all__ = ["table_of_curves"]
-
 COLUMNS = 257
 REVERSAL_TOLERANCE = 1e-9  # of the range of inputs: two reversals that are one
 

@@ -18,8 +18,6 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 from bristle.hysteresis.everett_table import MODEL
 
-__all__ = ["from_reversal_curves", "tabulated"]
-
 NODES = 101
 
 

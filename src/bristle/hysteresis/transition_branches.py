@@ -40,8 +40,6 @@ from bristle.core.variable import Kind, Variable
 from bristle.hysteresis.everett import loop_tip
 from bristle.hysteresis.tabulate import from_reversal_curves
 
-__all__ = ["TransitionBranches", "transition_branches"]
-
 
 @dataclass(frozen=True, eq=False)
 class TransitionBranches:

@@ -27,19 +27,6 @@ from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_s
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
-__all__ = [
-    "Branch",
-    "Stack",
-    "StackMove",
-    "branch_at",
-    "branch_output",
-    "branch_point",
-    "branch_slope",
-    "stack_commit",
-    "stack_size",
-    "stack_trial",
-]
-
 # With fewer, forgetting the innermost pair would leave no outer loop to return to.
 SMALLEST_CAPACITY = 4
 

@@ -22,8 +22,6 @@ from bristle.core.normal import NORMAL_95
 from bristle.logs.legs import Leg
 from bristle.logs.passages import Stretch
 
-__all__ = ["BreakAway", "Recording", "break_aways"]
-
 TURNED = 0.9  # of the change of force: where the contact counts as turned over
 
 

@@ -21,8 +21,6 @@ from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
 
-__all__ = ["CHANNELS", "Channel", "LogData", "channel", "clear_step", "quantisation"]
-
 ROUNDING = 1e-12  # of the largest value: less is no step
 FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
 OFF_STEP = 0.01  # of a step: how far a multiple of it may be off

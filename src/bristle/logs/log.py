@@ -14,8 +14,6 @@ from bristle.core.variable import Variable
 from bristle.logs.channel import CHANNELS, Channel, LogData, channel
 from bristle.logs.columns import record_of_columns
 
-__all__ = ["CHANNELS", "Channel", "Log", "log_of"]
-
 
 @guarded(
     **{name: optional(channel(name)) for name in CHANNELS} | {name: channel(name) for name in ("time", "position")},

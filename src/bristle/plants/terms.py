@@ -32,28 +32,6 @@ from bristle.core.mathematics import cos, sin
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 
-__all__ = [
-    "COGGING",
-    "COLUMNS",
-    "GRAVITY",
-    "NOWHERE",
-    "TERMS",
-    "TURN",
-    "TURNS",
-    "Place",
-    "Termed",
-    "TermedPlant",
-    "Terms",
-    "effort_at",
-    "effort_of_columns",
-    "effort_of_place",
-    "gravity_at",
-    "place_of",
-    "terms_in",
-    "terms_of",
-    "with_terms",
-]
-
 TWO_PI = 2.0 * math.pi
 GRAVITY, COGGING, COLUMNS = "gravity", "cogging", "known"
 TERMS = (GRAVITY, COGGING, COLUMNS)

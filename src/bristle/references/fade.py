@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["fade"]
-
 
 def fade(t: np.ndarray, ramp: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a factor that rises from 0 to 1 over `ramp` seconds, and its two derivatives; 1 throughout for no ramp."""

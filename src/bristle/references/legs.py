@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Legs", "legs_through"]
-
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 

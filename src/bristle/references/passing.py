@@ -8,8 +8,6 @@ from typing import Any
 
 from bristle.core.contracts import Trajectory
 
-__all__ = ["Passing"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Passing(Trajectory):

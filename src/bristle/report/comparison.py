@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
 
-__all__ = ["HEADS", "change_rows", "change_table", "comparison_report", "comparison_ruling", "comparison_summary", "remarks_of"]
-
 RMS = "following_error.rms"
 WORDS = {
     RMS: "Following error, root mean square",

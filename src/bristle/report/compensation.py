@@ -19,23 +19,6 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
-__all__ = [
-    "NAMES_MAX",
-    "NO_CHANGE",
-    "Gain",
-    "Standing",
-    "about_loop",
-    "closing_sentences",
-    "gain_lines",
-    "gain_of",
-    "is_alike",
-    "names_text",
-    "pair_in",
-    "pair_of",
-    "standing",
-    "variant_of",
-]
-
 BASE = "base"
 NO_CHANGE = 0.05  # relative change below which nothing is claimed
 MOSTLY_LAG = 0.5  # share of the mean square of the following error that is in proportion to velocity

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.loop import Design, Proposal
 
-__all__ = ["design_report", "design_ruling", "design_sentences", "design_summary"]
-
 MUCH = 0.5  # of the friction: effort for a single count that is worth a word
 WORTH = 0.8  # of an error: above it other gains are not worth their margins
 GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small

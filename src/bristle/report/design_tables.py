@@ -13,8 +13,6 @@ from bristle.report.table import MICROMETRE, Quantity, Table, short_text
 if TYPE_CHECKING:
     from bristle.loop import Assessment, Budget, Circle, Delays, Design
 
-__all__ = ["budget_table", "circle_table", "delay_table", "least_phase", "loop_name", "margin_table", "proposal_table"]
-
 
 def margin_table(design: Design) -> Table:
     """Return poles and margins of each loop; variants that are one loop share its rows."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from bristle.excitation import Excitation
     from bristle.identification.result import Estimate
 
-__all__ = ["excitation_report", "excitation_ruling", "excitation_summary", "outlook_table", "piece_table"]
-
 SMALL_PERCENT = 2.0  # an error that nobody minds
 
 

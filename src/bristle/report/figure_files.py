@@ -14,8 +14,6 @@ from bristle.report.page import Plate, plates
 if TYPE_CHECKING:
     from bristle.report.results import ResultsFolder
 
-__all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
-
 FOLDER = "figures"
 CAPTIONS = "captions.txt"
 NUMBERS = "csv"

@@ -18,8 +18,6 @@ from bristle.study.dataset import OK
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-__all__ = ["failed_logs_table", "fleet_report", "fleet_sentences", "fleet_summary", "parameters_table"]
-
 IDENTIFIED = "identified"
 LOGS_SHOWN, DRAWN_MOST = 200, 12
 APART = 3.5  # robust standard deviations, its own interval counted in

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from bristle.report.page import Living
     from bristle.simulation.result import Prediction, SimulationResult
 
-__all__ = ["answers", "identification_report"]
-
 ROUNDING = 1e-6  # of the largest effort
 NO_BREAK = "\u00a0"
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:

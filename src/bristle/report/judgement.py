@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from bristle.identification.settings import Settings
     from bristle.prediction.following import Following
 
-__all__ = ["DOUBTS", "LEVELS", "WRITTEN_BY", "judged", "next_measurements"]
-
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
 """The words of each level."""
 DOUBTS = (

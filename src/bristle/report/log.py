@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.logs.passages import Passage
 
-__all__ = ["break_away_table", "log_facts", "log_report", "log_ruling", "passage_table", "scatter_facts", "treatment_facts"]
-
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
     "decimation": ("Samples for one row of the regression", "{:.0f}"),

@@ -27,18 +27,6 @@ if TYPE_CHECKING:
     from bristle.loop import Assessment
     from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
-__all__ = [
-    "about_loops",
-    "component_table",
-    "controller_text",
-    "direction_table",
-    "law_lines",
-    "loop_doubts",
-    "loop_warnings",
-    "run_table",
-    "variant_table",
-]
-
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
 """By its unit on a carriage, the unit of a gain at the motor."""
 

@@ -18,19 +18,6 @@ if TYPE_CHECKING:
     from bristle.identification.result import Estimate, Fit
     from bristle.simulation.result import Prediction
 
-__all__ = [
-    "as_data",
-    "assumptions_of",
-    "clause",
-    "fields_of",
-    "message",
-    "note_of",
-    "notes_of",
-    "warnings_of",
-    "whole_sentence",
-    "why_effective",
-]
-
 _HEADS = {
     ("parameter", "warning"): "{parameter} cannot be identified: ",
     ("parameter", "note"): "{parameter} is held at {value:unit}: ",

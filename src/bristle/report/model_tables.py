@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from bristle.identification.result import Estimate, Fit, Identification
     from bristle.identification.settings import Settings
 
-__all__ = ["as_csv", "certificate_table", "changed_settings", "comparison_table", "drive_rows", "drive_values", "parameter_table"]
-
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"

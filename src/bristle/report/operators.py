@@ -15,15 +15,6 @@ if TYPE_CHECKING:
     from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
-__all__ = [
-    "comparison_of_operators",
-    "operator_prediction_report",
-    "operator_prediction_summary",
-    "operator_report",
-    "operator_ruling",
-    "operator_summary",
-]
-
 NEAR, FAR = 5.0, 20.0  # percent of full scale: errors up to which an operator is usable, and of some use
 TWICE = 2.0  # times the fitted error, from which what was not fitted tells of too many parameters
 

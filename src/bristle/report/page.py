@@ -25,24 +25,6 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
 
-__all__ = [
-    "QUESTIONS",
-    "Block",
-    "Figures",
-    "Front",
-    "Living",
-    "Picture",
-    "Plate",
-    "Ruling",
-    "Section",
-    "about",
-    "answered",
-    "picture",
-    "plates",
-    "render",
-    "report_page",
-]
-
 QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
 """What a person who answers for an axis asks of each report."""
 SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-__all__ = ["metrics_in_words", "prediction_as_data", "prediction_report", "prediction_ruling", "prediction_summary"]
-
 INSIDE = 80.0  # percent of what is measured that lie in a band of 95 %, below which the band is said to be too narrow
 OWN_LOG = "it was fitted to this very log, which says nothing of another one"
 

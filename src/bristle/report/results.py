@@ -14,8 +14,6 @@ from bristle.files.summary import as_json
 if TYPE_CHECKING:
     from bristle.simulation import SimulationResult
 
-__all__ = ["REPORT", "ResultsFolder", "log_names", "write_logs", "write_report"]
-
 REPORT = "report.html"
 LONGEST = 200  # bytes: file systems take 255
 

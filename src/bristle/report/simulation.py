@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["focus_of", "simulation_report", "simulation_ruling", "simulation_summary", "variants_as_data"]
-
 ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
 
 

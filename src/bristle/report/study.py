@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.study.dataset import Runs
 
-__all__ = ["spread_tables", "study_report", "study_sentences", "study_summary"]
-
 FAILURES_SHOWN = 20
 GROUPS_DRAWN = 5
 WORST_SHOWN = 10

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
-__all__ = ["identification_summary"]
-
 
 NOT_SIMULATED: dict[str, Any] = dict.fromkeys(("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse"))
 

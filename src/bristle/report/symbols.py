@@ -8,8 +8,6 @@ from markupsafe import Markup, escape
 
 from bristle.core.typography import typeset_sentence
 
-__all__ = ["GREEK", "symbolic", "worded"]
-
 NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
 GREEK: dict[str, str] = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}

@@ -10,8 +10,6 @@ from typing import NamedTuple
 from bristle.core.typography import Scale, number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 
-__all__ = ["MICROMETRE", "Quantity", "Table", "fixed", "length_text", "percent_text", "short_text", "span_text"]
-
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 EMPTY = ("", "–")  # cells that say nothing
 _NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")

@@ -19,8 +19,6 @@ from bristle.core.edge import Amount, amount, array, guarded
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
-__all__ = ["torque_seen"]
-
 
 @guarded(
     effort=array(least=1),

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from bristle.logs.passages import Passage
     from bristle.logs.table import Table
 
-__all__ = ["FILES", "DesignedMotion", "ExportedModel", "Inspected", "designed_motion", "export_model_file", "inspect_log"]
-
 
 class Inspected(NamedTuple):
     """What is in a log."""

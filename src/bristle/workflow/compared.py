@@ -23,8 +23,6 @@ from bristle.workflow.result import Result
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["Compared", "compare"]
-
 
 @dataclass(frozen=True, eq=False)
 class Compared(Result, Comparison):

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
-__all__ = ["ENTRIES", "EXPERIMENT", "Identified", "Outcome", "identify"]
-
 P = ParamSpec("P")
 Progress = Callable[[float, str], None]
 ENTRIES = 20  # of the table for the drive

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-__all__ = ["DiagnosticWithMessage", "Loaded", "ModelInHand", "load"]
-
 COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
 
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from bristle.identification.result import Fit
     from bristle.logs.log import Log
 
-__all__ = ["Prepared", "prepare"]
-
 Progress = Callable[[float, str], None]
 SIGNALS = ("time", "position", "effort", "reference")
 

@@ -16,8 +16,6 @@ from bristle.files.summary import plain
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["Result"]
-
 
 class Result(WithCard):
     """A result that is told and kept."""

@@ -24,10 +24,10 @@ def loops(kernel, rng, **shape):
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_kernel_and_both_numbers_come_back(kernel):
     rng = np.random.default_rng(7)
-    found = fit_closed_form(loops(kernel, rng))
-    assert found.offset == pytest.approx(5.0, abs=0.1)
-    assert found.rms == pytest.approx(NOISE * F_P, rel=0.1)
-    values = found.operator.values
+    result = fit_closed_form(loops(kernel, rng))
+    assert result.offset == pytest.approx(5.0, abs=0.1)
+    assert result.rms == pytest.approx(NOISE * F_P, rel=0.1)
+    values = result.operator.values
     assert values["s"] == pytest.approx(S, rel=0.02)
     assert values["f_p"] == pytest.approx(F_P, rel=0.02)
     if kernel == "exp_masing":
@@ -38,8 +38,8 @@ def test_the_kernel_and_both_numbers_come_back(kernel):
 
 
 def test_the_exponent_comes_back():
-    found = fit_closed_form(loops("dahl_masing", np.random.default_rng(8), exponent=1.5), kernel="dahl_masing")
-    assert found.operator.values["exponent"] == pytest.approx(1.5, abs=0.1)
+    result = fit_closed_form(loops("dahl_masing", np.random.default_rng(8), exponent=1.5), kernel="dahl_masing")
+    assert result.operator.values["exponent"] == pytest.approx(1.5, abs=0.1)
 
 
 def test_what_cannot_be_fitted_is_refused():

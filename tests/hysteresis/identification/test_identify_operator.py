@@ -18,35 +18,35 @@ def friction():
 
 
 def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
-    told, shares = [], []
-    found = br.identify_operator(friction, "all", cells=12, progress=lambda share, text: (told.append(text), shares.append(share)))
-    assert [fit.rank for fit in found.fits] == [1, 2, 3]
-    assert found.best.name == "preisach"
-    held_out = [fit.held_out.mean_percent for fit in found.fits]
+    message, shares = [], []
+    result = br.identify_operator(friction, "all", cells=12, progress=lambda share, text: (message.append(text), shares.append(share)))
+    assert [fit.rank for fit in result.fits] == [1, 2, 3]
+    assert result.best.name == "preisach"
+    held_out = [fit.held_out.mean_percent for fit in result.fits]
     assert held_out == sorted(held_out)
-    assert found.best.operator.values["s"] == pytest.approx(1.0, rel=0.02)
-    assert list(dict.fromkeys(told)) == ["fitting prandtl_ishlinskii", "fitting preisach", "fitting preisach_grid"]
+    assert result.best.operator.values["s"] == pytest.approx(1.0, rel=0.02)
+    assert list(dict.fromkeys(message)) == ["fitting prandtl_ishlinskii", "fitting preisach", "fitting preisach_grid"]
     assert len(shares) == 3 * 6
     assert shares == sorted(shares)
-    for fit in found.fits:
+    for fit in result.fits:
         assert predict_operator(fit.operator, friction, fit.offset).rmse == pytest.approx(fit.prediction.rmse)
 
 
 def test_curves_are_left_out_by_turns():
     curves = reversal_curves(TRUTH)
-    found = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=12)
-    assert found.best.name == "reversal_table"
-    assert len(found.best.held_out.block_errors_percent) == 5
-    assert found.best.held_out.mean_percent < 0.2
+    result = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=12)
+    assert result.best.name == "reversal_table"
+    assert len(result.best.held_out.block_errors_percent) == 5
+    assert result.best.held_out.mean_percent < 0.2
     # The table goes through its own curves.
-    assert found.best.prediction.error_percent < 0.01
+    assert result.best.prediction.error_percent < 0.01
 
 
 def test_congruency_reads_as_the_noise_where_an_operator_is_adequate(friction):
-    found = congruency_of(friction)
+    result = congruency_of(friction)
     # The noise of a sample and that of the turning point.
-    assert NOISE < found.alike < 3.0 * NOISE
-    assert NOISE < found.anywhere < 3.0 * NOISE
+    assert NOISE < result.alike < 3.0 * NOISE
+    assert NOISE < result.anywhere < 3.0 * NOISE
 
 
 def test_congruency_tells_what_no_operator_can_follow():
@@ -56,8 +56,8 @@ def test_congruency_tells_what_no_operator_can_follow():
     chained = Curves((Curve(u, br.response(lugre, u, 1.0)),))
     assert congruency_of(chained).alike > 0.05
     centred = br.hysteresis.preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0)
-    found = congruency_of(recorded(centred, u))
-    assert found.anywhere > 5.0 * found.alike
+    result = congruency_of(recorded(centred, u))
+    assert result.anywhere > 5.0 * result.alike
     assert congruency_of(Curves((Curve(np.linspace(0.0, 1.0, 50), np.linspace(0.0, 1.0, 50)),))).alike is None
 
 

@@ -17,7 +17,7 @@ def clean():
 
 
 def with_noise(curves, rng):
-    return Curves(tuple(Curve(one.u, one.f + NOISE * rng.standard_normal(one.u.size)) for one in curves), "saturated")
+    return Curves(tuple(Curve(curve.u, curve.f + NOISE * rng.standard_normal(curve.u.size)) for curve in curves), "saturated")
 
 
 def off(curves, truth):
@@ -25,15 +25,15 @@ def off(curves, truth):
 
 
 def test_noise_that_neighbours_do_not_share_is_taken_off(clean):
-    found = smoothed(with_noise(clean, np.random.default_rng(5)))
-    assert found.window >= 5
-    assert off(found.recorded.curves, clean) < 0.7 * NOISE
-    assert all(np.array_equal(a.u, b.u) for a, b in zip(found.recorded.curves, clean, strict=True))
+    result = smoothed(with_noise(clean, np.random.default_rng(5)))
+    assert result.window >= 5
+    assert off(result.recorded.curves, clean) < 0.7 * NOISE
+    assert all(np.array_equal(a.u, b.u) for a, b in zip(result.recorded.curves, clean, strict=True))
 
 
 def test_curves_without_noise_keep_their_shape(clean):
-    found = smoothed(Curves(clean, "saturated"))
-    assert off(found.recorded.curves, clean) < 0.1 * NOISE
+    result = smoothed(Curves(clean, "saturated"))
+    assert off(result.recorded.curves, clean) < 0.1 * NOISE
 
 
 def test_curves_that_turn_within_a_few_samples_are_left_alone():
@@ -43,16 +43,16 @@ def test_curves_that_turn_within_a_few_samples_are_left_alone():
 
 def test_falling_curves_are_smoothed_like_rising_ones(clean):
     rng, other = np.random.default_rng(6), np.random.default_rng(6)
-    mirrored = tuple(Curve(-one.u, -one.f) for one in clean)
+    mirrored = tuple(Curve(-item.u, -item.f) for item in clean)
     rising, falling = smoothed(with_noise(clean, rng)), smoothed(with_noise(mirrored, other))
     assert falling.window == rising.window
 
 
 def test_curves_that_were_left_out_are_told_better_by_smoothed_ones(clean, monkeypatch):
     recorded = with_noise(clean, np.random.default_rng(7))
-    found = identify_operator(recorded, "reversal_table").best
+    best = identify_operator(recorded, "reversal_table").best
     monkeypatch.setattr(curves, "WINDOWS", (1,))
     as_recorded = identify_operator(recorded, "reversal_table").best
-    assert any("smoothed over" in note for note in found.notes)
+    assert any("smoothed over" in note for note in best.notes)
     assert not any("smoothed over" in note for note in as_recorded.notes)
-    assert found.held_out.mean_percent < 0.95 * as_recorded.held_out.mean_percent
+    assert best.held_out.mean_percent < 0.95 * as_recorded.held_out.mean_percent

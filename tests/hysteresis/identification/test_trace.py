@@ -33,15 +33,15 @@ def test_the_regressor_of_cells_is_the_response_of_the_grid():
     operator = hysteresis.preisach_grid(low=-3.0, high=3.0, E=cells.everett(weights), offset=0.4)
     u = to_and_fro(rng)
     for history in ([], [30.0], [-30.0, 1.0]):
-        said = design(trace_of(u, history), cells) @ weights + 0.4
-        assert np.max(np.abs(said - response(operator, u, history=history))) < 1e-11
+        text = design(trace_of(u, history), cells) @ weights + 0.4
+        assert np.max(np.abs(text - response(operator, u, history=history))) < 1e-11
 
 
 def test_some_rows_are_those_of_the_whole():
     u = to_and_fro(np.random.default_rng(2))
     trace = trace_of(u, [3.0])
-    some = np.array([0, 7, 400, 1599])
-    assert np.array_equal(design(trace, stops, some), design(trace, stops)[some])
+    sample = np.array([0, 7, 400, 1599])
+    assert np.array_equal(design(trace, stops, sample), design(trace, stops)[sample])
 
 
 @pytest.mark.parametrize("u", [[], [0.0, 0.0], [1.0]])

@@ -32,8 +32,8 @@ def dahl():
 
 def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_does_not(dahl):
     for name, truth in CASES["dahl"].values.items():
-        one = dahl.parameters[name]
-        assert one.interval[0] < truth < one.interval[1]
+        item = dahl.parameters[name]
+        assert item.interval[0] < truth < item.interval[1]
     level = dahl.parameters["F_C"]
     assert level.interval[1] - level.interval[0] > 4.0 * level.std
     assert not dahl.resampling.white
@@ -56,11 +56,11 @@ def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
     dataset = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
     problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
     twin, disturbance = RowReplicates(problem, TRUTH), Disturbance(0.065, 0.3, 0.0, 1e-7, 0.5)
-    one, other, still = (twin.log(disturbance, np.random.default_rng(5), side) for side in (1.0, -1.0, 0.0))
+    item, other, still = (twin.log(disturbance, np.random.default_rng(5), side) for side in (1.0, -1.0, 0.0))
     for signal in ("effort", "position"):
-        middle = 0.5 * (getattr(one, signal).values + getattr(other, signal).values)
+        middle = 0.5 * (getattr(item, signal).values + getattr(other, signal).values)
         np.testing.assert_allclose(middle, getattr(still, signal).values, atol=1e-9)
-        assert np.std(getattr(one, signal).values - middle) > 0.0
+        assert np.std(getattr(item, signal).values - middle) > 0.0
 
 
 def test_a_twin_has_the_segments_of_its_log_each_where_it_was():
@@ -78,10 +78,10 @@ def test_without_a_word_all_coordinates_are_fitted_again():
     dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis(), 50.0, 5)
     problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
     solution, names = linear(problem), list(TRUTH)
-    every, mass_held = (np.array([name != held for name in solution.space.names]) for held in ("", "M"))
+    every, mass_held = (np.array([name != fixed for name in solution.space.names]) for fixed in ("", "M"))
     fits = (bootstrap(problem, solution, 4, free=free, linear=True) for free in (None, every, mass_held))
-    silent, said, less = (np.array([[one[name] for name in names] for one in fit.members]) for fit in fits)
-    np.testing.assert_array_equal(silent, said)
+    silent, text, less = (np.array([[member[name] for name in names] for member in fit.members]) for fit in fits)
+    np.testing.assert_array_equal(silent, text)
     assert np.all(np.ptp(silent, axis=0) > 0.0)
     assert np.ptp(less, axis=0).tolist().index(0.0) == names.index("M")
 
@@ -122,10 +122,10 @@ def test_white_noise_alone_gives_what_least_squares_does():
     effort = sliding_effort(sines(10.0), noise=0.3)
     fit = identify(log_of(sines(10.0), effort), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
     for name, truth in TRUTH.items():
-        one = fit.parameters[name]
-        half = 0.5 * (one.interval[1] - one.interval[0])
-        assert half == pytest.approx(1.96 * one.std, rel=0.45)
-        assert abs(one.value - truth) < 2.5 * half
+        item = fit.parameters[name]
+        half = 0.5 * (item.interval[1] - item.interval[0])
+        assert half == pytest.approx(1.96 * item.std, rel=0.45)
+        assert abs(item.value - truth) < 2.5 * half
 
 
 def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl, slipping):
@@ -143,8 +143,8 @@ def test_of_elements_the_shape_is_that_of_the_fit_to_a_twin():
     log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
     component, known = friction.find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
     dataset = treat(log, AXIS)
-    held = parameters_of(shaped(component, np.ones(1), np.ones(1)), known, dataset)
-    _, solution = Elements(dataset, component, held).all_elements()
+    fixed = parameters_of(shaped(component, np.ones(1), np.ones(1)), known, dataset)
+    _, solution = Elements(dataset, component, fixed).all_elements()
     space, best = solution.space, solution.theta
     other = best * (1.0 + 0.1 * np.sin(np.arange(best.size)))
     draw, before = space.turned(other, best), space.values(other)
@@ -196,7 +196,8 @@ def test_of_what_is_sought_in_excess_of_another_the_sum_is_wider_and_the_other_s
     # Where the level is high, its excess is low: the break-away force is known better than either.
     thetas = np.array([[11.0, 1.1e-6], [9.0, 2.9e-6], [12.0, -0.1e-6], [8.0, 4.1e-6]])
     plain, wide = (
-        np.array([draw.numbers for draw in turned(solution, thetas, solution.theta, wide=given)]) for given in (None, np.array([1.0, 2.5]))
+        np.array([draw.numbers for draw in turned(solution, thetas, solution.theta, wide=values)])
+        for values in (None, np.array([1.0, 2.5]))
     )
     np.testing.assert_allclose(wide[:, 0], plain[:, 0])
     np.testing.assert_allclose(wide[:, 1] - 12.0, 2.5 * (plain[:, 1] - 12.0), atol=1e-9)

@@ -16,27 +16,27 @@ def squares(freedom: int, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("freedom", [3, 10, 40])
 def test_mean_and_freedom_are_found_again(freedom):
-    found = ChiSquare.of(squares(freedom, 20_000))
-    assert found.mean == pytest.approx(MEAN, rel=0.02)
-    assert found.freedom == pytest.approx(freedom, rel=0.06)
+    result = ChiSquare.of(squares(freedom, 20_000))
+    assert result.mean == pytest.approx(MEAN, rel=0.02)
+    assert result.freedom == pytest.approx(freedom, rel=0.06)
 
 
 @pytest.mark.parametrize("freedom", [10, 40])
 def test_so_many_of_the_deviations_lie_below(freedom):
     drawn = squares(freedom, 20_000)
-    found = ChiSquare.of(drawn)
+    result = ChiSquare.of(drawn)
     for share in (0.025, 0.5, 0.975):
-        below = np.mean(np.sqrt(drawn / MEAN) < found.deviation(share))
+        below = np.mean(np.sqrt(drawn / MEAN) < result.deviation(share))
         assert below == pytest.approx(share, abs=0.008)
 
 
 def test_one_of_a_hundred_that_went_astray_changes_little():
     drawn = squares(40, 100)
-    found = ChiSquare.of(drawn)
+    result = ChiSquare.of(drawn)
     drawn[7] *= 1e4
     astray = ChiSquare.of(drawn)
-    assert astray.mean == pytest.approx(found.mean, rel=0.05)
-    assert astray.freedom == pytest.approx(found.freedom, rel=0.25)
+    assert astray.mean == pytest.approx(result.mean, rel=0.05)
+    assert astray.freedom == pytest.approx(result.freedom, rel=0.25)
     # By moments there would be hardly one degree of freedom left.
     assert 2.0 * np.mean(drawn) ** 2 / np.var(drawn) < 0.1
 

@@ -32,8 +32,8 @@ def test_every_turn_of_a_sine_is_one(step, noise):
 
 def test_a_rest_in_noise_is_no_turn():
     t = DT * np.arange(6000)
-    there = np.clip(t - 1.0, 0.0, 1.0) - np.clip(t - 4.0, 0.0, 1.0)
-    motion = Motion(t, 0.01 * there, np.gradient(0.01 * there, DT), np.zeros(t.size))
+    present = np.clip(t - 1.0, 0.0, 1.0) - np.clip(t - 4.0, 0.0, 1.0)
+    motion = Motion(t, 0.01 * present, np.gradient(0.01 * present, DT), np.zeros(t.size))
     assert len(half_cycle_starts(treated(motion, step=1e-6, noise=1e-6))[0]) == 2
 
 
@@ -57,7 +57,7 @@ def test_a_known_scatter_is_seen_with_the_spread_of_chi_square_though_one_stroke
     assert rows.size > 20
     noise = 0.01 * rng.standard_normal((400, slope.size))
     levels = 0.05 * rng.standard_normal((400, rows.size))
-    seen = np.array([scatter_in(cycles, slope, level[cycles.index] * slope + one) for level, one in zip(levels, noise, strict=True)])
+    seen = np.array([scatter_in(cycles, slope, level[cycles.index] * slope + item) for level, item in zip(levels, noise, strict=True)])
     assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.05, rel=0.03)
     assert np.std(seen) / np.mean(seen) == pytest.approx((2.0 * rows.size) ** -0.5, rel=0.15)
 

@@ -14,11 +14,11 @@ from bristle.report.messages import warnings_of
 def test_everything_is_seen_in_a_log_that_shows_everything():
     motion = sines(8.0)
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", blocks=0, draws=20).best
-    assert {one.status for one in fit.estimates} == {"identified"}
-    for one in fit.estimates:
-        assert one.interval is not None
-        assert one.interval[0] < one.value < one.interval[1]
-        assert one.interval[0] - one.larger_std < TRUTH[one.name] < one.interval[1] + one.larger_std
+    assert {estimate.status for estimate in fit.estimates} == {"identified"}
+    for estimate in fit.estimates:
+        assert estimate.interval is not None
+        assert estimate.interval[0] < estimate.value < estimate.interval[1]
+        assert estimate.interval[0] - estimate.larger_std < TRUTH[estimate.name] < estimate.interval[1] + estimate.larger_std
 
 
 def test_an_inertia_that_hardly_matters_is_not_seen():
@@ -27,7 +27,7 @@ def test_an_inertia_that_hardly_matters_is_not_seen():
     fit = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=20).best
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
-    assert any("M cannot be identified" in one for one in warnings_of(fit))
+    assert any("M cannot be identified" in item for item in warnings_of(fit))
 
 
 @pytest.mark.parametrize(("model", "asked"), [("coulomb_viscous", [2, 2]), ("dahl", [0, 3])])

@@ -35,6 +35,6 @@ def test_what_errs_beside_reversals_is_no_scatter(corner):
 
 def test_where_most_half_cycles_have_no_such_rows_all_rows_count():
     cycles = Groups(np.repeat(np.arange(10), 20))
-    some = cycles.of_rows < 4
-    assert Levels.of(cycles, np.ones(200), some).rows.all()
+    sample = cycles.of_rows < 4
+    assert Levels.of(cycles, np.ones(200), sample).rows.all()
     assert not Levels.of(cycles, np.ones(200), cycles.of_rows < 6).rows.all()

@@ -8,8 +8,6 @@ from typing import Any
 from bristle.core.typography import with_unit
 from bristle.report.sentences.sentence import Sentence, says, where
 
-__all__ = ["CHECKS", "COMPARISONS"]
-
 _SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
 
 

@@ -7,8 +7,6 @@ from typing import Any
 
 from bristle.report.sentences.sentence import Sentence, says, where
 
-__all__ = ["FITS", "PREDICTIONS"]
-
 _NO_TEST = (
     "what was held out is the motion that was fitted, so that its error tells how well the axis repeats itself, not "
     "how the model does on another motion. Predict a log of another motion with it"

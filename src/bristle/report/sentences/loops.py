@@ -7,8 +7,6 @@ from typing import Any
 
 from bristle.report.sentences.sentence import Sentence, says
 
-__all__ = ["LOOPS", "counted"]
-
 WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 CAUSES = {
     "falling_friction": "friction falls with velocity at the speed of the reference, and the axis sticks and slips",

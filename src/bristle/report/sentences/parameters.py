@@ -8,8 +8,6 @@ from typing import Any
 from bristle.core.typography import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
-__all__ = ["PARAMETERS", "STRUCTURE"]
-
 _WEIGH = "accelerate harder, or give the mass or inertia in the axis file"
 _SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
 _REVERSE = "reverse gently and often, at amplitudes of the break-away distance and below"

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-__all__ = ["Sentence", "cause", "held", "says", "where"]
-
 Choice = Callable[[tuple[str, ...], Mapping[str, Any]], str]
 
 UNSURE = "; standard error {std_percent:.0f} %, with residuals correlated over time"
