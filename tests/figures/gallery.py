@@ -9,7 +9,7 @@ from tests.loop.laws import rig
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
-from bristle.figures import errors, loop_family, loop_rows, preisach, rig_layout, small_multiples
+from bristle.figures import circles, errors, loop_family, loop_rows, preisach, rig_layout, small_multiples
 from bristle.figures.following_error import loops_at_reversal
 from bristle.identification.result import Estimate
 from bristle.logs.passages import Passage
@@ -109,6 +109,11 @@ def fleet(names):
     return Some(columns=columns, count=20, described={"columns": about}), names, dict.fromkeys(names, np.array([3, 5]))
 
 
+def circles_of(names):
+    angle = np.linspace(0.0, 2.0 * np.pi, 400)
+    return [Some(variant=name, angle=angle, deviation=1e-6 * (k + np.cos(4.0 * angle))) for k, name in enumerate(names)]
+
+
 def gallery(names=PLAIN, many=None):
     """Return what draws each figure, by name; `many` names, among them the others, where a figure has room for them."""
     many = tuple(many or names)
@@ -125,6 +130,7 @@ def gallery(names=PLAIN, many=None):
     variant, both = loop(item), {"friction": traces[item], "read": traces[other]}
     return {
         "break_away": lambda: loop_family.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
+        "circles": lambda: circles.circles(circles_of(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
         "comparison_in_short": lambda: figures.comparison.comparison_in_short(compared()),
         "comparison": lambda: figures.comparison.comparison(compared()),

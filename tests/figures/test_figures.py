@@ -68,10 +68,10 @@ def assert_legible(figure):
 
 def test_lines_with_a_name_differ_without_colour(figure):
     for axes in figure.axes:
-        named = [get_line for get_line in axes.get_lines() if not get_line.get_label().startswith("_")]
-        for get_line, other in itertools.combinations(named, 2):
-            lightness = [np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (get_line, other)]
-            shapes = [(line.get_linestyle(), str(line.get_marker()), line.get_fillstyle()) for line in (get_line, other)]
+        named = [line for line in axes.get_lines() if not line.get_label().startswith("_")]
+        for line, other in itertools.combinations(named, 2):
+            lightness = [np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (line, other)]
+            shapes = [(line.get_linestyle(), str(line.get_marker()), line.get_fillstyle()) for line in (line, other)]
             assert abs(lightness[0] - lightness[1]) > 0.2 or shapes[0] != shapes[1]
 
 

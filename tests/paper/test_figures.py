@@ -342,7 +342,7 @@ def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
 
 def lines(figure, label):
     """The lines of each panel that have this label."""
-    return [[get_line for get_line in axes.get_lines() if get_line.get_label() == label] for axes in figure.axes]
+    return [[line for line in axes.get_lines() if line.get_label() == label] for axes in figure.axes]
 
 
 def test_13_the_ranges_that_the_paper_prints_are_drawn(paper):

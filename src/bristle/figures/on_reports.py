@@ -61,7 +61,7 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("variants", "following_error"),
     ),
     "log": (Place("front", "passages"),),
-    "design": (Place("front", "loops_proposed"), Place("margins", "margins")),
+    "design": (Place("front", "loops_proposed"), Place("margins", "margins"), Place("circle", "circles")),
     "comparison": (Place("front", "comparison", attribute="SHORT"), Place("courses", "comparison")),
     "excitation": (Place("front", "motion"), Place("outlook", "motion", attribute="EXPECTED")),
     "study": (Place("spread", "study"),),

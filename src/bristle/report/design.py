@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
@@ -65,6 +66,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         "design": design,
         "kind": design.experiment.kind,
         "assessment": design.assessment,
+        "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
         "enough": PHASE_ENOUGH,
         "phases": [least_phase(loop.assessment) for loop in design.proposals],
