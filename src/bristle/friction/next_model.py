@@ -31,7 +31,7 @@ def model_with(cause: str, friction: Model) -> str:
     if cause in CHANNELS and cause in {surrounding.name for surrounding in component.surroundings}:
         return ""
     if cause in SLOT_OF:
-        return _beside(component, SLOT_OF[cause])
+        return _beside(component, base, SLOT_OF[cause])
     if cause == "presliding":
         return "lugre"
     if cause == "hysteresis":  # nothing but loops before sliding: the fewest parameters that remember where they turned
@@ -61,17 +61,14 @@ def _falls(component: FrictionModel) -> bool:
     return any((variable.quantity, variable.excitation) == ("length/time", "stribeck") for variable in component.variables.values())
 
 
-def _takes(base: FrictionModel, slot: str) -> bool:
-    """Return whether a model can have a slot: one that raises a level needs a level, and no elements that share it."""
-    has_elements = any(base.is_array(name) for name in base.variables)
-    return slot not in (*LEVELS, *CHANNEL_SLOTS) or (has_level(base) and not has_elements)
-
-
-def _beside(component: FrictionModel, slot: str) -> str:
-    """Return the name of a model with one more slot; empty where it has that one."""
+def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
+    """Return the name of a model with one more slot; empty where it has that one, or cannot have it."""
+    # A slot that raises a level needs a level, and no elements that share it.
+    if slot in (*LEVELS, *CHANNEL_SLOTS) and (not has_level(base) or any(map(base.is_array, base.variables))):
+        return ""
     operators = tuple(part for part in component.name.split("+") if part in REACHES)
     slots = (*operators, *reversed(variations_of(component)), *(("asymmetry",) if directional(component) else ()))
-    if slot in slots or not _takes(base_of(component), slot):
+    if slot in slots:
         return ""
     own = _own_slots(component)
-    return with_slots(base_of(component), (*(own.get(name, name) for name in slots), slot)).name
+    return with_slots(base, (*(own.get(name, name) for name in slots), slot)).name
