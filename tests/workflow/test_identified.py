@@ -18,6 +18,7 @@ from bristle.files import arrays
 from bristle.files.axis import axis_text
 from bristle.files.model import read_model
 from bristle.prediction import predict
+from bristle.server.tasks import _findings
 
 MODELS = "coulomb_viscous,viscous"
 ROOT = Path(__file__).parents[2]
@@ -174,6 +175,12 @@ def test_the_report_is_one_file_that_needs_nothing_else(result, loaded, tmp_path
     assert "Is the model fit to be used?" in page
     assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
+
+
+def test_the_page_of_the_server_shows_its_parameters_and_what_to_type_in(result):
+    shown = _findings(result, result.outcome)
+    assert [row[0] for row in shown["parameters"]["rows"]] == list(result.parameters)
+    assert len(shown["drive"]["rows"]) == len(result.outcome.table)
 
 
 def test_the_figure_shows_what_was_measured_and_what_is_left_over(result):

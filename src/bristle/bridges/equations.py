@@ -35,11 +35,11 @@ def axis_equations(plant: Model, friction: Model) -> Advance:
         raise InputError("has no rate, so it is no differential equation", path="plant", value=plant.name, mend=SAMPLED)
     body, contact, rate = Instance(plant), Instance(friction), _rate_of(friction)
     q, p, count = plant.parameters, friction.parameters, body.state.size
-    load_plant, load_contact = unpacker(body.structures[1]), unpacker(contact.structures[1], count)
+    load_plant, load_contact = unpacker(body.structures[1]), unpacker(contact.structures[1])
 
     def at(state: np.ndarray, effort: float) -> tuple[float, np.ndarray]:
         moved = load_plant(state)
-        force, d_contact = rate(load_contact(state), Motion(moved.v, moved.x), p)
+        force, d_contact = rate(load_contact(state[count:]), Motion(moved.v, moved.x), p)
         return force, np.concatenate((pack(plant_rate(moved, effort, force, q)), pack(d_contact)))
 
     return at
@@ -48,10 +48,10 @@ def axis_equations(plant: Model, friction: Model) -> Advance:
 def contact_equations(friction: Model) -> Advance:
     """Return the equations of friction under a velocity: the state is the position, then that of the friction."""
     contact, rate, p = Instance(friction), _rate_of(friction), friction.parameters
-    load = unpacker(contact.structures[1], 1)
+    load = unpacker(contact.structures[1])
 
     def at(state: np.ndarray, velocity: float) -> tuple[float, np.ndarray]:
-        force, d_contact = rate(load(state), Motion(velocity, float(state[0])), p)
+        force, d_contact = rate(load(state[1:]), Motion(velocity, float(state[0])), p)
         return force, np.concatenate(((velocity,), pack(d_contact)))
 
     return at
@@ -79,7 +79,7 @@ def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:
     body, contact = Instance(plant), Instance(friction)
     memory_size = friction.component.memory_size(friction.parameters)
     cuts = np.cumsum((body.state.size, contact.state.size, memory_size))
-    entry = substeps_entry(body, contact, "efim")
+    entry = substeps_entry(body, contact)
 
     def step(state: np.ndarray, effort: float) -> tuple[float, np.ndarray]:
         plant_state, friction_state, memory, solver = np.split(state, cuts)

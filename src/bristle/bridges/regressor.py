@@ -251,7 +251,7 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
             raise InputError(
                 "lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS), mend="Call its columns time and position, in SI"
             )
-        columns = {name: np.asarray(X[name], dtype=float) for name in names}
+        columns: dict[str, np.ndarray] = {name: np.asarray(X[name], dtype=float) for name in names}
     else:
         values = array(ndim=2, least=1)(X, "X", None)
         if values.shape[1] not in (2, 3):

@@ -59,7 +59,7 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in (low, high)]
     shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
     motions = np.unique(plan.kinds_before).size
-    shared = Shared(*shares, plan.before.size, plan.after.size, motions, complete, plan.paired, float(np.median(as_one)))
+    shared = Shared(shares[0], shares[1], plan.before.size, plan.after.size, motions, complete, plan.paired, float(np.median(as_one)))
     sample_time = used[0].cycles[0].recording.sample_time
     at_speeds = {f"friction.at_speeds.{number}": speed for number, speed in enumerate(rows.speeds if rows else ())}
     return Comparison(

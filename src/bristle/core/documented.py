@@ -85,7 +85,7 @@ class Documented:
         return ReadOnly(variables_of(self.Parameters))
 
     @property
-    def defaults(self) -> Mapping[str, Any]:
+    def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value."""
         return self._written(getattr(self.Parameters, "_field_defaults", {}))
 
@@ -254,7 +254,7 @@ class Enclosing:
         return ReadOnly(self.inner.variables | dict(self.beside))
 
     @property
-    def defaults(self) -> Mapping[str, Any]:
+    def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value."""
         return self.inner.defaults
 

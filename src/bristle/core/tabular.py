@@ -15,7 +15,7 @@ from bristle.core.errors import MOST_SHOWN, MissingExtraError, in_one_line, shor
 from bristle.core.motion import RECORDED
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Variable
 
 MOST_REMARKS = 6  # with title, heads and what is left out 30 lines: a screen
 
@@ -109,10 +109,6 @@ class Signal(NamedTuple):
 class Tabular(WithCard):
     """What holds signals of one length, by name, and numbers beside them."""
 
-    @property
-    def _kind(self) -> Kind:
-        return getattr(self, "kind", "translational")
-
     def _signals(self) -> dict[str, Signal]:
         """Return the signals that there are, time first."""
         held: dict[str, Any] = {name: getattr(self, name, None) for name in SIGNALS}
@@ -156,13 +152,14 @@ class Tabular(WithCard):
     def _card(self) -> Card:
         signals = self._signals()
         rows = tuple((name, ranged(signal.values, signal.unit), signal.description) for name, signal in signals.items())
+        return Card(self._title(), ("Signal", "Range", "What it is"), rows, tuple(self._remarks()))
+
+    def _title(self) -> str:
+        return f"{type(self).__name__} of {len(self._signals()['time'].values)} samples, {getattr(self, 'kind', 'translational')}"
+
+    def _remarks(self) -> list[str]:
         status = getattr(self, "status", Status.OK)
-        return Card(
-            f"{type(self).__name__} of {len(self._signals()['time'].values)} samples, {self._kind}",
-            ("Signal", "Range", "What it is"),
-            rows,
-            (f"status: {status.sentence}", *getattr(self, "notes", ())),
-        )
+        return [f"status: {status.sentence}", *getattr(self, "notes", ())]
 
 
 def ranged(values: np.ndarray, unit: str) -> str:

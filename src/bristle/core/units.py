@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from bristle.core.dimensions import KINDS, LONGEST, SYMBOLS, Kind, factors_of, grammar, total, unit_elsewhere, written
 from bristle.core.errors import InputError, located
@@ -83,7 +83,7 @@ def _registry() -> Any:
             lines.append(OWN_DIMENSIONS[head] + line[len(head) :])
         elif not line.startswith("@import"):
             lines.append(line)
-    return pint.UnitRegistry([*lines, *OWN_UNITS], autoconvert_offset_to_baseunit=True)
+    return pint.UnitRegistry(cast("Any", [*lines, *OWN_UNITS]), autoconvert_offset_to_baseunit=True)
 
 
 OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}

@@ -161,7 +161,7 @@ class _Batch:
         run, efforts = driver(open_loops), self._efforts(hold)
         matrices = np.full((3, self.count, len(self.effort)), np.nan)
         self.position, self.velocity, self.force = matrices
-        records = Records(*matrices.reshape(3, -1), self.count)
+        records = Records(*matrices.reshape(3, -1), mechanisms=self.count)
 
         def work(first: int) -> None:
             run(mechanisms, first, min(first + width, self.count), efforts, float(dt), int(steps), records)
@@ -185,7 +185,7 @@ class _Batch:
         )
         matrices = np.empty((3, len(self.effort), self.count))
         self.position, self.velocity, self.force = matrices.transpose(0, 2, 1)
-        efforts, records = self._efforts(hold), Records(*matrices.reshape(3, -1), self.count)
+        efforts, records = self._efforts(hold), Records(*matrices.reshape(3, -1), mechanisms=self.count)
         mechanisms = np.hstack((self.plants, self.body, self.frictions, self.state))
 
         def work(first: int) -> None:

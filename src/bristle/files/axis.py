@@ -335,6 +335,6 @@ def _text_of(axis: Axis) -> bytes:
     return ("# The axis that these results were made with, in SI.\n" + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
 
 
-def _entry(column: Column | Injected | KnownColumn, **keys: Any) -> dict[str, Any]:
+def _entry(column: Column | Injected | KnownColumn, /, **keys: Any) -> dict[str, Any]:
     """Return the entry of a column; what its numbers are multiplied by beyond their unit stands elsewhere."""
     return {key: value for key, value in keys.items() if value is not None} | ({"optional": True} if column.optional else {})

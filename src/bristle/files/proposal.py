@@ -83,8 +83,8 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
     position = columns.get("position")
-    is_told = position is None or "encoder" in tables or position["unit"] == FILL_IN
-    if step := 0.0 if is_told else clear_step(table.columns[position["column"]]):
+    is_open = position is not None and "encoder" not in tables and position["unit"] != FILL_IN
+    if position is not None and is_open and (step := clear_step(table.columns[position["column"]])):
         remark = "the position moves in such steps: of the encoder, or of the digits of the file"
         lines += ["", "# [encoder]", f'# resolution = "{step:.6g} {position["unit"]}"  # {remark}']
     if {"reference", "following_error"} & set(columns):  # the log has what a loop follows

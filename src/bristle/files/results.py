@@ -299,21 +299,20 @@ def _publish(results: Results, target: Path, force: bool) -> None:
     if os.name == "nt":
         results.close()  # there a folder with an open file in it cannot be renamed
     _check_free(target, force)
-    old = None
-    if os.path.lexists(target):
-        old = _replace(results.path, target)
-    else:
+    old = _replace(results.path, target) if os.path.lexists(target) else None
+    if old is None:
         rename_new(results.path, target)
     _open.discard(results)
     sync_folder(target.parent)
     results.close()
-    for pause in (0.0, 0.02, 0.2) if old is not None else ():  # [s]
+    if old is None:
+        return
+    for pause in (0.0, 0.02, 0.2):  # [s]
         time.sleep(pause)
         # Another process that succeeds here may be removing them, too, and is waited for.
         if remove_own(old) or not os.path.lexists(old):
             return
-    if old is not None:
-        warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
+    warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
 
 
 def _replace(new: Path, target: Path) -> Path:

@@ -74,7 +74,11 @@ class Output(ABC):
 
     def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]) -> np.ndarray:
         """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
-        return np.stack(abreast(lambda k: self.simulated(plants[k], frictions[k], values[k]))(range(len(plants))))
+
+        def one(k: int) -> np.ndarray:
+            return self.simulated(plants[k], frictions[k], values[k])
+
+        return np.stack(abreast(one)(range(len(plants))))
 
     @abstractmethod
     def rough(self, most: int) -> Output:

@@ -327,7 +327,7 @@ class Identification:
 
     fits: tuple[Fit, ...]
     log: Log
-    treatment: dict[str, float] = field(default_factory=dict)
+    treatment: Mapping[str, float] = field(default_factory=dict)
     further_logs: tuple[Log, ...] = ()
     unfinished: str = ""
     break_aways: tuple[BreakAway, ...] = ()

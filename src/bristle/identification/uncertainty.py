@@ -347,7 +347,7 @@ class _Followed:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
         index = self.solution.space.names.index(name)
         # The Jacobian in coordinates of its own range is as good for lengths, and much smaller.
-        triangle = np.linalg.qr(self.solution.jacobian, mode="r")
+        triangle = np.asarray(np.linalg.qr(self.solution.jacobian, mode="r"))
         own, rest = triangle[:, index], np.delete(triangle, index, axis=1)
         alone = own - rest @ unbounded(rest, own)
         way = self.moved(name, change)[index] - self.solution.theta[index]

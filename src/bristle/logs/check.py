@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import TypeVar
@@ -22,7 +22,7 @@ from bristle.logs.names import plain_unit
 from bristle.logs.turns import period_of
 from bristle.logs.words import other_unit_in
 
-Numbers = dict[str, Number]
+Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4

@@ -52,7 +52,7 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             elsewhere = f"{path} is a link into another file" if isinstance(link, h5py.ExternalLink) else ""
             if not elsewhere and (name.startswith("#") or not isinstance(link, h5py.HardLink)):
                 continue
-            node = None if elsewhere else group[name]
+            node: Any = None if elsewhere else group[name]
             if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):
                 elsewhere = f"{path} takes its numbers from other files"
             if elsewhere:

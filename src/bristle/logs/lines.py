@@ -86,13 +86,13 @@ class Line:
 def rows_of(log: LogData, resolution: float) -> Rows:
     """Return the rows of a log, through twice the shortest filter that its position allows."""
     # 0.05 [s] of one moving mean: beyond, ramps of velocity are blurred
-    windows = [w for w in WINDOWS if w * log.sample_time <= 0.05] or [WINDOWS[0]]
-    for window in windows:
+    window = longest = max((w for w in WINDOWS if w * log.sample_time <= 0.05), default=WINDOWS[0])
+    for window in WINDOWS:
         parts = [_differenced(log.position.values[segment], window, 2) for segment in log.segments]
         square = float(np.mean(np.concatenate(parts) ** 2)) if any(part.size for part in parts) else 0.0
         # White noise of an encoder's rounding, twice differenced over the window.
         # 0.1 of the root mean square acceleration that the noise of the position may leave
-        if window == windows[-1] or 6.0 * resolution**2 / 12.0 / window < 0.1**2 * square:
+        if window == longest or 6.0 * resolution**2 / 12.0 / window < 0.1**2 * square:
             break
     return _filtered(log, 2 * window)
 

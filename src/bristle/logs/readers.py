@@ -58,7 +58,7 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
         period = period_told({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
     counted = {} if read.stamps or read.tables else {f"column_{i + 1}": name for i, name in enumerate(read.names)}
     source = Path(escaped(place))  # it is read: from here on it is a name that is shown
-    changes = {"notes": notes, "sample_time": period, "numbers": counted | read.numbers, "source": source, "origin": content.origin}
+    changes = {"notes": notes, "sample_time": period, "numbers": {**counted, **read.numbers}, "source": source, "origin": content.origin}
     return with_plain_names(dataclasses.replace(read, **changes))
 
 

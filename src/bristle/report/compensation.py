@@ -52,7 +52,7 @@ class Gain(NamedTuple):
             return ["A simulated loop left the finite numbers, so nothing can be said of the compensation."]
         peaks, words = [step.peak_to_peak for step in self.steps], [self._words(step.peak_to_peak) for step in self.steps]
         lines = [self._about_friction()]
-        if len(self.steps) > 2:
+        if len(peaks) > 2:
             lines.append(
                 f"The first loop, {self.steps[0].name}, has {words[0]}: with all that is fed forward "
                 f"it becomes {words[-1]}{_times(peaks[0], peaks[-1])}."

@@ -81,7 +81,7 @@ def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
 
     best, kind = identified.best, identified.best.plant.kind
     judgement = judged(best, identified.settings, outcome.following)
-    front = answers(identified, outcome.simulation, outcome.following, outcome.axis, usable=judgement.level != "measure_again")
+    front = answers(identified, outcome.simulation, outcome.following, identified.axis, usable=judgement.level != "measure_again")
     traces = best.traces
     return {
         "verdict": judgement.as_data(),
@@ -89,11 +89,11 @@ def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
         "command": outcome.command,
         "kind": kind,
         "unfinished": identified.unfinished,
-        "parameters": _table(parameter_table(best, outcome.axis)),
+        "parameters": _table(parameter_table(best, identified.axis)),
         "comparison": _table(comparison_table(identified)) if len(identified.fits) > 1 else None,
         "warnings": warnings_of(best),
         "notes": identified.notes,
-        "drive": _table(drive_rows(outcome.table, kind, outcome.axis)) if outcome.table else None,
+        "drive": _table(drive_rows(outcome.table, kind, identified.axis)) if outcome.table else None,
         "time": thinned(traces.time, traces.measured, traces.predicted),
         "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
     }

@@ -61,7 +61,7 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
     usable = np.sort(numbers[np.isfinite(numbers)])
     count, intervals = len(usable), [(math.nan, math.nan)] * 3
     if not count:
-        return Spread(0, *[math.nan] * 5, *intervals)
+        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, *intervals)
     mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
     low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
     if independent:

@@ -122,12 +122,12 @@ class Crew:
     def _process(self) -> subprocess.Popen[bytes]:
         """Return the process of this thread, begun anew where it ended."""
         code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.study.workers import serve; serve()"
-        streams: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         while getattr(self._own, "process", None) is None:
             with self._lock:
                 if self._ends:
                     raise WorkerError("the study ends")
-                process = subprocess.Popen([sys.executable, "-c", code], env=os.environ | THREADS, **streams)
+                pipe, command = subprocess.PIPE, [sys.executable, "-c", code]
+                process = subprocess.Popen(command, env=os.environ | THREADS, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
                 self.processes.add(process)
             try:
                 self._asked(process, (self.make, self.study))

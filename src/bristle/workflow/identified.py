@@ -45,7 +45,7 @@ EXPERIMENT = "experiment.toml"
 
 
 @dataclass(frozen=True, eq=False)
-class Identified(ModelInHand, Result, Identification):
+class Identified(Identification, ModelInHand, Result):
     """Models identified from a log, best first; what stands on it is that of the best one.
 
     Parameters

@@ -55,8 +55,8 @@ class DiagnosticWithMessage(Diagnostic):
 class ModelInHand(WithCard):
     """An identified model: its parameters, how sure they are, what it predicts."""
 
-    best: Fit
-    axis: Axis | None
+    best: Any  # a Fit, and an Axis or None: fields of one that is loaded, properties of one that is identified
+    axis: Any
     treatment: Mapping[str, float]
 
     @property
