@@ -183,11 +183,12 @@ def test_the_page_of_the_server_shows_its_parameters_and_what_to_type_in(result)
     assert len(shown["drive"]["rows"]) == len(result.outcome.table)
 
 
-def test_the_figure_shows_what_was_measured_and_what_is_left_over(result):
-    effort, rest = result.plot().axes
-    assert [line.get_label() for line in effort.lines] == ["measured", "predicted"]
-    assert np.ptp(rest.lines[0].get_ydata()) > 0.0
-    assert "Residual" in rest.get_ylabel()
+def test_the_figure_shows_the_measured_and_the_predicted_effort_whole_and_close_up(result):
+    whole, close = result.plot().axes
+    for axes in (whole, close):
+        assert [line.get_label() for line in axes.lines[:2]] == ["measured", "predicted"]
+    spans = [np.ptp(axes.lines[0].get_xdata()) for axes in (whole, close)]
+    assert 0.0 < spans[1] < spans[0]
 
 
 def test_results_that_are_there_are_not_replaced_unasked(result, folder):
