@@ -3,7 +3,8 @@
 ``python -m tests.golden check [CASE ...]`` tells each difference; exit code 1 if there is one. Numbers that were frozen
 on another processor may differ by more than last bits, as `tests.golden.comparison` states; ``--relative 1e-6`` is a
 share of one's own. The slow cases compare many models on logs that do not determine them: there a search that stops
-by a tolerance ends elsewhere on another processor, so what differs is printed and counts only where it was frozen. ``python -m tests.golden freeze [CASE ...]`` writes what is found now, ``list`` tells names.
+by a tolerance ends elsewhere on another processor, so what differs is printed and counts only where it was frozen.
+``python -m tests.golden freeze [CASE ...]`` writes what is found now, ``list`` tells names.
 """
 
 from __future__ import annotations
