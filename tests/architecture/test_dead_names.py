@@ -25,6 +25,8 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.cli.*.EXAMPLE": "the end of the help of each command",
     "bristle.logs.*.read": "the reader of a format, in the module that has its name",
     "bristle.logs.apart.serve": "begun in a process of its own",
+    "bristle.paper.surface.reaching_time": "named in the line of an equation of the paper, in `equations.toml`",
+    "bristle.study.workers.simulated": "asked for by name of a worker of a cluster",
     "bristle.study.workers.serve": "begun in a process of its own",
     "bristle.server.worker.main": "begun in a process of its own",
     "bristle.exports.*.write": "a target of the export, in the file that has its name",

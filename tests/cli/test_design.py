@@ -36,7 +36,7 @@ def test_results_are_a_report_and_numbers(bristle, place):
     assert proposed["bandwidth"] == pytest.approx(20.0 * math.pi)
     assert proposed["parameters"]["k_p"] == pytest.approx(5.0 * math.pi)
     page = Path("design/report.html").read_text()
-    for name in ("margins", "budget", "circles"):
+    for name in ("margins", "circles"):
         assert f'<figure id="figure-{name}">' in page
 
 

@@ -29,7 +29,9 @@ from bristle.files.variant import merged
             lambda: (canonical("time * force/length/length"), canonical("length/length")), ("force*time/length^2", "1"), id="canonical"
         ),
         pytest.param(
-            lambda: (exponents_of("mass*length/time^2"), exponents_of("frequency")), ({"force": 1.0}, {"time": -1.0}), id="exponents_of"
+            lambda: (dict(exponents_of("mass*length/time^2")), dict(exponents_of("frequency"))),
+            ({"force": 1.0}, {"time": -1.0}),
+            id="exponents_of",
         ),
         pytest.param(
             lambda: (unit_elsewhere("N*s/m", "translational", "rotational"), unit_elsewhere("N", "rotational", "translational")),

@@ -1,5 +1,6 @@
 """Every figure, drawn from made-up results in no time, with names as a person might choose them."""
 
+import importlib
 from types import SimpleNamespace as Some
 
 import numpy as np
@@ -22,6 +23,23 @@ V = np.gradient(X, T)
 F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
 SPREAD = errors.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
+
+for _name in (
+    "comparison",
+    "correlation",
+    "effort_over_time",
+    "fleet_parameters",
+    "loops_proposed",
+    "margins",
+    "motion",
+    "open_loop",
+    "passages",
+    "prediction",
+    "recorded_curves",
+    "residuals",
+    "study",
+):
+    importlib.import_module(f"bristle.figures.{_name}")  # figures that reports alone have
 
 
 def fit(names, name):

@@ -6,6 +6,7 @@ import numpy as np
 
 from bristle import figures
 from bristle.core import Status
+from bristle.figures.following_error import has_completed
 
 
 def with_status(result, name, status):
@@ -37,9 +38,9 @@ def test_the_measured_error_lies_under_the_simulated_ones(stage):
 def test_there_is_nothing_to_draw_where_all_diverged(stage):
     result = stage.looped
     for name in result.variants:
-        assert figures.has_completed(result)
+        assert has_completed(result)
         result = with_status(result, name, Status.NOT_FINITE)
-    assert not figures.has_completed(result)
+    assert not has_completed(result)
 
 
 def test_the_close_up_holds_a_reversal_of_the_reference(stage):

@@ -7,8 +7,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from bristle import figures
 from bristle.figures import inline_svg
+from bristle.figures.effort_over_time import effort_over_time
+from bristle.figures.residuals import residuals
 from bristle.figures.style import panels, styled
 
 
@@ -22,19 +23,19 @@ def labelled(text):
 
 def test_the_same_figure_gives_the_same_bytes(stage):
     best = stage.identified.best
-    assert inline_svg(figures.residuals.residuals(best), "a", "") == inline_svg(figures.residuals.residuals(best), "a", "")
+    assert inline_svg(residuals(best), "a", "") == inline_svg(residuals(best), "a", "")
 
 
 def test_two_figures_share_no_identifier_and_each_reference_is_met(stage):
     best = stage.identified.best
-    page = inline_svg(figures.residuals.residuals(best), "a", "") + inline_svg(figures.residuals.residuals(best), "b", "")
+    page = inline_svg(residuals(best), "a", "") + inline_svg(residuals(best), "b", "")
     ids = re.findall(r'\bid="([^"]+)"', page)
     assert len(ids) == len(set(ids)) > 4
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
 
 
 def test_nothing_is_asked_from_outside_and_nothing_is_dated(stage):
-    text = inline_svg(figures.effort_over_time.effort_over_time(stage.identified.best), "a", "")
+    text = inline_svg(effort_over_time(stage.identified.best), "a", "")
     assert not re.search(r"https?:|<metadata|<!DOCTYPE|<\?xml|xlink", text)
 
 
@@ -64,5 +65,5 @@ def test_a_log_of_25000_samples_stays_small(stage):
         predicted=signal + rng.normal(size=n),
     )
     fit = replace(stage.identified.best, traces=traces)
-    for draw in (figures.effort_over_time, figures.residuals):
+    for draw in (effort_over_time, residuals):
         assert len(inline_svg(draw(fit), "a", "")) < 200_000

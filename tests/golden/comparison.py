@@ -90,12 +90,12 @@ def _scale_of(table: dict[str, Any]) -> dict[str, float]:
         return dict.fromkeys(("mean", "samples"), _magnitude(table["rms"]))
     if "aic" in table:  # above those of the best model: differences of numbers as large as the rows
         return dict.fromkeys(("aic", "bic"), 1e3)
-    if "viscous_forward" in table:  # levels for a drive: what 1 m/s adds beside what is there at rest
-        return dict.fromkeys(("viscous_forward", "viscous_backward"), _magnitude(table["forward"]))
     if "below_the_diagonal" in table:
         return {"below_the_diagonal": 1.0}
     if "deviation_of_levels" in table:
-        return dict.fromkeys(("deviation", "deviation_of_levels", "constant"), max(map(_magnitude, table.values())))
+        # Levels for a drive; the viscous ones are what 1 m/s adds to what is there at rest.
+        names = ("deviation", "deviation_of_levels", "constant", "viscous_forward", "viscous_backward")
+        return dict.fromkeys(names, max(map(_magnitude, table.values())))
     if "largest_deviation" in table:
         return {"largest_deviation": max(map(_magnitude, table["effort"]), default=0.0)}
     return {}

@@ -88,8 +88,7 @@ def test_what_a_fit_says_with_more_is_said_once():
     v = np.gradient(x, 1e-3)
     log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
     codes = [diagnostic.code for diagnostic in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
-    assert "motion_repeats" in codes
-    assert "motion_repeats" not in codes
+    assert codes.count("motion_repeats") == 1
 
 
 def test_nothing_is_fitted_across_lost_rows():

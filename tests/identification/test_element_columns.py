@@ -44,7 +44,7 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
 
     factors = np.array([values[factor] for factor in elements._factors])
     rest = [values.get(factor, 0.0) for factor in elements._single]
-    text = elements._columns(factors) @ np.concatenate([stiffness, rest])
+    text = elements._for_factors(factors, slice(None)).columns @ np.concatenate([stiffness, rest])
     view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
     parameters = context.parameters(view)
     wanted = InverseDynamics(dataset, parameters).predicted(values)

@@ -21,6 +21,7 @@ SEED = 20260
 CYCLES, SAMPLES = 200, 400
 ROUNDS = 4
 ROUNDING = 1e-9
+REACHES = np.geomspace(1e-9, 1e3, 49)  # m or rad
 
 
 class Loop(NamedTuple):
@@ -37,7 +38,7 @@ class Loop(NamedTuple):
 def fattest_loop(model: Model) -> Loop:
     """Return the symmetric loop of which the largest share stays, or is gained: it tells the scale and the sense."""
     phase = np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
-    shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in np.geomspace(1e-9, 1e3, 49).tolist()]
+    shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in REACHES.tolist()]
     reach, share = max(shares, key=lambda loop: abs(loop[1]))
     return Loop(reach, share, isinstance(model.parameters, OperatorParameters) and share < -ROUNDING)
 

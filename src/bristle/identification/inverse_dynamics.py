@@ -71,6 +71,7 @@ class InverseDynamics:
     contacts: tuple[float | None, ...] | None = None
 
     is_effort = True
+    in_loop = False
     intervals_code = "intervals"
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:

@@ -76,6 +76,11 @@ class OutputError:
         return self.loop.is_effort
 
     @property
+    def in_loop(self) -> bool:
+        """Whether a controller closes the loop."""
+        return self.loop.in_loop
+
+    @property
     def intervals_code(self) -> str:
         """Code of the diagnostic of the intervals."""
         return self.loop.intervals_code

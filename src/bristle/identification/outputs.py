@@ -44,6 +44,7 @@ class Output(ABC):
     signal: ClassVar[str]
     code: ClassVar[str]
     intervals_code: ClassVar[str]
+    in_loop: ClassVar[bool] = False
     is_effort: ClassVar[bool]
     away_evaluations: ClassVar[int]  # of a descent that starts away from the first one
     is_refined: ClassVar[bool] = False  # whether a simulation is integrated more finely at the end of a search
@@ -207,6 +208,7 @@ class Effort(Output):
     signal = "loop"
     code = "output_error_closed"
     intervals_code = "intervals"
+    in_loop = True
     is_effort = True
     away_evaluations = 5  # the controller keeps a closed loop near its minimum
 

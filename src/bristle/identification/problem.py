@@ -173,12 +173,14 @@ class Replicates(Protocol):
 class Problem(Residual, Protocol):
     """What least squares makes small, and what resampling needs to know of it.
 
-    `is_effort` says whether the signal is an effort [N or N*m], as the bands around it are; `intervals_code` is the
-    code of the diagnostic that tells how intervals were found.
+    `is_effort` says whether the signal is an effort [N or N*m], as the bands around it are; `in_loop` whether a controller
+    closes the loop; `intervals_code` is the code of the diagnostic that tells how intervals were found.
     """
 
     @property
     def is_effort(self) -> bool: ...  # noqa: D102
+    @property
+    def in_loop(self) -> bool: ...  # noqa: D102
     @property
     def intervals_code(self) -> str: ...  # noqa: D102
 

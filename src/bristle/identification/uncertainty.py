@@ -100,6 +100,7 @@ def with_uncertainty(
         "half_cycles": resampling.half_cycles,
         "unexplained": replicates.unexplained,
         "noise": bands.noise,
+        **({"loop": 1} if problem.in_loop else {}),
     }
     diagnostics.append(Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind))
     return replace(fit, estimates=estimates, resampling=resampling, diagnostics=tuple(diagnostics))

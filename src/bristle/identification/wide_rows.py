@@ -143,16 +143,9 @@ class WideRows:
         theta = normal(rows @ rows.T, rows @ target, rcond=SINGULAR)
         for step in range(steps):
             # A little more delay and a little more of a filter, those of them that are free.
-            late, bent = list[np.ndarray](), list[np.ndarray]()
-            calm, without = max(CALM * cutoff, CALMEST), theta.copy()
-            without[0] = 0.0
-            for x in self._filtered(c):
-                explained = theta @ x
-                bent.append(derivative(derivative(explained, self.step), self.step))
-                if calm < self.width:
-                    # Without what noise makes of the acceleration, which a weight would carry into all rows.
-                    explained = without @ x + theta[0] * low_passed(x[0], calm, self.step)
-                late.append(-derivative(explained, self.step))
+            columns = self._filtered(c)
+            late = [-derivative(self._explained(theta, x, cutoff), self.step) for x in columns]
+            bent = [derivative(derivative(theta @ x, self.step), self.step) for x in columns]
             slopes = [self.behind(cutoff, late)] * free[0]
             slopes += [self.behind(cutoff, bent)] if free[1] else []
             equations = np.vstack([rows, *slopes])
@@ -176,6 +169,14 @@ class WideRows:
             c = float(np.clip(c + np.clip(further, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
             rows, target = self._weighed(cutoff, delay, c)
         raise AssertionError
+
+    def _explained(self, theta: np.ndarray, columns: np.ndarray, cutoff: float) -> np.ndarray:
+        """Return the effort without what noise makes of the acceleration, which a weight would carry into all rows."""
+        calm, without = max(CALM * cutoff, CALMEST), theta.copy()
+        if calm >= self.width:
+            return theta @ columns
+        without[0] = 0.0
+        return without @ columns + theta[0] * low_passed(columns[0], calm, self.step)
 
     def _filtered(self, c: float) -> list[np.ndarray]:
         """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""

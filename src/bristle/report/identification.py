@@ -87,7 +87,7 @@ def identification_report(
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
     }
-    loop: list[object] = []
+    loop: list[object] = [*about_loop(None, following, kind)]
     if simulation is not None:
         loop = [variant_table(simulation, following.measured if following else None), *about_loop(gain, following, kind)]
     heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
@@ -123,7 +123,7 @@ def identification_report(
         Section("doubts", "What this log does not tell", doubts),
         Section("following", f"Following error {heading}", loop),
         Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
-        Section("models", "Models compared", [comparison_table(identification)], folded=True),
+        Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], folded=True),
         Section("certificates", "Is the model fit to be used?", certified, folded=True),
         Section("assumptions", "What was assumed", assumptions, folded=True),
         Section("log", "The log", read, folded=True),

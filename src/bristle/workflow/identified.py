@@ -181,7 +181,7 @@ class Outcome:
     figures: tuple[ReportFigure, ...]
     looped: Experiment | None
 
-    def _told(self) -> dict[str, Any]:
+    def _facts(self) -> dict[str, Any]:
         """Return what summary and report tell alike."""
         names = ("table", "simulation", "prediction", "provenance", "certificates", "following")
         return {name: getattr(self, name) for name in names} | {"axis": self.identification.axis}
@@ -191,7 +191,7 @@ class Outcome:
         """The numbers, as ``summary.json`` holds them."""
         from bristle.report.summary import identification_summary
 
-        return identification_summary(self.identification, **self._told())
+        return identification_summary(self.identification, **self._facts())
 
     @cached_property
     def page(self) -> str:
@@ -201,7 +201,7 @@ class Outcome:
 
         living = living_part(self.identification, self.identification.axis, self.simulation, self.following)
         words = {"command": self.command, "axis_name": self.axis_name, "banner": self.banner}
-        return identification_report(self.identification, figures=self.figures, living=living, **words, **self._told())
+        return identification_report(self.identification, figures=self.figures, living=living, **words, **self._facts())
 
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file that lies in a folder beside the model: the next step."""

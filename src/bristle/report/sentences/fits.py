@@ -261,7 +261,7 @@ FITS: dict[str, Sentence] = {
         ),
         "how the 95 % intervals were found",
         "nothing",
-        choose=lambda texts, numbers: texts[0 if "noise" in numbers else 1],
+        choose=lambda texts, numbers: texts[int("loop" in numbers)],
     ),
     "intervals_motion": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} behind the motion", left="{unexplained:length}"),
