@@ -6,21 +6,21 @@ from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
-from bristle import figures
 from bristle.figures import circles, rig_layout
+from bristle.figures.margins import margins
 from bristle.loop import assess, run_circles
 
 
 @pytest.mark.parametrize("delay", range(4))
 def test_gain_phase_and_poles_are_legible(delay):
-    figure = figures.margins.margins(assess(rig(delay)))
+    figure = margins(assess(rig(delay)))
     assert_legible(figure)
     assert "$" not in "".join(item.get_text() for axes in figure.axes for item in axes.get_xticklabels() + axes.get_yticklabels())
 
 
 def test_the_phase_margin_is_drawn_where_the_gain_crosses_one():
     result = assess(rig(1)).bare[0]
-    _, _, phase = sorted(figures.margins.margins(assess(rig(1))).axes, key=lambda axes: axes.get_position().y1)[::-1]
+    _, _, phase = sorted(margins(assess(rig(1))).axes, key=lambda axes: axes.get_position().y1)[::-1]
     hertz, degrees = next(line.get_data() for line in phase.get_lines() if len(line.get_xdata()) == 2 and line.get_xdata()[0])
     assert hertz[0] == pytest.approx(result.margins.crossover / (2.0 * np.pi))
     assert degrees[1] - degrees[0] == pytest.approx(result.margins.phase)

@@ -3,13 +3,13 @@
 import numpy as np
 from tests.figures.gallery import fleet
 
-from bristle import figures
+from bristle.figures.fleet_parameters import fleet_parameters
 
 
 def test_no_interval_is_clipped():
     runs, names, apart = fleet(["F_C", "M"])
     runs.columns["F_C.upper"] = runs.columns["F_C"] + np.where(np.arange(20) == 12, 5.0, 0.3)
-    figure = figures.fleet_parameters.fleet_parameters(runs, names, apart)
+    figure = fleet_parameters(runs, names, apart)
     for name, axes in zip(names, figure.axes, strict=False):
         bottom, top = axes.get_ylim()
         drawn = np.isfinite(runs.columns[name]) & (np.arange(20) != 3)  # the one far away ends in an arrow

@@ -31,7 +31,7 @@ def test_the_page_is_whole_and_asks_for_nothing(designed):
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids)) > 5
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
-    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-margins"]
+    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-margins", "figure-circles"]
     assert "$" not in page.words
 
 

@@ -101,6 +101,8 @@ def _cell(value: Any) -> str:
 
 def _heads(axes: Axes, neighbours: Sequence[Axes], title: str) -> tuple[str, str]:
     """Return the heads of the columns of x and y: the labels of the axes, with their units."""
+    if axes.name == "polar":
+        return "angle [rad]", title if "[" in title else "radius"
     x = axes.get_xlabel() or _label_beside(axes, neighbours, "x")
     y = axes.get_ylabel() or _label_beside(axes, neighbours, "y")
     return (f"x: {x}", f"y: {y}") if x and x == y else (x or "x", y or "y")
