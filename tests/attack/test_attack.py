@@ -75,6 +75,7 @@ def drawn(count: int, seed: int) -> list[tuple[str, tuple, object, list[str]]]:
     return result
 
 
+@pytest.mark.fast_cases(29)
 @pytest.mark.parametrize("case", drawn(90, 2026), ids=lambda case: f"{case[0]}:{'.'.join(map(str, case[1]))}")
 def test_any_value_in_any_place_of_a_file(yard, case):
     name, path, value, arguments = case
@@ -112,6 +113,7 @@ TEXTS = {
 }
 
 
+@pytest.mark.fast_cases(13)
 @pytest.mark.parametrize("name", TEXTS)
 def test_odd_files_of_settings(yard, name):
     file, text = TEXTS[name]
@@ -241,6 +243,7 @@ TEXT_LOGS = {f"a cell {text[:12]!r}": cell(text) for text in CELLS}
 TEXT_LOGS |= {name: rows(change) for name, change in LINES.items()} | {n: body(change) for n, change in BODIES.items()}
 
 
+@pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("name", TEXT_LOGS)
 def test_odd_logs_of_text(yard, name):
     TEXT_LOGS[name](yard)
@@ -269,6 +272,7 @@ def flipped(data: bytes, chance: random.Random, count: int) -> bytes:
     return bytes(spoiled)
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("how", SPOILED)
 @pytest.mark.parametrize("kind", BINARY)
 def test_spoiled_logs_of_other_kinds(yard, kind, how):
@@ -353,6 +357,7 @@ ARGUMENTS = [
 ]
 
 
+@pytest.mark.fast_cases(31)
 @pytest.mark.parametrize("arguments", ARGUMENTS, ids=lambda arguments: ascii(" ".join(arguments))[:60])
 def test_odd_command_lines(yard, arguments):
     assault(arguments, yard)

@@ -59,6 +59,7 @@ def test_momentum_of_a_record(linear):
     assert np.quantile(np.abs(left[moving]), 0.99) < 5e-3 * max(truth.friction.F_C)
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_half_the_step_changes_nothing(family):
     """Everything on but the encoder's steps, whose flips would tell rounding errors apart."""
@@ -249,6 +250,7 @@ def test_what_is_drawn_spans_what_was_promised():
     assert {t.loop.delay for t in truths} == {0, 1, 2, 3}
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_loop_follows_its_reference(family):
     for seed in range(30, 33):
@@ -279,6 +281,7 @@ def short_record(seed):
     return truth, record
 
 
+@pytest.mark.fast_cases(50)
 @pytest.mark.parametrize("name", sorted(LIES))
 @pytest.mark.parametrize("seed", [5, 41])
 def test_each_lie_lies(name, seed):

@@ -71,6 +71,7 @@ def test_an_effort_that_lags_is_predicted_as_late(log):
     assert regressor.score(X[300:-300], y[300:-300]) < 0.9
 
 
+@pytest.mark.slow
 def test_a_position_behind_a_filter_predicts_the_effort_that_acted():
     recorded = late(position_lag=6e-3)
     X, y = np.column_stack((recorded.time.values, recorded.position.values)), recorded.effort.values
@@ -158,6 +159,7 @@ def test_it_needs_no_scikit_learn():
 # --- in scikit-learn ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_scikit_learn_clones_it_and_puts_it_into_pipelines_folds_and_searches(log):
     pytest.importorskip("sklearn")
     from sklearn.base import clone, is_regressor

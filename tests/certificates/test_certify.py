@@ -32,6 +32,7 @@ def test_a_model_that_fails_says_what_to_change():
     assert all("preisach_lugre" in result[name].advice for name in ("drift", "closure"))
 
 
+@pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("name", sorted(friction.MODELS))
 def test_every_model_has_its_certificates(name):
     model = friction.MODELS[name]

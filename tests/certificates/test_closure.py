@@ -14,6 +14,7 @@ def closure_of(model, loop=None):
     return check(model, loop=loop)["closure"]
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(
     ("model", "loop", "percent"),
     [

@@ -25,6 +25,7 @@ def passive_of(model):
     return check(model)["passive"]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("model", "needed"),
     [

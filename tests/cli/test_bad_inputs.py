@@ -283,6 +283,7 @@ def is_readable(errors: str, words: tuple[str, ...]) -> None:
         assert word in lines[0], (word, lines[0])
 
 
+@pytest.mark.fast_cases(31)
 @pytest.mark.parametrize("bad", ALL, ids=[bad.name for bad in ALL])
 def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     bad.make()
@@ -300,6 +301,7 @@ def test_the_table_is_long_and_its_rows_differ():
     assert len({bad.name for bad in ALL}) == len(ALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", [LOGS[3], AXES[7], EXPERIMENTS[6]], ids=lambda bad: bad.name)
 def test_a_process_of_its_own_says_the_same(place, bad):
     bad.make()

@@ -40,6 +40,7 @@ def test_results_are_a_report_and_numbers(bristle, place):
         assert f'<figure id="figure-{name}">' in page
 
 
+@pytest.mark.slow
 def test_an_unstable_loop_is_a_no_with_its_pole_and_gains_that_are_stable(bristle, place):
     text = Path("experiment.toml").read_text()
     Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 12"))

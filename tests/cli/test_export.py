@@ -25,6 +25,7 @@ def test_c_of_a_model_file(bristle, place):
     assert "command: bristle export" in header
 
 
+@pytest.mark.slow
 def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
     assert bristle(*line).code == 0

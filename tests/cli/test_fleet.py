@@ -43,6 +43,7 @@ def at(hall, monkeypatch):
     return hall
 
 
+@pytest.mark.slow
 def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert main([*EACH, "--out", "fleet"]) == 0
     text = capsys.readouterr()

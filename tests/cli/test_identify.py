@@ -31,6 +31,7 @@ def test_the_parameters_of_a_simulated_axis_come_back(bristle, place):
     assert not [item for item in place.iterdir() if item.is_dir()]
 
 
+@pytest.mark.slow
 def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bristle, place):
     models = "viscous,coulomb_viscous"
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
@@ -62,6 +63,7 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     assert 4 <= len(table) - 1 <= 20
 
 
+@pytest.mark.slow
 def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_prediction(bristle, place):
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 40)
     data = bristle(*requested, "--out", "run", "--json").data
@@ -95,6 +97,7 @@ def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_predi
     assert without["metrics"] == predicted["metrics"]
 
 
+@pytest.mark.slow
 def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
     requested = ("--cutoff", "40 Hz")
     result = bristle("identify", "log.csv", "--axis", "axis.toml", *requested, "--out", "run", "--json")
@@ -107,6 +110,7 @@ def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
     assert abs(otherwise.data["metrics"]["force_error_percent"] / error - 1.0) > 0.01
 
 
+@pytest.mark.slow
 def test_without_draws_how_sure_is_told_for_correlated_residuals_too(bristle, place):
     data = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run", "--json").data
     assert data["resampling"] is None
@@ -118,6 +122,7 @@ def test_without_draws_how_sure_is_told_for_correlated_residuals_too(bristle, pl
     assert data["metrics"]["friction_error_percent"] > data["metrics"]["force_error_percent"]
 
 
+@pytest.mark.slow
 def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bristle, place):
     data = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
     variants = data["compensation"]
@@ -132,6 +137,7 @@ def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bri
     assert alone["parameters"] == data["parameters"]
 
 
+@pytest.mark.slow
 def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, place):
     assert bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run").code == 0
     page = Path("run/report.html").read_text()
@@ -139,6 +145,7 @@ def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, plac
     assert not re.search(r"""(src|href)=["']?https?:""", page)
 
 
+@pytest.mark.slow
 def test_results_are_kept_without_force(bristle, place):
     arguments = ("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run")
     assert bristle(*arguments, "--model", "coulomb_viscous").code == 0
@@ -151,11 +158,13 @@ def test_results_are_kept_without_force(bristle, place):
     assert read_model("run/model.toml").friction.name == "viscous"
 
 
+@pytest.mark.slow
 def test_the_filter_option_changes_the_treatment(bristle, place):
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--json")
     assert result.data["treatment"]["cutoff"] == 40.0
 
 
+@pytest.mark.slow
 def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
     requested = ("--model", "own.py+asymmetry", "--draws", 0)
     result = bristle("identify", "log.csv", "--axis", "axis.toml", *requested, "--out", "run", "--json")
@@ -185,6 +194,7 @@ def test_emps(bristle, emps, model, error):
     assert error[0] <= result.data["metrics"]["force_error_percent"] <= error[1]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
@@ -219,6 +229,7 @@ def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
     assert "opposes sliding, dissipates" in line
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_several_logs(bristle, place):
     text = (place / "log.csv").read_text().splitlines()
     half = len(text) // 2
@@ -271,6 +282,7 @@ def next_command(result):
     return shlex.split(line[line.index("bristle run") :])[1:]
 
 
+@pytest.mark.slow
 def test_the_next_step_runs_as_it_is_named(bristle, place):
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
     command = next_command(result)
@@ -298,6 +310,7 @@ def test_the_next_step_runs_as_it_is_named(bristle, place):
     assert bristle("export", *law, "--to", "c", "--out", "law").code == 0
 
 
+@pytest.mark.slow
 def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
     lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
     Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))

@@ -38,6 +38,7 @@ def run_apart(*arguments: str, **options) -> subprocess.CompletedProcess:
     return subprocess.run(command, capture_output=True, check=False, timeout=120, **options)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], *([registered_command, "--help"] for registered_command in COMMANDS)])
 def test_help_loads_nothing_heavy(arguments):
     code = (
@@ -352,6 +353,7 @@ def test_an_output_that_takes_nothing_is_said_once():
     assert "No space left" in ended.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 def test_an_output_that_takes_nothing_does_not_take_the_results_away(place):
     with open("/dev/full", "w") as full:
@@ -365,6 +367,7 @@ def test_an_output_that_takes_nothing_does_not_take_the_results_away(place):
 ENDS = [(["models"], 0), (["models", "--json"], 0), (["nonsense"], 2), (["log", "log.csv"], 0)]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 @pytest.mark.parametrize(("arguments", "code"), ENDS)
 def test_messages_that_nobody_takes_change_no_exit_code(place, arguments, code):
@@ -435,6 +438,7 @@ def test_a_limit_of_open_files_is_no_fault_of_bristle(monkeypatch, capsys):
     assert "no more files can be opened" in capsys.readouterr().err
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("arguments", "code"), ENDS)
 def test_a_closed_output_changes_no_exit_code(place, arguments, code):
     shell = ["bash", "-c", '"$0" -c "$1" "${@:2}" >&- 2>&-', sys.executable, INTERRUPTIBLE, *arguments]
@@ -460,6 +464,7 @@ def test_any_encoding_of_the_terminal_will_do():
     assert "N*m*s/rad" in ended.stdout.decode("ascii")
 
 
+@pytest.mark.slow
 def test_piped_output_carries_no_colours_and_no_progress(place):
     ended = run_apart("identify", "log.csv", "--axis", "axis.toml", env=os.environ | {"NO_COLOR": "1"})
     assert ended.returncode == 0
@@ -498,6 +503,7 @@ def test_a_narrow_terminal_cuts_no_number(monkeypatch, capsys, place):
     assert "1e-12" in re.sub(r"\s", "", shown)
 
 
+@pytest.mark.slow
 def test_warnings_are_lines_and_each_is_shown_once(bristle, monkeypatch, place):
     import warnings
 

@@ -109,6 +109,7 @@ def test_without_one_there_is_no_such_section(bristle, place):
     assert 'id="further"' not in page()
 
 
+@pytest.mark.slow
 def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     shutil.copy(EXAMPLE, "own_figure.py")
     result = bristle(*IDENTIFY, "--figure", "own_figure.py", "--format", "csv")
@@ -122,6 +123,7 @@ def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     assert 45.0 < max(places) < 51.0
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -177,6 +179,7 @@ def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later
     assert bristle(*STUDY, "--dry-run", "--figure", "mine.py").code == 2
 
 
+@pytest.mark.slow
 def test_it_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")

@@ -6,6 +6,7 @@ import pytest
 from tests.files.own_slot import AXIS, SEALS, SLOT, TRUTH, pressed, write_bench
 
 
+@pytest.mark.slow
 def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_bench(tmp_path)
@@ -44,6 +45,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
 
 
+@pytest.mark.slow
 def test_one_of_bristle_goes_by_its_name(bristle, tmp_path, monkeypatch):
     """From a log that a plain model leaves friction over in to the slot that it is told, and no file is carried."""
     monkeypatch.chdir(tmp_path)

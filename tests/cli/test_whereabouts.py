@@ -56,6 +56,7 @@ def test_what_checks_say_names_no_folder(folder, capsys):
         assert TELLING not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_what_is_said_to_the_person_at_the_terminal_leads_there(folder, capsys):
     shutil.rmtree(folder / "out", ignore_errors=True)
     assert main(["excite", str(folder / "axis.toml"), "--duration", "15s", "--out", str(folder / "out")]) == 0

@@ -51,6 +51,7 @@ def test_intervals_of_motions_that_come_once_hold_95_percent(cycles):
     assert 0.90 <= coverage(cycles, paired=True) <= 0.985
 
 
+@pytest.mark.slow
 def test_intervals_of_cycles_that_are_like_their_neighbours_are_wider_for_it(monkeypatch):
     assert coverage(60, likeness=0.6) >= 0.88
     monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
@@ -71,11 +72,13 @@ def test_the_interval_of_a_change_of_means_is_that_of_students_t(cycles, neighbo
     assert 0.5 * (high - low) == pytest.approx(stats.t.ppf(0.975, freedom) * np.sqrt(squares.sum()), rel=0.06)
 
 
+@pytest.mark.slow
 def test_single_samples_drawn_as_if_independent_hold_nothing(monkeypatch):
     monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
     assert coverage(4, single=True, repeats=50) < 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [sine(9), wandering(14.0)], ids=["repeats", "never repeats"])
 def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero(motion):
     result = [br.compare(log(2 * seed, motion), log(2 * seed + 1, motion)) for seed in range(50)]

@@ -27,6 +27,7 @@ NAMES = [
 ]
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_model_meets_the_contract(name):
     checks = check_model(friction.find(name))
@@ -52,6 +53,7 @@ def test_a_model_over_an_operator_meets_it(name):
     assert len(checks) == len(CHECKS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OVER_OPERATORS)
 def test_a_model_over_an_operator_leaves_memory_alone_and_has_the_bits_in_c(name):
     checks = check_model(friction.find(name), checks=(pure_trial, same_bits_exported))

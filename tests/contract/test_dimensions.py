@@ -99,6 +99,7 @@ def move_along(component, change, parameters=None, states=None):
     return forces
 
 
+@pytest.mark.fast_cases(15)
 @pytest.mark.parametrize("name", [name for name in CASES if name not in CANNOT])
 def test_every_formula_of_a_friction_model_has_one_dimension(measuring, name):
     move_along(*CASES[name])

@@ -99,6 +99,7 @@ def test_angles_of_many_turns_keep_what_their_digits_tell():
         assert abs(mathematics.cos(x) - math.cos(x)) <= math.ulp(x), x
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("name", ["exp", "expm1", "relaxation", "fitted_weight", "log", "log1p", "sin", "cos", "tanh", "hyperbolic_mean"])
 def test_compiled_functions_give_the_same_bits(name):
     import numba

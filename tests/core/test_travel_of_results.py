@@ -76,6 +76,7 @@ RESULTS = {
 }
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("result", RESULTS.values(), ids=RESULTS)
 def test_results_travel_to_the_bit(result, stage):
     actual = result(stage)

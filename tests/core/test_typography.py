@@ -14,6 +14,7 @@ from bristle.core.units import factor
 SI = sorted({unit_of(quantity, kind) for quantity in (*UNITS, *PRODUCTS) for kind in KINDS})
 
 
+@pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("unit", SI)
 @given(magnitude=st.floats(1e-10, 1e7))
 def test_a_multiple_is_what_the_unit_edge_reads(unit, magnitude):

@@ -100,6 +100,7 @@ def test_the_presliding_distance(fits, log, axis):
     assert prediction.metrics["force_error_percent"] == pytest.approx(symmetric, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [ROOT / "README.md", EMPS / "README.md"], ids=["README", "emps"])
 def test_the_errors_in_closed_loop(page, fits, log, axis):
     for name, fit in fits.items():

@@ -91,6 +91,7 @@ def test_the_map_reaches_every_page():
 WITH_PYTHON = sorted({item.page for item in blocks("python")})
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=page_ids)
 def test_python_in_pages_prints_what_is_written(page, at_the_reader):
     mine = [block for block in blocks("python") if block.page == page]

@@ -73,6 +73,7 @@ def probe(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing(probe):
     first, compiled = probe()
     again, compiled_again = probe()
@@ -95,6 +96,7 @@ def test_settings_that_the_compiler_cannot_begin_with_are_told(tmp_path):
     assert "NUMBA_" in ended.stderr
 
 
+@pytest.mark.slow
 def test_an_edited_source_of_ours_never_returns_an_old_number(probe, tmp_path):
     before, _ = probe()
     copy = tmp_path / "copy" / "bristle"
@@ -113,6 +115,7 @@ def test_an_edited_source_of_ours_never_returns_an_old_number(probe, tmp_path):
     assert probe()[0] == before
 
 
+@pytest.mark.slow
 def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path):
     (tmp_path / "levels.py").write_text("LEVEL = 10.0\n")
     model = tmp_path / "my_model.py"
@@ -126,6 +129,7 @@ def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path):
     assert probe(model, **place) == (10.0, 1)
 
 
+@pytest.mark.slow
 def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
     helper = tmp_path / "levels.py"
     model = tmp_path / "my_model.py"
@@ -136,6 +140,7 @@ def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
     assert probe(model, PYTHONPATH=str(tmp_path)) == (22.0, 1)
 
 
+@pytest.mark.slow
 def test_a_users_model_that_is_gone_harms_no_later_process(probe, tmp_path):
     (tmp_path / "levels.py").write_text("LEVEL = 1.0\n")
     model = tmp_path / "my_model.py"

@@ -147,6 +147,7 @@ print(json.dumps([len(compilation._compiled), numbers(), FunctionIdentity._uniqu
 """
 
 
+@pytest.mark.slow
 def test_entries_that_threads_ask_for_at_once_are_those_that_one_asks_for_in_turn():
     environment = os.environ | {"BRISTLE_CACHE_DIR": ""}
     environment.pop("NUMBA_DISABLE_JIT", None)

@@ -27,6 +27,7 @@ def fits():
     return [identify(LOG, "coulomb_viscous", axis=part(span), draws=0, blocks=0).best for span in PARTS]
 
 
+@pytest.mark.slow
 def test_the_map_repeats_on_another_part(fits):
     angle = np.linspace(0.0, 2.0 * np.pi, 5000)
     first, second = (effort_of_place(angle, fit.plant.parameters.terms) for fit in fits)

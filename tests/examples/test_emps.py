@@ -100,6 +100,7 @@ def pulse_record(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, identified, pulse_record, tmp_path):  # noqa: F811
     vir = scipy.io.loadmat(pulse_record)["vir"].ravel()
     assert np.max(np.abs(np.diff(vir))) > 4.9  # the effort column holds the pulses, 5.07 V each

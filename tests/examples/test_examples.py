@@ -37,6 +37,7 @@ def test_response():
     assert 1.0 < number_after("the force changes sign", output) < 5.0
 
 
+@pytest.mark.slow
 def test_identify():
     output = printed("02_identify.py")
     assert output.startswith("1. lugre+asymmetry")
@@ -64,6 +65,7 @@ def test_own_model():
     assert "under 10 N: friction 10.000 N, speed 0.0 m/s" in output
 
 
+@pytest.mark.slow
 def test_many_at_once():
     least, most = re.search(r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")).groups()
     # 15 % of the friction is missing at most, on either side, and the loop holds against it with 60 * 6700 N/m.

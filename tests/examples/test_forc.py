@@ -56,6 +56,7 @@ def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_fil
     assert text.data["metrics"]["error_percent"] < 0.015
 
 
+@pytest.mark.slow
 @pytest.mark.measured
 def test_every_fifth_curve_is_told_by_the_others_whichever_fifth_it_is(recorded):
     block_errors_percent = identify_operator(recorded, "reversal_table").best.held_out.block_errors_percent

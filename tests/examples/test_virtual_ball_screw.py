@@ -47,6 +47,7 @@ def test_the_rig_is_that_of_the_bench():
     assert read_model(EXAMPLE / "rig.toml").friction == read_model(BENCH / "set_a_rig.toml").friction
 
 
+@pytest.mark.slow
 def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
     place, motion = folder
     head = (place / "recorded" / "log.csv").read_text().partition("\n")[0]

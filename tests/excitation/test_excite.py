@@ -29,6 +29,7 @@ def in_time(axis, duration):
     return motion
 
 
+@pytest.mark.slow
 @given(
     velocity=st.floats(1e-3, 2.0),
     acceleration=st.floats(0.05, 50.0),
@@ -154,6 +155,7 @@ def test_without_all_that_is_too_long_it_takes_less():
     assert planned(duration=6.0, purposes="break-away").motion.duration == pytest.approx(6.0, rel=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seconds", "left"), [(28.0, 4), (26.0, 3), (24.0, 2), (12.0, 1)])
 def test_no_motion_takes_longer_than_it_may(seconds, left):
     result = planned(duration=seconds)
@@ -164,6 +166,7 @@ def test_no_motion_takes_longer_than_it_may(seconds, left):
     assert len([note for note in result.notes if "with it the motion takes" in note]) == 4 - left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [{"duration": 4.0}, {"duration": "20 s", "purposes": "presliding,stribeck"}])
 def test_too_short_a_time_is_refused_with_what_it_takes(given):
     with pytest.raises(InputError, match=r"duration: is too short: a motion for .*takes (\d+(\.\d+)?) s") as caught:

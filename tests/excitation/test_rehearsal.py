@@ -42,6 +42,7 @@ def test_without_slow_loops_stiffness_is_not_found():
     assert status["sigma_0"] != "identified" or status["sigma_1"] != "identified"
 
 
+@pytest.mark.slow
 def test_with_a_controller_it_runs_in_the_loop():
     stiff, soft = (
         excite(
@@ -71,6 +72,7 @@ def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
     assert any("mass of" in item for item in result.prior.assumed)
 
 
+@pytest.mark.slow
 def test_it_is_the_chirp_that_tells_micro_damping():
     axis, truth = replace(AXIS, sample_time=2e-4, jerk_limit=None), TRUTH.with_values(sigma_1=8e3)
     result = {}

@@ -83,6 +83,7 @@ def built(folder, main, *flags, compiler=COMPILER):
     return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("compiler", [COMPILER, "clang"])
 @pytest.mark.parametrize("name", ["preisach_lugre", "gms"])
 def test_the_self_test_knows_the_bits_and_the_example_runs(written, name, compiler):

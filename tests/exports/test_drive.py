@@ -110,6 +110,7 @@ def test_the_speed_must_be_known(model, tmp_path):
         br.export(model, "table", tmp_path / "out", speed=1.0, tunable=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [4, 20, 100])
 @pytest.mark.parametrize("v_S", [2e-3, 0.0873])
 def test_the_deviation_that_is_told_holds_between_the_points_too(points, v_S):

@@ -142,6 +142,7 @@ def replayed(library, name, inputs, *further):
     return efforts
 
 
+@pytest.mark.fast_cases(9)
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
     inputs, efforts = record_of(controller, fed)
@@ -164,6 +165,7 @@ def blocks(tmp_path_factory):
     return StructuredText(texts, tmp_path_factory.mktemp("blocks"))
 
 
+@pytest.mark.fast_cases(21)
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
     name, (inputs, efforts) = f"law_{controller}_{fed}", record_of(controller, fed)
@@ -203,6 +205,7 @@ def built(folder, main, *flags):
     return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fed", FED | CARRYING)
 def test_the_self_test_knows_the_bits_and_the_example_runs(exported, fed):
     folder = exported[0] / f"cascade_{fed}"
@@ -334,6 +337,7 @@ def otherwise(tmp_path_factory):
     return folder, ctypes.CDLL(str(folder / "laws.so")), texts
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, controller, fed):
     inputs, efforts = record_of(controller, fed)
@@ -356,6 +360,7 @@ def test_single_precision_is_off_by_no_more_than_is_told(otherwise, controller, 
     assert 0.0 < off < 2.5e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "said"), [("double", "the same bits"), ("single", "in single precision")])
 def test_both_pass_their_self_tests(otherwise, kind, said):
     name = f"cascade_toothed_{kind}"
@@ -399,6 +404,7 @@ def told_to(blocks, name, law, inputs, further):
     return np.hstack([inputs, np.tile(parameters, (len(inputs), 1))])
 
 
+@pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, fed, precision):
@@ -423,6 +429,7 @@ def test_what_is_fed_forward_beyond_single_precision_is_refused(tmp_path, to, tu
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_what_is_not_changed_with_a_parameter_is_told(tmp_path):
     variant = variant_of("cascade", "desired")
     led = replace(variant, feedforward=replace(PAPER, conditioning=2e-6))

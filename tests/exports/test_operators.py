@@ -16,6 +16,7 @@ def native(tmp_path_factory):
     return Native(models, tmp_path_factory.mktemp("operators"))
 
 
+@pytest.mark.fast_cases(14)
 @pytest.mark.parametrize("name", OPERATORS)
 def test_each_output_has_the_bits_of_bristle(native, name):
     u = sized(OPERATORS[name], walk(7, count=4000))
@@ -45,6 +46,7 @@ def blocks(tmp_path_factory):
     return StructuredText(texts, folder)
 
 
+@pytest.mark.fast_cases(14)
 @pytest.mark.parametrize("name", OPERATORS)
 def test_structured_text_gives_the_same_bits(blocks, name):
     u, block = sized(OPERATORS[name], walk(7, count=4000)), f"op_{name}".replace(" ", "_")

@@ -104,6 +104,7 @@ def test_structured_text_keeps_the_rule_though_it_has_no_minus_zero(tmp_path, ru
         assert blocks.selftest(name) == (True, True)
 
 
+@pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("name", [name for name, target in TARGETS.items() if target.rest])
 def test_each_file_states_its_rule(name):
     plant = br.plants.inertia(M=12.0)

@@ -56,6 +56,7 @@ def blocks(written, tmp_path_factory):
     return StructuredText(written, tmp_path_factory.mktemp("blocks"))
 
 
+@pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("name", CHOSEN)
 def test_each_force_has_the_bits_of_bristle_and_nothing_traps(blocks, name):
     signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
@@ -299,6 +300,7 @@ def usual(text):
     return {name.lower(): float(sign + number) for name, sign, number in result}
 
 
+@pytest.mark.fast_cases(9)
 @pytest.mark.parametrize(("name", "kind"), OTHERWISE)
 def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
     assert otherwise[1].selftest(f"{kind}_{name}") == (True, True)

@@ -110,6 +110,7 @@ def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):
     assert {name: differing(result[name], forces[name]) for name in CHOSEN} == dict.fromkeys(CHOSEN, 0)
 
 
+@pytest.mark.fast_cases(21)
 @needs_node
 @pytest.mark.parametrize("name", CHOSEN)
 def test_each_force_has_the_bits_of_bristle(forces, name):
@@ -214,6 +215,7 @@ def saved_by_c(model, folder, x):
     return content.raw
 
 
+@pytest.mark.slow
 @needs_node
 @pytest.mark.parametrize("name", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"])
 def test_a_saved_state_goes_on_and_what_is_damaged_is_refused(exported, tmp_path, name):
@@ -237,6 +239,7 @@ def test_a_saved_state_goes_on_and_what_is_damaged_is_refused(exported, tmp_path
         assert (tmp_path / "saved.bin").read_bytes() == expected
 
 
+@pytest.mark.slow
 @needs_node
 def test_bytes_that_hold_what_a_contact_never_has_are_refused_even_with_a_right_checksum(tmp_path):
     model = example("sided_preisach_lugre")

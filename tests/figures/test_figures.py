@@ -40,6 +40,7 @@ def figure(request, workbench):
     return draw(request.param, workbench)
 
 
+@pytest.mark.fast_cases(8)
 def test_every_axis_says_what_it_is_and_in_which_unit(figure):
     for axes in figure.axes:
         assert axes.get_xlabel()
@@ -48,10 +49,12 @@ def test_every_axis_says_what_it_is_and_in_which_unit(figure):
             assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
 
 
+@pytest.mark.fast_cases(1)
 def test_no_text_lies_on_another_or_outside(figure):
     assert_legible(figure)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("count", "length"), [(2, 3), (6, 7), (10, 11), (14, 16)])
 def test_many_and_long_names_stay_legible(count, length, stage):
     best = stage.identified.best

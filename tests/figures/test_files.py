@@ -87,6 +87,7 @@ def test_the_same_figure_gives_the_same_bytes_whatever_is_set(form):
         assert matplotlib.rcParams["svg.fonttype"] == "path"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMATS)
 def test_any_name_can_be_drawn(form):
     with warnings.catch_warnings():

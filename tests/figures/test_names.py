@@ -49,6 +49,7 @@ def named(names, many=None):
     return {name: draw for name, draw in gallery(names, many).items() if name not in NAMELESS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "only"),
     [(NAMES[:2], None), (NAMES[2:7], WAYS), (NAMES[7:12], WAYS), (NAMES[12:], WAYS)],

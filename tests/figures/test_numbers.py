@@ -37,6 +37,7 @@ def axes():
     return Figure().add_subplot()
 
 
+@pytest.mark.fast_cases(16)
 @pytest.mark.parametrize("name", GALLERY)
 def test_every_point_that_a_figure_plots_is_in_its_numbers(name, monkeypatch):
     plotted, plot = [], Axes.plot
@@ -63,6 +64,7 @@ def test_every_point_that_a_figure_plots_is_in_its_numbers(name, monkeypatch):
                 assert {(f"{x:.12g}", f"{y:.12g}") for x, y in points} <= message
 
 
+@pytest.mark.fast_cases(20)
 @pytest.mark.parametrize("name", GALLERY)
 def test_each_column_has_a_head_and_each_series_a_name(name):
     for panel in numbers_of(gallery()[name]()):

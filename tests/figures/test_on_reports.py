@@ -25,6 +25,7 @@ def test_every_file_with_a_figure_is_on_a_report_and_every_line_is_a_figure():
     assert all(isinstance(place.figure, ReportFigure) for places in REPORTS.values() for place in places)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("report", REPORTS)
 def test_every_figure_that_is_drawn_stands_on_the_page(report):
     pages = [report_of(report)]
@@ -43,6 +44,7 @@ def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():
     assert missing == {("simulation", "motion")}  # that of an open loop
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("report", "section"), [(report, section) for report in REPORTS for section in sorted({place.section for place in REPORTS[report]})]
 )

@@ -227,6 +227,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
     assert message.split() == ["31", "31.0"]
 
 
+@pytest.mark.slow
 def test_a_command_writes_the_same_report_and_says_nothing_of_the_settings(tmp_path):
     written = []
     for name, settings in (("hostile", SETTINGS.encode()), ("broken", SETTINGS.encode("utf-16"))):

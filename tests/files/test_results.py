@@ -184,6 +184,7 @@ def with_note(text: str | bytes):
     return make
 
 
+@pytest.mark.fast_cases(15)
 @pytest.mark.parametrize(
     "make",
     [
@@ -551,6 +552,7 @@ with pytest.MonkeyPatch.context() as patch:
 """
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("way", ["exchanged", "renamed"])
 @pytest.mark.parametrize("step", range(1, 26))
 def test_killed_at_each_step(out, step, way):

@@ -4,6 +4,7 @@ import json
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,6 +25,7 @@ def without_what_json_lacks(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+@pytest.mark.slow
 @given(st.dictionaries(st.text(), values))
 def test_all_but_what_is_no_number_comes_back(data):
     text = as_json(data)

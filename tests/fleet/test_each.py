@@ -108,6 +108,7 @@ def test_tables_of_a_file_are_logs(tmp_path):
     assert columns["status"].tolist() == ["ok", "ok"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kills processes as POSIX does")
 def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
     simulated, ended = Crew._simulated, []

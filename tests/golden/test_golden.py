@@ -16,6 +16,7 @@ FAST = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", FAST)
 def test_what_is_found_is_what_was_found(case):
     if case.measured and not os.environ.get("BRISTLE_DATA"):

@@ -17,6 +17,7 @@ from bristle.report.messages import warnings_of
 AXIS = Axis(kind="rotational", seeks_delay=False, cutoff=100.0)
 
 
+@pytest.mark.slow
 def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
     # Friction builds up over half a step of the encoder; along what the encoder shows a fit finds nine.
     truth, record = make(40009, "lugre", "multisine")
@@ -34,6 +35,7 @@ def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
     assert fit.parameters["sigma_1"].reason.code == "as_soft"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("times", "status"), [(10.0, "identified"), (1.03, "unidentifiable"), (1.01, "identified")])
 def test_one_of_eight_steps_is_told_unless_a_stiffer_axis_is_seen_as_it(monkeypatch, times, status):
     # What is no stiffer than the end of the interval asks nothing that the interval does not say.

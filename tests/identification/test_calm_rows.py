@@ -44,6 +44,7 @@ def test_fewer_rows_are_told_with_what_they_cost():
     assert share == pytest.approx(100.0 * TRUTH["M"] * white / friction, rel=0.15)
 
 
+@pytest.mark.slow
 def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
     cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
     assert any("as many rows as usual" in text for text in assumptions_of(found(coarse_log(2.5e-5), cogs).best))

@@ -59,6 +59,7 @@ def test_a_fall_with_the_speed(share):
     assert left(columns_by_cause(rows)["speed"], force) < 0.02
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("lag", [0.01, 0.04])
 @pytest.mark.parametrize("share", [0.003, 0.01, 0.03, 0.1])
 def test_a_fall_that_lags_behind_the_speed(lag, share):

@@ -46,6 +46,7 @@ def held(fits, name):
     return sum(low <= TRUTH[name] <= high for low, high in ends)
 
 
+@pytest.mark.slow
 def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
     fits = [uneven(seed) for seed in SEEDS]
     assert held(fits, "offset") >= 5
@@ -54,6 +55,7 @@ def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
     assert np.all(off > 5.0 * max(fit.parameters["offset"].robust_std for fit in fits))
 
 
+@pytest.mark.slow
 def test_friction_that_turns_late_is_told_from_where_it_does_not_turn():
     fits = [turned_late(seed) for seed in SEEDS]
     # By least squares alone none of them does.

@@ -74,6 +74,7 @@ def levelled(count: int) -> Levelled:
     return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, blocks=0, draws=140).best, levels)
 
 
+@pytest.mark.slow
 def test_of_few_levels_the_mean_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
@@ -101,6 +102,7 @@ def test_the_jackknife_of_a_mean_is_its_standard_error(count):
     assert item.fit.resampling.jackknife["F_C"] == pytest.approx(item.standard_error, rel=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("spread", "told"), [(0.0, False), (0.05, True)])
 def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
     count, motion, rng = 6, swings(6), np.random.default_rng(0)
@@ -141,6 +143,7 @@ def wavy(seed: int):
     return identify(log_of(MOTION, effort), "coulomb_viscous", blocks=0, draws=40 if seed < 3 else 0).best
 
 
+@pytest.mark.slow
 def test_what_lasts_makes_intervals_as_wide_as_estimates_scatter():
     scatter = {name: np.std([wavy(seed).parameters[name].value for seed in range(24)], ddof=1) for name in NAMES}
     shares = {
@@ -413,6 +416,7 @@ def cornered(name: str):
     return br.identify({"time": t, "position": position, "effort": effort}, name, draws=40, blocks=0)
 
 
+@pytest.mark.slow
 def test_a_value_outside_its_interval_is_told(monkeypatch):
     # Without a doubt of what fits to replicates are off by, the draws lie beside the value.
     monkeypatch.setattr(inverse_dynamics, "DOUBT", 0.1)

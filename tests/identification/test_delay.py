@@ -63,6 +63,7 @@ def found_in(log, axis=None):
     return alignment_of([log], [axis], DEFAULT)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("samples", [-1.7, -0.5, 0.0, 2.2, 6.3])
 def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
     result = found_in(late(samples * DT))
@@ -81,6 +82,7 @@ def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
     assert mass.status == "identified"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("channel", "key", "lag", "model"),
     [
@@ -107,6 +109,7 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model
     assert again.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(monkeypatch):
     log, text = late(position_lag=3e-3), list[str]()
     identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task))
@@ -186,6 +189,7 @@ def test_a_long_way_before_sliding_is_taken_for_no_filter():
     assert abs(result.mass - TRUTH["M"]) < 0.003 * TRUTH["M"]
 
 
+@pytest.mark.slow
 def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
     log, widths = late(0.0), []
     for width in (0.0, 3.0 * DT):
@@ -226,6 +230,7 @@ def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feel
     assert ("sigma_0" in message(text)) is (model == "dahl")
 
 
+@pytest.mark.slow
 def test_where_the_treatment_is_in_doubt_intervals_of_what_shows_at_reversals_are_wider(monkeypatch):
     log, result, widths, text = late(4.0 * DT), found_in(late(4.0 * DT)), [], []
     for is_open in (False, True):
@@ -255,6 +260,7 @@ def test_each_doubt_about_the_treatment_counts_for_what_shows_where_friction_tur
     assert _unsure([Diagnostic("structure")], estimation) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lags", [{}, {"effort_lag": 4e-3}])
 def test_nobody_asks_for_the_channel_where_the_effort_alone_can_have_been_filtered(monkeypatch, lags):
     requested = []
@@ -283,6 +289,7 @@ def test_the_derivative_is_of_fourth_order():
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.85, 1.0, 1.15])
 def test_the_interval_of_an_inertia_reaches_over_both_stages_where_they_have_nothing_in_common(monkeypatch, factor):
     log, result = late(0.0), found_in(late(0.0))

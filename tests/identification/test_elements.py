@@ -170,6 +170,7 @@ def elements_through(step):
     return slow_log(find("maxwell_slip")(**values, sigma_2=300.0, offset=1.5), M=MASS, step=step, duration=12.0)
 
 
+@pytest.mark.slow
 def test_elements_that_slip_within_five_encoder_steps_do_not_tell_a_stiffness():
     requested = {"axis": KNOWN, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
     coarse, fine = (identify(elements_through(step), "maxwell_slip", **requested).best for step in (1e-7, 1e-8))

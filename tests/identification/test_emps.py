@@ -94,6 +94,7 @@ def test_residuals_that_last_widen_the_intervals(emps):
         assert parameters[name].robust_std / parameters[name].std == pytest.approx(ratio, rel=0.1), name
 
 
+@pytest.mark.slow
 def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
     result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous", draws=0)
     names = [fit.name for fit in result.fits]
@@ -102,6 +103,7 @@ def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
     assert second < first < 1.05 * second
 
 
+@pytest.mark.slow
 def test_seven_reversals_do_not_show_presliding(emps):
     result = identify(emps, "lugre,dahl", axis=PUBLISHED, draws=0)
     for fit in result.fits:

@@ -45,6 +45,7 @@ def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes(
     assert identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters["F_C"].status == "identified"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("v_S", "told"), [(2e-3, False), (10.0, True)])
 def test_a_level_at_slow_speeds_is_told_as_one(v_S, told):
     truth = find("lugre")(F_C=8.0, F_S=11.0, v_S=v_S, sigma_0=3e5, sigma_1=600.0, sigma_2=0.0 if told else 30.0)

@@ -307,6 +307,7 @@ def noisy(position, effort, seed):
     return Log(time=DT * np.arange(effort.size), position=position, effort=effort + scatter, sample_time=DT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_filter_that_tells_nothing_of_other_parts_of_the_log_is_none(driven, seed):
     mass, position, effort = driven
@@ -317,6 +318,7 @@ def test_a_filter_that_tells_nothing_of_other_parts_of_the_log_is_none(driven, s
     assert result.mass == pytest.approx(mass, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag", [3e-3, 5e-3])
 def test_a_filter_of_a_drive_is_found_beside_friction_that_turns_at_once(driven, lag):
     mass, position, effort = driven

@@ -38,6 +38,7 @@ def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
     assert not any("held" in item for item in warnings_of(fit))
 
 
+@pytest.mark.slow
 def test_where_it_is_not_stated_the_damping_is_doubted(log):
     fit = fit_with(log, None)
     # Half a sample of the stiffness is 500 N s/m.

@@ -164,6 +164,7 @@ def test_intervals_that_were_interrupted_leave_the_fit(monkeypatch, error):
     assert identification.best.parameters["F_C"].status == "identified"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [2, 15], ids=["Ctrl-C", "SIGTERM"])
 def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interrupted_after, capsys, number):
     from bristle.cli.main import main

@@ -80,6 +80,7 @@ def test_the_model_that_is_named_leaves_nothing():
     assert "structure" not in said_of(truth.log(), "coulomb_viscous+transmitted")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [truth.SHARE, 0.0])
 def test_all_models_include_the_gear_where_the_log_shows_one(share, monkeypatch):
     monkeypatch.setattr(request, "MODELS", {"coulomb": request.MODELS["coulomb"]})
@@ -100,6 +101,7 @@ def test_elements_are_not_sent_to_a_slot_that_they_cannot_have():
     assert model_with("transmitted", friction.lugre(**friction.lugre.example)) == "lugre+transmitted"
 
 
+@pytest.mark.slow
 def test_cogging_and_friction_that_ripples_are_told_apart():
     t, q, v, a = truth.swing(25.0, 3)
     q, v, a = (0.02 * signal for signal in (q, v, a))

@@ -86,6 +86,7 @@ def amplitude(fit, order, turner="motor"):
     return np.hypot(values[f"{turner}_{order}_cos"], values[f"{turner}_{order}_sin"])
 
 
+@pytest.mark.slow
 def test_cogging_is_found_with_its_harmonics():
     best = identified(screw(1.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}])).best
     assert best.plant.component.orders == (("motor", 6), ("motor", 12))
@@ -99,6 +100,7 @@ def test_cogging_that_is_not_there_is_not_found():
         identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
+@pytest.mark.slow
 def test_a_wave_that_passes_once_a_sample_is_no_harmonic():
     # Of a linear motor with a pitch of 24 mm on strokes at 0.2 m/s, each longer than the last: 0.2 mm from sample to
     # sample are the 120th part of the pitch.

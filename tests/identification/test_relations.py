@@ -96,6 +96,7 @@ def test_among_others_it_is_left_out_and_told(rising):
     assert "two_levels is left out: the best fit of two_levels is not what the model allows" in identification.notes[-1]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "name", ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"]
 )

@@ -32,6 +32,7 @@ def test_a_wrong_word_is_refused(model):
         models_of(model)
 
 
+@pytest.mark.slow
 def test_all_models_are_ranked_and_the_one_that_made_the_log_is_not_beaten(monkeypatch):
     monkeypatch.setattr(least_squares, "STARTS", 1)  # the best of few candidates is one enough for a log so plain
     monkeypatch.setattr(least_squares, "CANDIDATES", 8)

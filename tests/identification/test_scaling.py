@@ -28,6 +28,7 @@ TRUTHS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(TRUTHS))
 def test_magnitudes_scale(name):
     log = slow_log(friction.find(name)(**TRUTHS[name]), duration=10.0)

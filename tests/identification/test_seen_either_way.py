@@ -54,6 +54,7 @@ def test_what_shows_when_it_shrinks_is_seen_though_it_may_grow_for_nothing(noise
 LUGRE = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=3e5, sigma_1=600.0, sigma_2=30.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lost", "statuses"),
     [

@@ -85,6 +85,7 @@ def test_a_threshold_decides_what_is_said(log, changed, code):
     assert code in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0, settings=changed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("changed", "code"), [({"at_odds": 0.0}, "half_cycles_differ"), ({"seen_rise": 1e12}, "unseen")])
 def test_a_threshold_of_resampling_decides_what_is_said(log, changed, code):
     assert code not in codes(identify(log, "coulomb_viscous", draws=20, blocks=0))

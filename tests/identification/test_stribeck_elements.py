@@ -49,6 +49,7 @@ def result():
     return identify(gms_log(), "gms", draws=30, **ASKED)
 
 
+@pytest.mark.slow
 def test_curve_attraction_and_stiffness_come_back(result):
     fit = result.best
     truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
@@ -60,6 +61,7 @@ def test_curve_attraction_and_stiffness_come_back(result):
     assert any("elements of this shape" in item for item in assumptions_of(fit))
 
 
+@pytest.mark.slow
 def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_intervals():
     fit = identify(gms_log(seed=1, scatter=0.03), "gms", draws=30, **ASKED).best
     for name, value in {"F_C": 20.0, "F_S": 28.0, "v_S": 1e-3, "C": 2e3}.items():

@@ -61,6 +61,7 @@ def causes_in(fit):
     return next((diagnostic.numbers["causes"] for diagnostic in fit.diagnostics if diagnostic.code == "structure"), ())
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("cause", "following"),
     [
@@ -79,6 +80,7 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
     assert any(f"`{following}`" in diagnostic for diagnostic in warnings_of(fit))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cause", "compared"),
     [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"), ("lag", "gms")],
@@ -179,6 +181,7 @@ def test_an_axis_that_moves_along_a_line_has_no_link():
     assert "gravity" not in causes_in(fit)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", range(6))
 def test_a_right_structure_is_left_alone_though_its_level_scatters(motion, seed):
     assert causes_in(best_of(motion, "nothing", seed=seed).best) == ()
@@ -232,6 +235,7 @@ def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
     assert not best_of(motion, "nothing").best.effective
 
 
+@pytest.mark.slow
 def test_thresholds_decide_what_is_said(motion):
     quick = dict.fromkeys(("missing_slow_share", "missing_slow_share_around"), 1.0)
     assert causes_in(best_of(motion, "ripple", missing_share=0.999, **quick).best) == ()
@@ -322,12 +326,14 @@ def knocking(motion, size):
     return np.convolve(pulses, np.exp(-after / 0.012) * np.sin(2.0 * np.pi * 45.0 * after))[: effort.size]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("ripple", 0.3)])
 def test_a_force_that_the_noise_of_single_rows_hides_is_told(motion, cause, size):
     assert told_of(motion, size * forces(motion, cause))[0] == (cause,)
     assert told_of(motion, size * forces(motion, cause), missing_slow_share=1.0)[0] == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_of_single_rows_is_no_force(motion, seed):
     assert told_of(motion, forces(motion, "nothing"), seed=seed)[0] == ()

@@ -120,6 +120,7 @@ def replace_by_corners(motion):
     return motion._replace(position=q, velocity=v, acceleration=np.gradient(v, DT))
 
 
+@pytest.mark.slow
 def test_intervals_are_as_much_wider_as_what_is_missing_stands_out_of_chance(monkeypatch):
     motion = sines(20.0, DT)
     pull = 1.2 * np.sin(2.0 * np.pi * motion.position / 4e-3)

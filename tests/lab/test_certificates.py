@@ -105,6 +105,7 @@ def compared(name, slots, count, folder):
     return verdicts
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", FAST)
 def test_verdicts_and_numbers_are_those_of_the_certificates(name, tmp_path):
     verdicts = compared(name, (), 5, tmp_path)

@@ -55,6 +55,7 @@ def test_it_names_nothing_outside_itself(page):
     assert not re.search(r"\son[a-z]+=\"|style=\"", page)
 
 
+@pytest.mark.slow
 def test_it_is_small(page, heaviest):
     assert len(page.encode()) < LARGEST
     assert len(heaviest.encode()) < LARGEST

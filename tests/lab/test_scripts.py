@@ -33,10 +33,12 @@ def builtin():
     return [page_model(example_named(name)) for name in MODELS]
 
 
+@pytest.mark.slow
 def test_every_model_walks_as_in_python(builtin, tmp_path):
     assert node(tmp_path, builtin, WALK) == [0, 21 * len(MODELS)]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", ["lugre", "preisach_lugre", "gms"])
 def test_a_model_with_every_slot_walks_as_in_python(name, tmp_path):
     model = page_model(example_of(with_slots(MODELS[name], SLOTS)))
@@ -79,6 +81,7 @@ def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
     assert forces == subject_of(model.with_values(**changes)).forces(np.array(PLACES), 1e-3).tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes"), [("lugre", {"F_C": 11.0, "sigma_1": 70.0}), ("preisach_lugre", {"kernel": "exp_masing", "F_S": 25.0})]
 )

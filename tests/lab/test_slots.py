@@ -59,6 +59,7 @@ def begun_named(name, slots):
     return begun(model, slots, Scales(**facts["scales"]))
 
 
+@pytest.mark.slow
 def test_every_model_walks_as_in_python_with_every_set_of_slots(tmp_path):
     script = """
     const counts = [];
@@ -117,6 +118,7 @@ say({ differ, name: model.model, description: model.description, toml: asToml(mo
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("base", "slots", "channel", "value"),
     [

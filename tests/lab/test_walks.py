@@ -15,6 +15,7 @@ def test_every_model_has_its_walks():
         assert len(walks["contact"]["hashes"]) == LONG // BLOCK
 
 
+@pytest.mark.fast_cases(8)
 @pytest.mark.parametrize("name", MODELS)
 def test_the_walks_are_up_to_date(name):
     fresh, kept = walks_of(example_named(name), BLOCK), stored()[name]

@@ -103,6 +103,7 @@ def test_wide_loops_before_sliding_are_told_by_the_way_over_which_they_build_up(
     assert result.numbers["percent"] > 30.0  # as wide as that of an axis that slides
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("level", [0.6, 0.8, 1.0])
 def test_an_axis_that_slides_on_a_spring_is_not_told_to_stick(seed, level):

@@ -17,6 +17,7 @@ ALL = EXPORTS | BINARY
 MOTION = motion()
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("name", ALL)
 def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, name):
     export = ALL[name]

@@ -166,6 +166,7 @@ def test_the_limit_is_of_what_is_read(tmp_path):
         read_table(path, choice=ALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sorted(WRITERS))
 def test_only_the_columns_of_the_axis_are_read_and_all_are_known(tmp_path, recording, axis, kind):
     path = WRITERS[kind](tmp_path / f"log.{kind}", recording | {"odd": recording["t"]})
@@ -219,6 +220,7 @@ def test_a_reader_that_loops_crashes_or_takes_all_memory_is_a_damaged_file(monke
     assert caught.value.path == str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_a_reader_that_loops_survives_nobody(monkeypatch, tmp_path, number):

@@ -36,6 +36,7 @@ def keeps(variant, law):
     return all(margin.phase >= least and margin.gain >= 2.0 for lag, least in requested for margin in margins(variant, law, lag))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 1, 3])
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
 def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
@@ -46,6 +47,7 @@ def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
     assert not keeps(variant, higher)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
 def test_a_lag_that_nobody_stated_is_not_taken_as_zero(name):
     lagging = replace(rig(0), controller=SLIDING_MODE)
@@ -65,6 +67,7 @@ def test_a_boundary_layer_that_a_person_set_is_not_made_thinner():
     assert tuned(wide, "sliding_mode").law.values["phi"] == pytest.approx(50.0 * custom)
 
 
+@pytest.mark.slow
 def test_less_delay_allows_more_gain():
     gains = [tuned(replace(rig(delay), controller=SLIDING_MODE), "sliding_mode").law.values["lambda_"] for delay in range(4)]
     assert gains == sorted(gains, reverse=True)

@@ -64,6 +64,7 @@ def hand_in(call: Call, argument: str, values: dict[str, Any]) -> None:
             raise AssertionError(f"{argument} = {name}") from error
 
 
+@pytest.mark.fast_cases(24)
 @pytest.mark.parametrize("name", [name for name in CALLS if name not in SLOW])
 def test_whatever_is_handed_in_it_works_or_the_argument_is_named(name):
     for argument in CALLS[name].arguments:

@@ -113,6 +113,7 @@ def house(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_path_factory, monkeypatch, capsys):
     monkeypatch.setattr(mutants, "ROOT", house)
     monkeypatch.setattr(mutants, "GROUPS", {"tested": ("kept",), "untested": ("left",)})

@@ -35,6 +35,7 @@ def row(first):
     return [float(item) for cell in cells for item in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)]
 
 
+@pytest.mark.fast_cases(5)
 @pytest.mark.parametrize(
     ("first", "key", "place"),
     [
@@ -144,6 +145,7 @@ def test_the_table_of_the_loop_of_the_paper(paper):
     assert message in PAGE.replace("\n", " ")
 
 
+@pytest.mark.slow
 def test_what_it_brings_at_sound_margins(paper, faster):
     slow = paper[12].numbers["at_sound_margins"]
     message = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -25,6 +25,7 @@ def drawings(item):
     return [item.draw(), *(draw() for draw, _, _ in item.extras.values())]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("number", FIGURES)
 def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, paper):
     for figure in drawings(paper[number]):

@@ -17,6 +17,7 @@ def html(paper):
     return paper_report(list(paper.values()), command="bristle paper", provenance={"bristle": "0"})
 
 
+@pytest.mark.slow
 def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, paper):
     page = Page(html)
     assert page.unbalanced == []

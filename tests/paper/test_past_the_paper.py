@@ -27,6 +27,7 @@ def peaks(results):
     return {name: 1e6 * item.following_error.peak_to_peak for name, item in results.items()}
 
 
+@pytest.mark.slow
 def test_on_set_a():
     result = peaks(some("past_a", "mismatched_measured", "fitted", "pd", "observer", "super_twisting"))
     expected = {"mismatched_measured": 0.70, "fitted": 0.48, "pd": 1.50, "observer": 0.37, "super_twisting": 0.65}
@@ -70,6 +71,7 @@ def test_refining_the_step_of_the_plant_changes_little():
     assert fine == pytest.approx(coarse, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(SETS))
 def test_the_files_hold_what_the_rig_is_and_what_is_identified_on_it(name):
     message = read_model(FOLDER / f"{name}_rig.toml").friction.values

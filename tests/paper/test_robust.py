@@ -327,6 +327,7 @@ def at_key(message, key):
     return message
 
 
+@pytest.mark.slow
 def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(trials, "is_measurable", lambda truth: truth.name == "lugre")

@@ -59,6 +59,7 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
     assert str(path.parent) in str(caught.value)
 
 
+@pytest.mark.fast_cases(25)
 @pytest.mark.parametrize(
     ("number", "old", "new", "said"),
     [

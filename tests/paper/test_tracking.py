@@ -91,6 +91,7 @@ def test_a_compensator_knows_the_rig_that_it_was_identified_on(tmp_path):
     assert sorted(on_another_rig(read_experiment(folder / "set_c.toml"))) == ["identified", "observer_feedforward"]
 
 
+@pytest.mark.slow
 def test_figure_12_says_which_compensators_were_identified_on_another_rig(tmp_path):
     folder = tmp_path / "mine"
     write_experiments(folder)

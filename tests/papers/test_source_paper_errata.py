@@ -211,6 +211,7 @@ def test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated()
     assert np.abs(surface_at_the_end(K_2=0.75 * F_COULOMB / M, fed_forward=0.5 * F_COULOMB)).mean() < 0.01 * free
 
 
+@pytest.mark.slow
 def test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5():
     described, past = (read_experiment(EXPERIMENTS / name) for name in ("set_a.toml", "past_a.toml"))
     alike = next(variant for variant in described.variants if variant.name == "paper")

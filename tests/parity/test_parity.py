@@ -67,6 +67,7 @@ def digest(arrays):
     return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
+@pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("name", NAMES)
 def test_plain_python_and_compiled_give_the_same_bits(name):
     compiled = runs(name)
@@ -76,6 +77,7 @@ def test_plain_python_and_compiled_give_the_same_bits(name):
         assert np.array_equal(a, b), np.max(np.abs(a - b))
 
 
+@pytest.mark.slow
 def test_a_process_without_the_compiler_gives_the_same_bits():
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"

@@ -36,6 +36,7 @@ def strokes(seed, speed=3.5):
     return np.array(result)
 
 
+@pytest.mark.fast_cases(12)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("turned", [1.0, -1.0])
 def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(name, turned):

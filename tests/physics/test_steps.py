@@ -53,6 +53,7 @@ def walk(seed, count=1200):
     return np.array(result[:count])
 
 
+@pytest.mark.fast_cases(8)
 @pytest.mark.parametrize("model", [*examples()])
 def test_the_force_moves_no_further_than_the_last_place_of_the_velocities(model):
     for seed in range(100):
@@ -86,6 +87,7 @@ def test_a_long_step_back_from_sliding_is_the_mean_of_its_parts(model):
         assert coarse == pytest.approx(fine, abs=share * 28.0), distance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
 def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
     rounds = []

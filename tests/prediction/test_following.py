@@ -42,6 +42,7 @@ def followed(result, log, axis):
     return following_of(log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
 
 
+@pytest.mark.slow
 def test_measured_and_simulated_following_error_agree(judged):
     _, log, result = judged
     told_of = result.outcome.summary["following_error"]
@@ -55,6 +56,7 @@ def test_measured_and_simulated_following_error_agree(judged):
     assert not any(item["code"] == "loop_contradicts" for item in result.outcome.summary["diagnostics"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wrong", "expected"),
     [({"k_p": 1.6 * 60.0}, [("k_p", 1.0 / 1.6)]), ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, [("position", 0.5), ("effort", 2.0)])],
@@ -135,6 +137,7 @@ def test_the_threshold_is_a_setting(vertical):
     assert following_of(log, simulation, strict).contradiction is not None
 
 
+@pytest.mark.slow
 def test_a_contradicted_loop_promises_nothing(vertical):
     log, _ = vertical
     identification = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)

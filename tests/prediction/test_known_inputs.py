@@ -69,6 +69,7 @@ def place(tmp_path, monkeypatch, recorded):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_law_that_asks_for_more_than_the_sum_may_be_is_identified_and_predicted(bristle, place, recorded):  # noqa: F811
     assert np.abs(recorded[:, 5]).max() > 1.09 * LIMIT
     fit = bristle(*IDENTIFY, "--json")

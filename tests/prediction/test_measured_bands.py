@@ -67,6 +67,7 @@ def test_a_loop_that_nobody_can_simulate_leaves_the_noise_of_the_position():
     assert unknown.left_in_closed_loop == pytest.approx(3e-6, rel=0.1)
 
 
+@pytest.mark.slow
 def test_pulses_beyond_the_limit_of_the_drive_are_predicted_where_the_limit_acts_on_the_sum():
     slide = foreign_axis.Axis(95.0, 0.0, 20.0, 20.0, 1.0, 240.0, 1e7, 5e3, 160.0, 8500.0, 0.0, 0.0, 5e-8)
     limit, pulse = 350.0, 178.0

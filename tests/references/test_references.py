@@ -31,6 +31,7 @@ def duration(model):
     return model.component.duration(model.parameters)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", MOTIONS)
 def test_velocity_and_acceleration_are_derivatives(name):
     model = MOTIONS[name]

@@ -24,6 +24,7 @@ def test_every_kind_is_walked():
     assert set(KINDS) == set(REPORTS)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_report_is_one_well_formed_page_with_a_figure(kind):
     text, _, drawn = report_of(kind)
@@ -58,6 +59,7 @@ def test_the_page_has_the_verdict_of_the_summary(kind):
     assert all(Page(f"<p>{reason}</p>").words[:12] in words for reason in summary["verdict"]["reasons"][:4])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, DOUBTED])
 def test_verdict_and_warnings_agree(options):
     text, summary, _ = rendered("identification", **options)

@@ -24,6 +24,7 @@ def designed():
     return design(Experiment("bench", "translational", (loop("plain", None), loop())))
 
 
+@pytest.mark.slow
 def test_the_page_is_whole_and_asks_for_nothing(designed):
     text = design_report(designed, **COMMON)
     page = Page(text)
@@ -123,6 +124,7 @@ def test_a_law_is_told_as_an_experiment_file_takes_it(law):
     assert controller_from(table, kind=law.kind, path="controller") == law
 
 
+@pytest.mark.slow
 def test_an_unstable_loop_is_told_with_what_is_stable():
     unstable = loop(run=replace(loop().run, delay=9))
     result = design(Experiment("slow", "translational", (unstable,)))

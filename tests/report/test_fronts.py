@@ -226,6 +226,7 @@ def pages(stage, helped):
     }
 
 
+@pytest.mark.slow
 def test_every_first_page_has_date_verdict_five_answers_and_one_figure(stage, helped):
     for name, text in pages(stage, helped).items():
         first = text.partition("<h2")[0]

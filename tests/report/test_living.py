@@ -220,6 +220,7 @@ def test_a_treatment_that_cannot_be_repeated_is_not_moved(stage):
     assert fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
 
 
+@pytest.mark.slow
 def test_what_runs_is_what_the_policy_names_and_the_report_stays_small(report, plain):
     assert len(report.encode()) - len(plain.encode()) < MOST
     page = Page(report)

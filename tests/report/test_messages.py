@@ -51,6 +51,7 @@ def strings():
     }
 
 
+@pytest.mark.slow
 def test_every_code_has_a_sentence_and_every_sentence_a_code():
     made = {item.value for _, item in calls() if isinstance(item, ast.Constant)}
     assert len(made) >= 40
@@ -74,6 +75,7 @@ def fits():
     return (*result, *identify(flat, "stribeck", axis=STATED, draws=0).fits)
 
 
+@pytest.mark.slow
 def test_the_numbers_are_those_that_the_sentence_names(fits):
     seen = set()
     for item in (each for fit in fits for each in fit.diagnostics):

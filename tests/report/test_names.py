@@ -104,6 +104,7 @@ def test_logs_of_variants_that_make_no_names_of_files_are_numbered(names):
     assert list(log_names(names).values()) == ["log_1.csv", "log_2.csv"]
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("kind", REPORTS)
 def test_names_stay_text(kind, stage):
     assert_harmless(REPORTS[kind](stage))

@@ -66,6 +66,7 @@ def test_no_level_and_no_table_is_handed_out(result, tmp_path):
     assert not (tmp_path / "out" / "drive_table.csv").exists()
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
 def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, target, points):
     result.save(tmp_path / "out")
@@ -79,6 +80,7 @@ def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, targe
         assert "do not use" in product.files["axis_x.txt"]
 
 
+@pytest.mark.slow
 def test_a_level_within_the_effort_is_warned_of_too(result):
     entry = {"std": 0.1, "status": "identified", "note": "the log is of pre-sliding alone"}
     friction = result.best.friction

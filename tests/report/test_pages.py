@@ -40,6 +40,7 @@ def text(request, workbench):
     return PAGES[request.param](workbench)
 
 
+@pytest.mark.slow
 def test_tags_close_in_order_and_no_identifier_comes_twice(text):
     page = Page(text)
     assert page.unbalanced == []
@@ -48,12 +49,14 @@ def test_tags_close_in_order_and_no_identifier_comes_twice(text):
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', text)) <= set(ids)
 
 
+@pytest.mark.fast_cases(1)
 def test_nothing_is_asked_from_outside(text):
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
     policy = next(attrs["content"] for attrs in Page(text).named("meta") if "http-equiv" in attrs)
     assert policy.startswith("default-src 'none'")
 
 
+@pytest.mark.fast_cases(1)
 def test_people_who_cannot_see_it_can_follow_it(text):
     page = Page(text)
     assert page.named("html")[0]["lang"] == "en"
@@ -65,21 +68,25 @@ def test_people_who_cannot_see_it_can_follow_it(text):
     assert all(attrs["role"] == "img" and attrs["aria-label"] for attrs in page.named("svg"))
 
 
+@pytest.mark.fast_cases(1)
 def test_it_says_how_to_repeat_it_and_what_it_is_made_from(text):
     words = Page(text).words
     assert "bristle do it" in words
     assert "0.1.0" in words
 
 
+@pytest.mark.slow
 def test_no_number_is_left_unspoken(text):
     assert not re.search(r"\b(nan|None|inf|Infinity)\b|\{\{|\{%", Page(text).words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_the_same_results_give_the_same_bytes(name, stage):
     assert PAGES[name](stage) == PAGES[name](stage)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_the_kind_of_axis_decides_the_units(name, workbenches):
     words = {kind: Page(PAGES[name](bench)).words for kind, bench in workbenches.items()}
@@ -99,6 +106,7 @@ def hostile_loop(bench):
     return replace(bench.looped, experiment=replace(experiment, name=HOSTILE, variants=variants), variants=results)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_hostile_names_stay_text(name, stage):
     hostile = {"command": HOSTILE, "banner": HOSTILE, "provenance": {HOSTILE: HOSTILE}}
@@ -123,6 +131,7 @@ def test_the_banner_comes_before_anything_else(stage):
     assert words.index("This is a simulated axis.") < words.index("stage: simulated", 20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("left_out", [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")])
 def test_a_report_does_without_what_there_is_not(left_out, stage):
     page = Page(identification_page(stage, **dict.fromkeys(left_out)))
@@ -132,6 +141,7 @@ def test_a_report_does_without_what_there_is_not(left_out, stage):
     assert {part[name] for name in part if name not in left_out} == ids & set(part.values())
 
 
+@pytest.mark.slow
 def test_a_report_of_one_model_compares_none(stage):
     alone = replace(stage.identified, fits=stage.identified.fits[:1])
     page = Page(identification_page(stage, identification=alone))

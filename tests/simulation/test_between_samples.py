@@ -49,6 +49,7 @@ def test_a_constant_has_no_period():
     assert period_of(np.full(100, 3.0)) is None
 
 
+@pytest.mark.fast_cases(15)
 @pytest.mark.parametrize("seed", range(20))
 def test_one_period_closes_and_a_part_of_one_does_not(seed):
     period = multisine(SAMPLES, seed)

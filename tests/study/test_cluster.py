@@ -253,6 +253,7 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
 
 
+@pytest.mark.slow
 def test_a_fault_of_a_worker_is_told(bench, dask):
     study = bench.study()
     with pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):

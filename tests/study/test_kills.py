@@ -19,6 +19,7 @@ from bristle.study.workers import Crew, WorkerError
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 
 
+@pytest.mark.slow
 def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     bench = slow_bench
     study = bench.study(runs=("runs = 12", "runs = 160"))
@@ -64,6 +65,7 @@ def kill(crew):
         process.kill()
 
 
+@pytest.mark.slow
 def test_a_block_whose_worker_ends_goes_to_the_next(bench, monkeypatch):
     simulated, ended = Crew._simulated, []
 

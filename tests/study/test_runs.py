@@ -42,6 +42,7 @@ def test_runs_in_a_batch_have_the_bits_of_runs_one_by_one(bench):
     assert np.all(np.isnan(first["following_error.rms"]))
 
 
+@pytest.mark.slow
 def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
     monkeypatch.setattr("bristle.study.block.WORTH_LANES", 0)
     bench.rig(substeps=1)
@@ -53,6 +54,7 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
     assert len(in_lanes) == 1
 
 
+@pytest.mark.slow
 def test_threads_of_this_process_leave_the_bytes_of_workers_and_begin_none(bench, monkeypatch):
     study = bench.study(EVERY)
     run_study(study, bench.folder / "workers", workers=2)

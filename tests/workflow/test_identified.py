@@ -226,6 +226,7 @@ def test_an_axis_that_no_file_can_say_is_not_written():
     assert axis_text(replace(axis, columns={**axis.columns, "position": counted})) is None
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_and_its_job_takes_ten_lines(tmp_path, monkeypatch):
     pytest.importorskip("pandas")
     monkeypatch.chdir(tmp_path)

@@ -10,6 +10,7 @@ from bristle.hysteresis.identification.linear import fit_stops, thresholds_over
 from bristle.logs.curves import Curve, Curves
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "most"), [(20, 0.0035), (40, 0.0018)])
 def test_friction_of_prandtl_and_ishlinskii_is_found_to_a_fraction_of_a_percent(count, most):
     errors = []

@@ -30,6 +30,7 @@ def dahl():
     return identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
 
 
+@pytest.mark.slow
 def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_does_not(dahl):
     for name, truth in CASES["dahl"].values.items():
         item = dahl.parameters[name]
@@ -92,6 +93,7 @@ def test_the_jackknife_agrees_where_the_model_is_right(dahl):
         assert 0.3 < dahl.resampling.jackknife[name] / ((high - low) / 3.92) < 2.0
 
 
+@pytest.mark.slow
 def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
     log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1)
     fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
@@ -107,6 +109,7 @@ def slipping():
     return identify(log, "maxwell_slip", axis=AXIS, blocks=0, draws=40).best
 
 
+@pytest.mark.slow
 def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve(slipping):
     fit = slipping
     level = fit.parameters["F_C"]
@@ -225,6 +228,7 @@ def test_too_few_draws_are_refused():
         identify(log_of(sines(), sliding_effort(sines())), "coulomb_viscous", draws=5)
 
 
+@pytest.mark.slow
 def test_the_benchmark_of_intervals_still_finds_what_it_times(monkeypatch):
     for name, count in (("DRAWS", 2), ("RUNS", 1), ("AFRESH", 1)):
         monkeypatch.setattr(benchmarks.bootstrap, name, count)

@@ -30,6 +30,7 @@ def test_an_inertia_that_hardly_matters_is_not_seen():
     assert any("M cannot be identified" in item for item in warnings_of(fit))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "asked"), [("coulomb_viscous", [2, 2]), ("dahl", [0, 3])])
 def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(monkeypatch, model, asked):
     log, counts = slow_log(friction.dahl(F_C=8.0, sigma_0=4e5), duration=8.0), []
