@@ -38,7 +38,7 @@ def main() -> int:
                 models, Path(place) / str(number), optimise=level, more=more, compiler=compiler
             )
         for name, model in models.items():
-            expected = br.response(model, x, DT)
+            expected = br.response(model, x, DT, rest="held")
             for level, native in built.items():
                 count = differing(native.forces(name, x, DT), expected)
                 wrong += count > 0
@@ -63,11 +63,14 @@ def structured_text(models):
             br.export(model, "st", folder / "out", name=name)
             texts = [(folder / "out" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
             signals = {"load": 1.0, "temperature": 293.15}
-            expected = br.response(model, x, DT)
+            expected = br.response(model, x, DT, rest="held")
             for rounded in ("nearbyint", "trunc"):
                 try:
                     block = StructuredText({name: texts}, folder / rounded, rounded=rounded)
                     force, flags = block.run(name, x, DT, **signals)
+                    # At rest from below the velocity is -2^-1000 there, for that language has no -0.0: viscous friction shows it.
+                    tiny = (np.abs(force) < 2.0**-900) & (np.abs(expected) < 2.0**-900)
+                    force = np.where(tiny, expected, force)
                     count, passed = differing(force, expected) + np.count_nonzero(flags), block.selftest(name)[1]
                 except StandardError as stopped:
                     count, passed = str(stopped), False
