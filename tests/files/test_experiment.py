@@ -279,3 +279,9 @@ def test_one_mass_has_no_table(tmp_path):
     (tmp_path / "screw.toml").write_text(text)
     with pytest.raises(InputError, match=r"table_friction.*needs a plant with a table"):
         read_experiment(tmp_path / "screw.toml")
+
+
+@pytest.mark.parametrize("value", ['"x"', "-inf", "[1]"])
+def test_variants_that_are_no_table_are_refused_by_their_key(experiment, value):
+    with pytest.raises(InputError, match="compare"):
+        experiment(f"compare = {value}\n{PLAIN}")

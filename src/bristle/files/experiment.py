@@ -87,7 +87,7 @@ def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict
     learning = {model.excited.name for model in planned.values() if model.excited is not None}
     judged = {key: value for key, value in data.items() if key != "identify"}
     if "compare" in judged:
-        judged["compare"] = {name: table for name, table in judged["compare"].items() if name not in learning}
+        judged["compare"] = {name: table for name, table in table_at(judged["compare"], "compare").items() if name not in learning}
     return _replaced(judged, planned, "")
 
 
