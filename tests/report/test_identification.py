@@ -19,7 +19,7 @@ from bristle.friction import MODELS, find
 from bristle.identification import identify
 from bristle.logs import Log
 from bristle.prediction import drive_table, predict
-from bristle.prediction.following import loop_of
+from bristle.prediction.following import following_of, loop_of
 from bristle.report.identification import identification_report
 from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
@@ -178,3 +178,17 @@ def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
     assert "parameters are open" in verdict
     assert "not identified" not in verdict
     assert "nothing yet: measure again first" in Page(text).words
+
+
+def test_a_clearly_larger_error_outside_the_fit_is_stated(stage):
+    best = stage.identified.best
+    for ratio, is_stated in ((2.0, True), (1.2, False)):
+        held_out = replace(best.held_out, mean_percent=ratio * best.force_error_percent)
+        worse = replace(stage.identified, fits=(replace(best, held_out=held_out),))
+        assert ("clearly larger" in Page(identification_page(stage, identification=worse)).words) is is_stated
+
+
+def test_without_a_simulated_loop_the_following_error_is_that_of_the_log(stage):
+    page = Page(identification_page(stage, simulation=None, following=following_of(stage.log)))
+    assert "Following error in the log" in page.words
+    assert "without and with compensation" not in page.words

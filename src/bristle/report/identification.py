@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from bristle.simulation.result import Prediction, SimulationResult
 
 ROUNDING = 1e-6  # of the largest effort
+WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the page says so
 NO_BREAK = "\u00a0"
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
 the position is differentiated twice for it, and its noise with it."""
@@ -91,6 +92,7 @@ def identification_report(
     if simulation is not None:
         loop = [variant_table(simulation, following.measured if following else None), *about_loop(gain, following, kind)]
     heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
+    heading = "in the log" if simulation is None else heading
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
     thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
@@ -160,6 +162,8 @@ def answers(
     held_out = "nothing was held out"
     if fit.held_out is not None:
         held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
+        if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.error_percent:
+            held_out += ", clearly larger: too free a model for this log, or friction that changed"
     return answered(
         [quality, held_out],
         _typed_in(fit, axis) if usable else ["nothing yet: measure again first"],
