@@ -43,7 +43,7 @@ def preisach() -> Iterator[Ratio]:
                 ours / COUNT,
                 theirs / COUNT,
                 ratio,
-                1.1,
+                1.05,
                 "the same algorithm in C, gcc -O3",
                 f"largest difference {difference:.1e} f_p",
             )
