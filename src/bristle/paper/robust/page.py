@@ -18,7 +18,6 @@ from bristle.paper.robust.findings import (
     claim_table,
     claims,
     condition_table,
-    economy_table,
     error_of,
     error_table,
     family_table,
@@ -45,7 +44,6 @@ FAMILIES = (
     "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
     "can count on."
 )
-SPARING = "Figure 6 of the paper on contacts of other kinds: errors of models made from few and from more measured branches."
 LIMITS = (
     "Truths are equations with chosen numbers; real contacts wear, warm up and are not alike along the axis.",
     "The measured contact is one record of one amplitude, one speed and one load. It does not react to another speed; "
@@ -125,8 +123,6 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
         best=best_table(trial),
         families=[family_table(trial, place) for place in plan.sets],
         unfitted=unfitted(trial),
-        economy=economy_table(trial) if trial.economy else None,
-        economy_in_words=SPARING,
         limits=LIMITS,
     )
 
@@ -186,10 +182,6 @@ def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, 
         "sentences": words_of(trial),
         **numbers(trial),
         "margins": margins_of_sets(trial.plan.sets),
-        "economy": {
-            truth: {"branches": list(cost.counts), "scatter_percent": cost.floor, "error_percent": cost.means}
-            for truth, cost in trial.economy.items()
-        },
         "chosen_family": CHOSEN,
         "provenance": provenance,
     }
