@@ -17,10 +17,12 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.exports.printing import ascii_name
+from bristle.exports.printing import ascii_name, loops_of
 from bristle.exports.scope import NotExportableError
-from bristle.exports.subject import subject_of
+from bristle.exports.subject import Subject, subject_of
 from bristle.exports.tree import Array, Function, Node, Scalar, Struct, Unit
+from bristle.exports.tunable import TOLERANCE
+from bristle.friction.resting import rest_rule
 
 if TYPE_CHECKING:
     import jinja2
@@ -76,6 +78,20 @@ def parameter_table(model: Model, source: Source) -> str:
     return "\n".join(lines)
 
 
+def model_facts(subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool) -> dict[str, Any]:
+    """Return what is said of a friction model or an operator, whatever the language."""
+    model, operator, component = subject.model, subject.is_operator, subject.model.component
+    entering, leaving = (component.input, component.output) if operator else ("length", "force")
+    title = "Hysteresis operator" if operator else "Friction of an axis"
+    return (
+        {"name": name, "version": version(), "title": plain(f"{title}: {model.name}")}
+        | {"description": f"{plain(component.description)}.", "operator": operator, "rest": rest_rule(model), "facts": source.lines}
+        | {"table": parameter_table(model, source).rstrip(), "loops": loops_of(subject.unit, subject.memory_size)}
+        | {"unit_x": unit_of(entering, model.kind), "unit_force": unit_of(leaving, model.kind), "dt": repr(dt), "rate": f"{1.0 / dt:g}"}
+        | {"single": single, "tunable": tunable, "allowed": f"{TOLERANCE:g}", "several_places": False}
+    )
+
+
 def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
     """Return what is said of the units of a drive; None where nothing is known of them."""
     if units is None:
@@ -85,12 +101,9 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
         # The unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``.
         words = re.findall(r"[A-Za-z0-9]+", plain(unit.name.replace("%", "percent").replace("*", "").replace("/", " per ")))
         efforts.append({"unit": plain(unit.name), "si": repr(unit.si), "macro": "_".join(words).upper()})
-    return {
-        "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
-        "efforts": efforts,
-        "unit_force": plain(unit_of("force", kind)),
-        "unit_x": plain(unit_of("length", kind)),
-    }
+    position = {"unit": plain(units.position.name), "si": repr(units.position.si)}
+    force, length = (plain(unit_of(quantity, kind)) for quantity in ("force", "length"))
+    return {"position": position, "efforts": efforts, "unit_force": force, "unit_x": length}
 
 
 def plain(text: str) -> str:

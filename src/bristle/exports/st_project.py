@@ -25,6 +25,7 @@ from bristle.exports.st_parts import (
     Pou,
     Record,
     Variable,
+    commented,
     declaration_text,
     part_text,
     real_literal,
@@ -159,17 +160,11 @@ class Judged:
         """Return what the templates of a self-test are told."""
         total, lost = total_of(self.outputs.tolist())
         near = checkpoints(self.outputs, single=self.single)
-        return {
-            "total": real_literal(total),
-            "lost": real_literal(lost),
-            "last": real_literal(float(self.outputs[-1])),
-            "every": near["every"],
-            "expected": [real_literal(float(text)) for text in near["checkpoints"]],
-            "single": self.single,
-            "allowed": f"{TOLERANCE:g}",
-            "tolerance": real_literal(TOLERANCE * float(near["largest"])),
-            "count": self.outputs.size,
-        }
+        return (
+            {"total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(self.outputs[-1]))}
+            | {"every": near["every"], "expected": [real_literal(float(text)) for text in near["checkpoints"]]}
+            | {"tolerance": real_literal(TOLERANCE * float(near["largest"])), "count": self.outputs.size}
+        )
 
     def variables(self) -> list[Variable]:
         """Return the variables of a self-test, whatever the block."""
@@ -195,6 +190,12 @@ class Judged:
         return (scales, *further, *([expected] if self.single else []))
 
 
+def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
+    """Return facts of which no text begins or ends a comment."""
+    texts = {key: commented(facts[key]) for key in ("description", "variant", "table", "fed_table") if key in facts}
+    return facts | texts | {key: [commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
+
+
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
     """Return a call of a function that gives a structure into `result`."""
     pairs = [f"{name} := {value}" for name, value in zip(printer.body(function).arguments, handed, strict=True)]
@@ -204,13 +205,8 @@ def call_text(printer: Printer, function: Function, handed: Iterable[str], resul
 def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
     """Return between what the numbers that come in and go out are held; in single precision, inputs by `farthest`."""
     shortest, longest = PERIODS[single]
-    return {
-        "farthest": real_literal(farthest if single else FARTHEST),
-        "beyond": real_literal(FARTHEST),
-        "shortest": real_literal(shortest),
-        "longest": real_literal(longest),
-        "fastest": real_literal(FASTEST) if single else "",
-    }
+    held = {"farthest": farthest if single else FARTHEST, "beyond": FARTHEST, "shortest": shortest, "longest": longest}
+    return {name: real_literal(value) for name, value in held.items()} | {"fastest": real_literal(FASTEST) if single else ""}
 
 
 def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()) -> Iterator[str]:
@@ -239,19 +235,15 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
     """Return what a program needs to know to walk by itself; `count` is the variable that counts its steps."""
     integer, floor = printer.integer, printer.helper("floor", LREAL)
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
-    return {
-        "seed": real_literal(SEED),
-        "scales": [real_literal(scale) for scale in walk.scales],
-        "dt": real_literal(walk.dt),
-        "per_cycle": PER_CYCLE,
-        "step": [
-            f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
-            f"bits := bits - {integer}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
-            f"IF ({floor}(number := bits / 256.0) MOD {RESTS}) <> 0 THEN",
-            f"{INDENT}walked := walked + ({integer}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
-            "END_IF;",
-        ],
-    }
+    step = [
+        f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
+        f"bits := bits - {integer}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
+        f"IF ({floor}(number := bits / 256.0) MOD {RESTS}) <> 0 THEN",
+        f"{INDENT}walked := walked + ({integer}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
+        "END_IF;",
+    ]
+    scales = [real_literal(scale) for scale in walk.scales]
+    return {"seed": real_literal(SEED), "scales": scales, "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE, "step": step}
 
 
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:

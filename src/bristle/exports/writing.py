@@ -91,11 +91,9 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     from bristle.exports.tunable import refuse_beyond_single
 
     target = target_named(to)
-    is_operator = request.model.component.family == "hysteresis"
-    of_operator = {"operators": request.model.name} if is_operator else {}
-    _refuse_beyond(
-        target, tunable=request.tunable, single=request.single, rest=request.rest, compares=request.log is not None, **of_operator
-    )
+    operator = request.model.name if request.model.component.family == "hysteresis" else ""
+    wanted = {"tunable": request.tunable, "single": request.single, "rest": request.rest, "compares": request.log is not None}
+    _refuse_beyond(target, **wanted, operators=operator)
     if request.single:
         refuse_beyond_single(request.model.values)
     request, effect = _with_rule(target, request)

@@ -16,6 +16,7 @@ from bristle.paper.tracking import (
     IN_PAPER,
     NAMES,
     PRINTED,
+    SHOWN,
     WITH_CONSTANT,
     Sound,
     Tracked,
@@ -134,7 +135,7 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
                 f"{percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
                 f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
             )
-    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in NAMES]
+    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in SHOWN]
     return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
 
 

@@ -32,7 +32,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
-NAMES = {BEFORE: "no compensator", PRINTED: "(5)–(7) as printed", WITH_CONSTANT: "(5)–(7) and a constant", CALIBRATED: "calibrated, × 0.64"}
+SHOWN = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)
+"""The loops that figures show."""
+NAMES = {
+    BEFORE: "no compensator",
+    PRINTED: "(5)–(7) as printed",
+    WITH_CONSTANT: "(5)–(7) and a constant",
+    CALIBRATED: "calibrated, × 0.64",
+    "lugre": "LuGre",
+    "gate": "(5)–(7) with a gate",
+    "identified": "model identified on the rig",
+    "observer": "observer, no model",
+    "observer_feedforward": "observer and identified model",
+}
 COMPENSATED = "compensated"
 IN_PAPER = {BEFORE: 1.46e-6, COMPENSATED: 0.69e-6}  # peak to peak [m]
 
@@ -78,8 +90,8 @@ class Tracked:
 
     @property
     def published(self) -> dict[str, VariantResult]:
-        """The loops that figures show, by name: those of `NAMES` that the experiment has."""
-        return {name: self.result.variants[name] for name in NAMES if name in self.result.variants}
+        """The loops that figures show, by name: those of `SHOWN` that the experiment has."""
+        return {name: self.result.variants[name] for name in SHOWN if name in self.result.variants}
 
     @property
     def pictured(self) -> dict[str, VariantResult]:
@@ -131,17 +143,6 @@ def quoted(loop: VariantResult, *keys: str, factor: float = 1e6, step: float = 0
     return with_spread(factor * value, factor * spread_of(loop, *keys), step)
 
 
-PART = {
-    BEFORE: "no compensator",
-    PRINTED: "(5)–(7) as printed",
-    WITH_CONSTANT: "(5)–(7) and a constant",
-    "paper": "operator × 0.64, calibrated",
-    "identified": "model identified on the rig",
-    "observer": "observer, no model",
-    "observer_feedforward": "observer and identified model",
-}
-
-
 @dataclass(frozen=True)
 class Sound:
     """Two experiments beside that of figures 11 to 14."""
@@ -182,14 +183,14 @@ def sound_table(sound: Sound) -> Table:
     for name, loop in sound.loop.result.variants.items():
         phase, gain = sound.margins[name]
         cells = [quoted(loop, key, "peak_to_peak") for key in ("following_error", "true_error")]
-        rows.append((name, PART.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
+        rows.append((name, NAMES.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
     heads = ("Variant", "Against friction works", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
     return Table("The same motion in a loop of sound margins", heads, rows)
 
 
 def sound_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     """Return the following error at sound margins: how to draw it, what it is, what to see in it."""
-    loops = {PART[name]: loop for name, loop in sound.loop.result.variants.items() if name in PART}
+    loops = {NAMES[name]: loop for name, loop in sound.loop.result.variants.items() if name in NAMES}
     least = min(phase for phase, _ in sound.margins.values())
     return (
         lambda: tracking_error(loops, sound.loop.settle),
