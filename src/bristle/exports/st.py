@@ -10,24 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from bristle.core.variable import variables_of
+from bristle.exports import st_project
 from bristle.exports.described import Source, meaning_of, model_facts, plain
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
 from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, real_literal
-from bristle.exports.st_project import (
-    FARTHEST,
-    FARTHEST_OF_OPERATOR,
-    Judged,
-    Project,
-    Tuned,
-    body_lines,
-    bounds,
-    call_text,
-    commented_facts,
-    interface,
-    set_lines,
-    walk_facts,
-)
+from bristle.exports.st_project import FARTHEST, body_lines, call_text, set_lines
 from bristle.exports.subject import COMMIT, COUNT, TRIAL, Subject, arguments_left, settled_subject, subject_of, walk_of
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import Array, Struct, Type
@@ -61,22 +49,22 @@ class StFiles:
         printer = Printer(subject.unit, self.name, around, REAL if self.single else LREAL)
         walk = walk_of(subject, self.dt)
         x = walk.positions(COUNT)
-        judged = Judged(self.name, subject.outputs(x) if operator else subject.forces(x, self.dt), self.single)
+        judged = st_project.Judged(self.name, subject.outputs(x) if operator else subject.forces(x, self.dt), self.single)
         too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
-        facts = commented_facts(model_facts(subject, self.name, self.source, self.dt, single=self.single, tunable=self.tunable))
+        facts = st_project.commented_facts(model_facts(subject, self.name, self.source, self.dt, single=self.single, tunable=self.tunable))
         facts |= {"unit_in": plain(facts["unit_x"]), "unit_out": plain(facts["unit_force"]), "input": IN[operator]}
         facts |= {"count": COUNT, "output": OUT[operator], "result": OUT[operator]}
-        facts |= bounds(single=self.single, farthest=FARTHEST_OF_OPERATOR if operator else FARTHEST)
+        facts |= st_project.bounds(single=self.single, farthest=st_project.FARTHEST_OF_OPERATOR if operator else FARTHEST)
         block = self._block(printer, facts)
         last_call = {"last_call": too_far if operator else f"{too_far}, period := {real_literal(self.dt)}"}
-        body = body_lines("st/selftest.st", facts | walk_facts(walk, printer, "count") | judged.facts() | last_call)
+        body = body_lines("st/selftest.st", facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call)
         test = Pou("PROGRAM", f"{self.name}_selftest", "", tuple(judged.variables()), body)
-        return Project(self.name, printer, facts, block, test, judged.arrays(walk)).files("st/head.st", self.source)
+        return st_project.Project(self.name, printer, facts, block, test, judged.arrays(walk)).files("st/head.st", self.source)
 
     def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
         subject, operator, names = self.subject, self.subject.is_operator, Names(OWN.split())
         signals = {signal: names.of(signal, signal) for signal in subject.signals}
-        tuned = Tuned.of(tunable_of(subject.model), names) if self.tunable else None
+        tuned = st_project.Tuned.of(tunable_of(subject.model), names) if self.tunable else None
         tried = subject.trial.result
         assert isinstance(tried, Struct)
         trial = arguments_left(subject.trial, TRIAL[operator])
@@ -114,7 +102,7 @@ class StFiles:
                 for key, name in signals.items()
             ),
             *(tuned.inputs(printer) if tuned else []),
-            *interface("a virgin contact, nothing came yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", self.units),
+            *st_project.interface("a virgin contact, nothing came yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", self.units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
             *([] if operator else [Variable("last_position", "LREAL")]),

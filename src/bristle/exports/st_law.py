@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from bristle.exports import st_project
 from bristle.exports.described import Source, plain
 from bristle.exports.law import Law
 from bristle.exports.law_described import INPUTS, PER_VELOCITY, law_facts, law_walk
@@ -12,20 +13,7 @@ from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
 from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_project import (
-    FARTHEST,
-    FARTHEST_OF_LAW,
-    Judged,
-    Project,
-    Tuned,
-    body_lines,
-    bounds,
-    call_text,
-    commented_facts,
-    interface,
-    set_lines,
-    walk_facts,
-)
+from bristle.exports.st_project import FARTHEST, Tuned, body_lines, call_text, interface, set_lines
 from bristle.exports.subject import COUNT
 from bristle.exports.tree import Array, Struct
 from bristle.exports.tunable import settled_law, tunable_law
@@ -47,14 +35,14 @@ class StLawFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        law, facts = self.law, commented_facts(law_facts(self.law, self.name, self.source))
+        law, facts = self.law, st_project.commented_facts(law_facts(self.law, self.name, self.source))
         around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
         facts |= {"output": "effort", "operator": False, "unit_in": facts["unit_x"], "count": COUNT}
-        facts |= bounds(single=law.single, farthest=FARTHEST_OF_LAW)
+        facts |= st_project.bounds(single=law.single, farthest=st_project.FARTHEST_OF_LAW)
         printer = Printer(law.unit, self.name, around, REAL if law.single else LREAL)
         block = self._block(printer, facts)
         test, arrays = self._selftest(printer, facts)
-        return Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st", self.source)
+        return st_project.Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st", self.source)
 
     def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
         law, (lasting, p) = self.law, self.law.types
@@ -101,10 +89,10 @@ class StLawFiles:
 
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
-        judged = Judged(self.name, efforts, self.law.single)
+        judged = st_project.Judged(self.name, efforts, self.law.single)
         told = {"told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in self.law.inputs), "positions": positions}
         told |= {"per_velocity": real_literal(PER_VELOCITY), "last_call": f"measured := {real_literal(10.0 * FARTHEST)}"}
-        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | judged.facts() | told)
+        body = body_lines("st/law_selftest.st", facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | told)
         arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
         variables = [
             *judged.variables(),

@@ -10,9 +10,8 @@ from bristle.core.typography import number
 from bristle.figures.errors import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
-from bristle.paper.following import COMPENSATED, IN_PAPER
 from bristle.paper.reproduced import Reproduced, percent
-from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, SHOWN, with_spread
+from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, SHOWN, with_spread
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
