@@ -13,27 +13,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bristle.core.variable import variables_of
+from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import CONSTANT, Kept, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
-from bristle.exports.subject import (
-    COMMIT,
-    COUNT,
-    FACTOR,
-    PART,
-    RESTS,
-    SEED,
-    TERM,
-    TRIAL,
-    Subject,
-    Walk,
-    arguments_left,
-    hash_of,
-    layout_of,
-    settled_subject,
-    subject_of,
-    walk_of,
-)
+from bristle.exports.subject import Subject, Walk
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import Struct
 from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, single_note, tunable_of
@@ -61,7 +45,7 @@ class CFiles:
     dt: float
     tunable: bool = False
     scalar: str = "double"
-    steps: int = COUNT
+    steps: int = subjects.COUNT
     units: CommandUnits | None = None
     printer: ClassVar[type[Printer]] = Printer
     fixed: ClassVar[tuple[str, ...]] = ()
@@ -69,7 +53,7 @@ class CFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        walk, subject = walk_of(self.subject, self.dt), self.subject
+        walk, subject = subjects.walk_of(self.subject, self.dt), self.subject
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
         walked = selftest_facts(walk, forces, single=self.scalar == "float")
@@ -89,7 +73,7 @@ class CFiles:
         return (
             model_facts(subject, self.name, self.source, self.dt, single=single, tunable=self.tunable)
             | block_facts(printer, self.name, kept, subject.memory_size, tuned)
-            | saved_facts(printer, ("position", "force"), kept, subject.memory_size, layout_of(subject, self.scalar))
+            | saved_facts(printer, ("position", "force"), kept, subject.memory_size, subjects.layout_of(subject, self.scalar))
             | {"drive": command_facts(self.units, kind), "device": "", "velocity": VELOCITY[self.scalar], "result": "force"}
             | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * self.dt:g}", "every": max(1, cycles // 10)}
             | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, self.scalar)}
@@ -115,7 +99,10 @@ class CFiles:
             "dt": (f"{cast}dt", ""),
             "move": ("step.part_1", ""),
         }
-        of_trial, of_commit = arguments_left(subject.trial, TRIAL[subject.is_operator]), arguments_left(subject.commit, COMMIT)
+        of_trial, of_commit = (
+            subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator]),
+            subjects.arguments_left(subject.commit, subjects.COMMIT),
+        )
         trial, commit = (
             f"{function.name}({', '.join(handed[name][0] for name in left)})"
             for function, left in ((subject.trial, of_trial), (subject.commit, of_commit))
@@ -157,10 +144,10 @@ def block_facts(printer: Printer, name: str, kept: Kept, memory: int, tuned: Tun
 
 def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
     """Return what a self-test is told: how the walk is made, and the hash of the outputs along it."""
-    digest = hash_of(outputs)
+    digest = subjects.hash_of(outputs)
     return (
         {"count": outputs.size, "scales": [repr(scale) for scale in walk.scales], "last": repr(float(outputs[-1]))}
-        | {"seed": SEED, "factor": FACTOR, "term": TERM, "rests": RESTS, "part": PART}
+        | {"seed": subjects.SEED, "factor": subjects.FACTOR, "term": subjects.TERM, "rests": subjects.RESTS, "part": subjects.PART}
         | {"hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}"}
         | checkpoints(outputs, single=single)
     )
@@ -169,8 +156,8 @@ def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str
 def write(request: Request) -> Product:
     """Return the source, in double precision or in single."""
     units = command_units(request.axis, request.model.kind) if request.model.component.family == "friction" else None
-    subject = subject_of(request.sampled, CONSTANTS if request.single else None)
+    subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()
-    left, scalar = settled_subject(subject, places, single=request.single), "float" if request.single else "double"
+    left, scalar = subjects.settled_subject(subject, places, single=request.single), "float" if request.single else "double"
     files = CFiles(left, request.name, request.source, request.dt, request.tunable, scalar, units=units).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())

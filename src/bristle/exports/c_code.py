@@ -269,21 +269,9 @@ class Body:
 
 
 # What the helpers are called in C; those of a library would be other ones by the same name.
-HELPED = {
-    "sqrt": "root",
-    "copysign": "with_sign",
-    "abs": "magnitude",
-    "floor": "next_below",
-    "isinf": "is_infinite",
-    "isnan": "is_nan",
-    "min": "least",
-    "max": "greatest",
-    "whole_abs": "whole_magnitude",
-    "whole_min": "whole_least",
-    "whole_max": "whole_greatest",
-    "mantissa": "mantissa_of",
-    "exponent": "exponent_of",
-}
+HELPED = {"sqrt": "root", "copysign": "with_sign", "abs": "magnitude", "floor": "next_below", "isinf": "is_infinite", "isnan": "is_nan"}
+HELPED |= {"min": "least", "max": "greatest", "whole_min": "whole_least", "whole_max": "whole_greatest"}
+HELPED |= {"whole_abs": "whole_magnitude", "mantissa": "mantissa_of", "exponent": "exponent_of"}
 
 
 def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:
