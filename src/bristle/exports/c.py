@@ -90,19 +90,11 @@ class CFiles:
         names = [printer.names.variable(name) for name, _ in subject.state.fields]
         state = ", ".join(f"axis->state.{name}" for name in names) or "0"
         assembling = f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
-        handed = {
-            "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
-            "motion": ("motion", motion),
-            "p": ("p", assembling) if self.tunable else (CONSTANT, ""),
-            "memory": ("axis->memory", ""),
-            "input": (f"{cast}x", ""),
-            "dt": (f"{cast}dt", ""),
-            "move": ("step.part_1", ""),
-        }
-        of_trial, of_commit = (
-            subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator]),
-            subjects.arguments_left(subject.commit, subjects.COMMIT),
-        )
+        handed = {"state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"), "motion": ("motion", motion)}
+        handed |= {"p": ("p", assembling) if self.tunable else (CONSTANT, ""), "memory": ("axis->memory", "")}
+        handed |= {"input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", "")}
+        of_trial = subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator])
+        of_commit = subjects.arguments_left(subject.commit, subjects.COMMIT)
         trial, commit = (
             f"{function.name}({', '.join(handed[name][0] for name in left)})"
             for function, left in ((subject.trial, of_trial), (subject.commit, of_commit))
