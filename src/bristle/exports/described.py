@@ -136,16 +136,8 @@ def _environment() -> jinja2.Environment:
 
 LICENCE = "BSD-3-Clause"
 """Of the text that bristle writes, as SPDX names it."""
-COMMENTS = {
-    ".c": ("/* ", " */"),
-    ".h": ("/* ", " */"),
-    ".cu": ("/* ", " */"),
-    ".st": ("(* ", " *)"),
-    ".mjs": ("// ", ""),
-    ".xml": ("<!-- ", " -->"),
-    ".txt": ("# ", ""),
-    ".md": ("<!-- ", " -->"),
-}
+COMMENTS = {".st": ("(* ", " *)"), ".mjs": ("// ", ""), ".txt": ("# ", "")}
+COMMENTS |= dict.fromkeys((".c", ".h", ".cu"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
 DIGITS = 12  # of a hash, where it tells versions apart
 
 
@@ -186,24 +178,15 @@ def copyright_line() -> str:
     return next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
 
 
-def rights_lines(source: Source, ending: str) -> list[str]:
-    """Return the licence of the text of a file and the hash of its model as comments of the language it ends in."""
-    opening, closing = COMMENTS[ending]
-    lines = [
-        f"SPDX-License-Identifier: {LICENCE}",
-        f"{copyright_line()}: the text that bristle {version()} wrote.",
-        "The model and its numbers are yours.",
-    ]
-    lines += [f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else []
-    return [f"{opening}{line}{closing}" for line in lines]
-
-
 def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
     """Return texts, by the names of their files, that begin with their licence and the hash of their model."""
+    lines = [f"SPDX-License-Identifier: {LICENCE}", f"{copyright_line()}: the text that bristle {version()} wrote."]
+    lines += ["The model and its numbers are yours.", *([f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else [])]
     headed = {}
     for name, text in files.items():
-        lines, (first, _, rest) = rights_lines(source, PurePosixPath(name).suffix), text.partition("\n")
-        headed[name] = "\n".join([first, *lines, rest] if first.startswith("<?xml") else [*lines, text])
+        opening, closing = COMMENTS[PurePosixPath(name).suffix]
+        (first, _, rest), head = text.partition("\n"), [f"{opening}{line}{closing}" for line in lines]
+        headed[name] = "\n".join([first, *head, rest] if first.startswith("<?xml") else [*head, text])
     return headed
 
 

@@ -124,7 +124,7 @@ class StFiles:
 
 
 def write(request: Request) -> Product:
-    """Return the function block, its self-test, both as XML, and as files of TwinCAT 3."""
+    """Return the function block, its self-test, and both as XML."""
     checked(request.name)
     subject = subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()

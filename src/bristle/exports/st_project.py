@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 from xml.etree import ElementTree
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from bristle.exports.described import Source, meaning_of, plain, rendered, rights_lines, version, with_rights
+from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
 from bristle.exports.printing import wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
@@ -26,7 +24,6 @@ from bristle.exports.st_parts import (
     Record,
     Variable,
     commented,
-    declaration_text,
     part_text,
     real_literal,
     used_of,
@@ -126,13 +123,12 @@ class Project:
         types = used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
-        parts, of_test = [*types, *functions, self.block], [*self.arrays, self.test]
         files = {
-            f"{self.name}.st": "\n".join([comment, *map(part_text, parts)]),
-            f"{self.name}_selftest.st": "\n".join([test_head, *map(part_text, of_test)]),
+            f"{self.name}.st": "\n".join([comment, *map(part_text, [*types, *functions, self.block])]),
+            f"{self.name}_selftest.st": "\n".join([test_head, *map(part_text, [*self.arrays, self.test])]),
             f"{self.name}_plcopen.xml": project_text(self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]),
         }
-        return with_rights(files, source) | twincat_files([*parts, *of_test], source)
+        return with_rights(files, source)
 
 
 def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
@@ -330,43 +326,3 @@ def _text(parent: Element, text: str) -> None:
 
 def _add(parent: Element, tag: str, /, **attributes: str) -> Element:
     return ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{tag}", attributes)
-
-
-HEAD = """<?xml version="1.0" encoding="utf-8"?>
-<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.12">
-"""
-POU = """  <POU Name={name} Id={id} SpecialFunc="None">
-    <Declaration>{declaration}</Declaration>
-    <Implementation>
-      <ST>{body}</ST>
-    </Implementation>
-  </POU>
-"""
-DUT = """  <DUT Name={name} Id={id}>
-    <Declaration>{declaration}</Declaration>
-  </DUT>
-"""
-TAIL = "</TcPlcObject>\n"
-
-
-def twincat_files(parts: Iterable[Array | Record | Pou], source: Source) -> dict[str, str]:
-    """Return the text of a file for each part, by its name: ``.TcPOU`` of a POU, ``.TcDUT`` of a data type.
-
-    A part has the same identifier in each export of its name: one that is exported again replaces it in a project.
-    """
-    rights = "\n".join([*rights_lines(source, ".st"), ""])
-    files = {}
-    for part in parts:
-        names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
-        if isinstance(part, Pou):
-            body = _as_cdata("\n".join([*part.body, ""]))
-            text = POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body)
-        else:
-            text = DUT.format(**names, declaration=_as_cdata(rights + part_text(part)))
-        files[f"{part.name}.{'TcPOU' if isinstance(part, Pou) else 'TcDUT'}"] = HEAD + text + TAIL
-    return files
-
-
-def _as_cdata(text: str) -> str:
-    """Return text that a reader of XML takes as it stands."""
-    return f"<![CDATA[{text.replace(']]>', ']]]]><![CDATA[>')}]]>"

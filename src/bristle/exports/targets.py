@@ -186,7 +186,7 @@ _C = (
     "C99: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same bits; nothing "
     "is compiled here, and no compiler is needed"
 )
-_ST = "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen and as files of TwinCAT 3"
+_ST = "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen"
 _TABLE = (
     "effort over velocity as CSV, in the units of the log and of the drive that AXIS.toml describes; with --points 3, gravity, level and "
     "viscous friction for each direction, and the inertia"
