@@ -18,8 +18,6 @@ from bristle.simulation.compensation import on_another_rig
 RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
 HALVED = 0.1  # how near to the share of the paper counts as the same
 ALIKE = 0.05  # relative change of the effort that is none
-CHATTER = 0.2  # shown close up [s]
-MEAN_OVER = 0.05  # shown whole [s]: the motion without the chatter
 FED_FORWARD = {
     BEFORE: "no compensator",
     "lugre": "LuGre, F_C and F_S of both directions’ mean",
@@ -171,6 +169,8 @@ def figure_14(tracked: Tracked) -> Reproduced:
         for name, loop in tracked.published.items()
     }
     more = rms[tracked.after] / rms[BEFORE] - 1.0
+    # Close up 0.2 s of chatter; over all the motion without it, the mean over 0.05 s.
+    close_up, shown = tracked.turn(0.1, 0.1), {"friction": True, "mean_over": 0.05}
     efforts = [
         f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
         for name in tracked.published
@@ -182,15 +182,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
             f"Root mean square: {'; '.join(efforts)}.",
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
-        draw=lambda: loop_rows.control_effort(
-            tracked.pictured,
-            tracked.settle,
-            tracked.turn(0.5 * CHATTER, 0.5 * CHATTER),
-            tracked.arm,
-            "rotational",
-            friction=True,
-            mean_over=MEAN_OVER,
-        ),
+        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm, "rotational", **shown),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )

@@ -63,13 +63,8 @@ def figure_4(setting: Setting) -> Reproduced:
         ],
         draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
         origin=setting.origin,
-        numbers={
-            "torque": by_turns,
-            "by_corrected_sums": right,
-            "by_printed_sums_of_relays_0_and_1": unit,
-            "by_printed_sums_of_relays_of_both_signs": signed,
-            "half_of_the_saturation_loop": constant,
-        },
+        numbers={"torque": by_turns, "by_corrected_sums": right, "half_of_the_saturation_loop": constant}
+        | {"by_printed_sums_of_relays_0_and_1": unit, "by_printed_sums_of_relays_of_both_signs": signed},
         tables=(table,),
     )
 

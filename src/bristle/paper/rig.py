@@ -76,9 +76,6 @@ def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -
     )
 
 
-CUTOFF, DECIMATION = 15.0, 33  # [Hz], samples: the motion to be compensated is slow
-
-
 class Rig(NamedTuple):
     """What the two sets differ in: lead [m], inertia [kg*m^2], offset [N*m] and asymmetry of the friction."""
 
@@ -129,11 +126,6 @@ def logged(described: Experiment) -> Log:
 def axis_of(described: Experiment) -> Axis:
     """Return what is known of the axis of an experiment before anything is identified from its log."""
     variant = described.variants[0]
-    return Axis(
-        kind=described.kind,
-        mass=variant.plant.values["M"],
-        held=True,
-        cutoff=CUTOFF,
-        decimation=DECIMATION,
-        resolution=variant.sensor.values["resolution"],
-    )
+    treated = {"cutoff": 15.0, "decimation": 33}  # [Hz], samples: the motion to be compensated is slow
+    resolution = variant.sensor.values["resolution"]
+    return Axis(kind=described.kind, mass=variant.plant.values["M"], held=True, resolution=resolution, **treated)

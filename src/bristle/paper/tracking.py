@@ -167,14 +167,11 @@ class Sound:
     @property
     def numbers(self) -> dict[str, Any]:
         """What was found, for the summary."""
-        return {
-            "at_sound_margins": {name: loop.as_dict() for name, loop in self.loop.result.variants.items()},
-            "margins": {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()},
-            "over_break_away": [
-                {"break_away": level, "peak_to_peak": loop.following_error.peak_to_peak, "mean": loop.following_error.mean}
-                for level, loop in self.at_levels
-            ],
-        }
+        errors = [(level, loop.following_error) for level, loop in self.at_levels]
+        levels = [{"break_away": level, "peak_to_peak": error.peak_to_peak, "mean": error.mean} for level, error in errors]
+        margins = {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()}
+        loops = {name: loop.as_dict() for name, loop in self.loop.result.variants.items()}
+        return {"at_sound_margins": loops, "margins": margins, "over_break_away": levels}
 
 
 def sound_table(sound: Sound) -> Table:
@@ -204,16 +201,11 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     """Return the error over the break-away torque: how to draw it, what it is, what to see in it."""
 
     def draw() -> Figure:
-        errors = [loop.following_error.peak_to_peak for _, loop in sound.at_levels]
-        spreads = [spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels]
-        ends = [(error, error - spread, error + spread) for error, spread in zip(errors, np.nan_to_num(spreads), strict=True)]
-        return error_over(
-            [1e3 * level for level, _ in sound.at_levels],
-            {"found": 1e6 * np.array(ends)},
-            {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]},
-            "Break-away torque of (7) [mN·m]",
-            "Error, peak to peak [µm]",
-        )
+        errors = np.array([loop.following_error.peak_to_peak for _, loop in sound.at_levels])
+        spreads = np.nan_to_num([spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels])
+        found = {"found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])}
+        reported, levels = {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]}, [1e3 * level for level, _ in sound.at_levels]
+        return error_over(levels, found, reported, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]")
 
     return (
         draw,
@@ -249,12 +241,6 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
         ],
         draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
         origin=tracked.origin,
-        numbers={
-            "sample_time": run.sample_time,
-            "delay": run.delay,
-            "resolution": resolution,
-            "lead": lead,
-            "inertia": bench.J,
-            "inertia_before_sensor": bench.J_m,
-        },
+        numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution}
+        | {"lead": lead, "inertia": bench.J, "inertia_before_sensor": bench.J_m},
     )
