@@ -10,7 +10,7 @@ from bristle.core.typography import number
 from bristle.figures.errors import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
-from bristle.paper.reproduced import Reproduced, percent
+from bristle.paper.reproduced import Reproduced, in_micrometres, percent
 from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, SHOWN, with_spread
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
@@ -99,7 +99,7 @@ def _picture(loop: Reproduced) -> Picture:
     names = {name: NAMES.get(name, name) for name in peaks}
     best = min(peaks, key=peaks.get)
     alternative = "Following error of each loop, peak to peak, beside what the paper tells"
-    caption = f"{alternative}. The least: {number(1e6 * peaks[best], digits=2)} µm, {names[best]}."
+    caption = f"{alternative}. The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
     return picture(
         "paper-first",
         lambda: errors_by_loop(

@@ -169,13 +169,18 @@ OWN = "*"
 DIVERGED = "diverged"
 
 
+def tenths(length: float) -> str:
+    """Return a length as text, in tenths of a micrometre."""
+    return number(1e6 * length, resolution=0.1)
+
+
 def micrometres(error: Interval | None) -> str:
     """Return an error with its 95 % interval [µm] as text."""
     if error is None:
         return "–"
     if not math.isfinite(error.peak_to_peak):
         return DIVERGED
-    mean, low, high = (number(1e6 * length, resolution=0.1) for length in error[:3])
+    mean, low, high = map(tenths, error[:3])
     return mean if math.isnan(error.low) else f"{mean} ({low} to {high})"
 
 
@@ -205,8 +210,7 @@ def claim_table(trial: Trial) -> Table:
     for place in trial.plan.sets:
         for claim in claims(trial, place):
             worst, error = max(claim.errors.items(), key=lambda case: case[1])
-            limit, largest = (number(1e6 * length, resolution=0.1) for length in (claim.limit, error))
-            rows.append((f"{SET_NAMES[place]}: {claim.words}", limit, largest, worst, "yes" if claim.holds else "no"))
+            rows.append((f"{SET_NAMES[place]}: {claim.words}", tenths(claim.limit), tenths(error), worst, "yes" if claim.holds else "no"))
     heads = ("What", "At most [µm]", "Largest mean [µm]", "On", "Holds")
     return Table("Following error peak to peak", heads, rows)
 

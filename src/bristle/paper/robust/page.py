@@ -80,8 +80,8 @@ def ruling_of(trial: Trial) -> Ruling:
         return Ruling("usable", "Observer and feedforward hold on every truth that was tried")
     reasons = []
     for place, claim in missed:
-        errors = [f"{case} {number(1e6 * error, resolution=0.1)} µm" for case, error in claim.errors.items() if error > claim.limit]
-        reasons.append(f"{findings.SET_NAMES[place]}, above {number(1e6 * claim.limit, resolution=0.1)} µm: {', '.join(errors)}")
+        errors = [f"{case} {findings.tenths(error)} µm" for case, error in claim.errors.items() if error > claim.limit]
+        reasons.append(f"{findings.SET_NAMES[place]}, above {findings.tenths(claim.limit)} µm: {', '.join(errors)}")
     level = "with_care" if len(missed) < len(listed) else "no"
     return Ruling(level, "Observer and feedforward do not hold everywhere", tuple(reasons))
 
