@@ -10,25 +10,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from bristle.exports import st_parts
 from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
 from bristle.exports.printing import wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_parts import (
-    INDENT,
-    LREAL,
-    REAL,
-    Array,
-    Names,
-    Pou,
-    Record,
-    Variable,
-    commented,
-    part_text,
-    real_literal,
-    used_of,
-    whole_literal,
-)
+from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, real_literal
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tree import REAL as NUMBER
 from bristle.exports.tree import TRUTH, Function, Struct
@@ -120,12 +107,12 @@ class Project:
             names = [name for name, of in sorted(printer.helpers) if of == scalar]
             helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
         functions = [*helpers, *functions]
-        types = used_of(types, [*functions, self.block])
+        types = st_parts.used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
         files = {
-            f"{self.name}.st": "\n".join([comment, *map(part_text, [*types, *functions, self.block])]),
-            f"{self.name}_selftest.st": "\n".join([test_head, *map(part_text, [*self.arrays, self.test])]),
+            f"{self.name}.st": "\n".join([comment, *map(st_parts.part_text, [*types, *functions, self.block])]),
+            f"{self.name}_selftest.st": "\n".join([test_head, *map(st_parts.part_text, [*self.arrays, self.test])]),
             f"{self.name}_plcopen.xml": project_text(self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]),
         }
         return with_rights(files, source)
@@ -188,8 +175,8 @@ class Judged:
 
 def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
     """Return facts of which no text begins or ends a comment."""
-    texts = {key: commented(facts[key]) for key in ("description", "variant", "table", "fed_table") if key in facts}
-    return facts | texts | {key: [commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
+    texts = {key: st_parts.commented(facts[key]) for key in ("description", "variant", "table", "fed_table") if key in facts}
+    return facts | texts | {key: [st_parts.commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
@@ -218,7 +205,7 @@ def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: C
         elif part == TRUTH:
             yield f"{at} := {'TRUE' if field else 'FALSE'};"
         else:
-            yield f"{at} := {printer.real(float(field)) if part == NUMBER else whole_literal(int(field))};"
+            yield f"{at} := {printer.real(float(field)) if part == NUMBER else st_parts.whole_literal(int(field))};"
 
 
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
@@ -266,7 +253,7 @@ NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
 Element = ElementTree.Element
 
 
-def project_text(name: str, head: str, types: Sequence[Array | Record], pous: Sequence[Pou]) -> str:
+def project_text(name: str, head: str, types: Sequence[Array | st_parts.Record], pous: Sequence[Pou]) -> str:
     """Return a project with data types, functions, blocks and programs."""
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xhtml", XHTML)
