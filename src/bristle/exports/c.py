@@ -15,7 +15,7 @@ import numpy as np
 from bristle.core.variable import variables_of
 from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
-from bristle.exports.c_parts import CONSTANT, Kept, declared, helpers_text, literal, parameters_text, saved_facts, started
+from bristle.exports.c_parts import CONSTANT, Fields, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
 from bristle.exports.subject import Subject, Walk
 from bristle.exports.targets import Product, Request
@@ -67,13 +67,13 @@ class CFiles:
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
         printer = self.printer(subject.unit, self.scalar, around)
         of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
-        kept = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
+        fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
         used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
         data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, self.name, tuned)
         return (
             model_facts(subject, self.name, self.source, self.dt, single=single, tunable=self.tunable)
-            | block_facts(printer, self.name, kept, subject.memory_size, tuned)
-            | saved_facts(printer, ("position", "force"), kept, subject.memory_size, subjects.layout_of(subject, self.scalar))
+            | block_facts(printer, self.name, fields, subject.memory_size, tuned)
+            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, self.scalar))
             | {"drive": command_facts(self.units, kind), "device": "", "velocity": VELOCITY[self.scalar], "result": "force"}
             | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * self.dt:g}", "every": max(1, cycles // 10)}
             | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, self.scalar)}
@@ -122,13 +122,13 @@ def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any]
     return with_rights({file.format(name): text for file, text in texts.items()}, source)
 
 
-def block_facts(printer: Printer, name: str, kept: Kept, memory: int, tuned: Tunable | None) -> dict[str, Any]:
+def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:
     """Return what is told of a structure that lasts and of the functions around it, of friction or of a law."""
-    start = [f"axis->state.{field} = {literal(value, part, printer.scalar)};" for field, part, _, value in kept]
+    start = [f"axis->state.{field} = {literal(value, part, printer.scalar)};" for field, part, _, value in fields]
     return (
         {"guard": name.upper(), "flags": FLAGS, "scalar": printer.scalar, "inline": printer.inline, "memory": memory}
         | {"definitions": printer.definitions(), "start": start + (started(tuned, printer) if tuned else [])}
-        | {"state": [f"{printer.named(part, field)}; /* {meaning} */" for field, part, meaning, _ in kept]}
+        | {"state": [f"{printer.named(part, field)}; /* {meaning} */" for field, part, meaning, _ in fields]}
         | {"helpers": helpers_text(printer.helpers, printer.scalar, printer.integer, printer.inline)}
         | {"parameters": declared(tuned, printer) if tuned else []}
     )

@@ -40,20 +40,20 @@ def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     walked = selftest_facts(walk, efforts, single=law.single) | {"positions": positions, "per_velocity": repr(PER_VELOCITY)}
     variant, (lasting, p), tuned = law.variant, law.types, tunable_law(law) if law.tunable else None
     printer = Printer(law.unit, "float" if law.single else "double", [lasting, p])
-    kept, after = [], []
+    fields, after = [], []
     for path, kind in law.leaves:
         hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
         variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
-        kept.append(("_".join(path), kind, meaning_of(variable, variant.controller.kind), reduce(getattr, path, law.lasting)))
-        after.append(f"axis->state.{kept[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
+        fields.append(("_".join(path), kind, meaning_of(variable, variant.controller.kind), reduce(getattr, path, law.lasting)))
+        after.append(f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
     friction = variant.feedforward.friction
     law_name = f"{variant.controller.name} {friction and friction.name}"
-    layout = f"{law_name} {law.dt!r} {[field[:2] for field in kept]} {law.memory_size}{' float' if law.single else ''}"
+    layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}{' float' if law.single else ''}"
     remembered = array_text("remembered", law.memory, printer) + "\n" if np.any(law.memory) else ""
     facts = (
         law_facts(law, name, source)
-        | block_facts(printer, name, kept, law.memory_size, tuned)
-        | saved_facts(printer, ("effort",), kept, law.memory_size, layout)
+        | block_facts(printer, name, fields, law.memory_size, tuned)
+        | saved_facts(printer, ("effort",), fields, law.memory_size, layout)
         | {"data": remembered + parameters_text(law.p, p, printer, name, tuned), "step": _step(law, printer), "after": after}
         | {"remembered": "remembered[i]" if remembered else number(0.0, printer.scalar), "steps": COUNT}
     )

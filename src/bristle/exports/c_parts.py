@@ -16,7 +16,7 @@ from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tree import REAL, Array, Struct, Type
 from bristle.exports.tunable import Tunable, bounds_of
 
-Kept = Sequence[tuple[str, Type, str, Any]]
+Fields = Sequence[tuple[str, Type, str, Any]]
 """What lasts: the name of each field, its type, its meaning, and its first value."""
 # Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.
 BITS: dict[str, dict[str, Any]] = {
@@ -202,12 +202,12 @@ def _at(name: str, place: int | None, printer: Printer) -> str:
     return printer.names.variable(name) + ("" if place is None else f"[{place}]")
 
 
-def saved_facts(printer: Printer, heads: Sequence[str], kept: Kept, memory_size: int, layout: str) -> dict[str, Any]:
+def saved_facts(printer: Printer, heads: Sequence[str], fields: Fields, memory_size: int, layout: str) -> dict[str, Any]:
     """Return what the template of ``save`` and ``load`` is told."""
     widened, narrowed = ("", "") if printer.scalar == "double" else ("(double)", "(float)")
     first = 8 * (2 + len(heads))  # behind the layout, the heads, and 8 bytes of `begun` and `flags`
     lines = []
-    for place, (name, kind, *_) in enumerate(kept):
+    for place, (name, kind, *_) in enumerate(fields):
         at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"
         if kind == REAL:
             save, load, refused = f"put_real(at, {widened}{field})", f"{narrowed}got_real({at})", f"!is_finite(got_real({at}))"

@@ -191,8 +191,8 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
     notes = (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
-    kept = (values, core.begin, memory, core.most, layout, table.splitlines(), (guidance,), notes)
-    return Content(title, model.kind, unit, core.entry, exchange, ports, "force", *kept, -1 if plant is None else core.begin.size - 1)
+    further = (values, core.begin, memory, core.most, layout, table.splitlines(), (guidance,), notes)
+    return Content(title, model.kind, unit, core.entry, exchange, ports, "force", *further, -1 if plant is None else core.begin.size - 1)
 
 
 BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
@@ -227,8 +227,8 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
     tables = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
     guidance = (ORDER, FIRST, *([feeding] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}.")
-    kept = ({"p": (law.p, law.types[1])}, begin, law.memory, most, layout, tables, guidance, tuple(notes))
-    return Content(title, law.controller.kind, unit, entry, None, _ports(law, source), "effort", *kept)
+    further = ({"p": (law.p, law.types[1])}, begin, law.memory, most, layout, tables, guidance, tuple(notes))
+    return Content(title, law.controller.kind, unit, entry, None, _ports(law, source), "effort", *further)
 
 
 def _stepped(law: Law) -> tree.Function:

@@ -61,7 +61,7 @@ class StLawFiles:
         skipped = tuned.tunable.places if tuned else ()
         remembered = enumerate(law.memory.tolist()) if memory else ()
         start = [*set_lines("parameters", law.p, p, printer, skipped), *set_lines("lasting", law.lasting, lasting, printer)]
-        told = (
+        of_block = (
             {"divisor": "" if units is None else real_literal(units.effort.si), "start": start, "memory": memory}
             | {"within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0), "ranges": [*tuned.ranges(printer)] if tuned else []}
             | {"tuned": [*tuned.lines("parameters", p, printer)] if tuned else [], "after": f"now.{printer.field(now, '_1')}"}
@@ -85,14 +85,14 @@ class StLawFiles:
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
             *([Variable("place", "DINT")] if memory or ahead_names else []),
         ]
-        return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body_lines("st/law.st", facts | told))
+        return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body_lines("st/law.st", facts | of_block))
 
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
         judged = st_project.Judged(self.name, efforts, self.law.single)
-        told = {"told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in self.law.inputs), "positions": positions}
-        told |= {"per_velocity": real_literal(PER_VELOCITY), "last_call": f"measured := {real_literal(10.0 * FARTHEST)}"}
-        body = body_lines("st/law_selftest.st", facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | told)
+        of_test = {"told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in self.law.inputs), "positions": positions}
+        of_test |= {"per_velocity": real_literal(PER_VELOCITY), "last_call": f"measured := {real_literal(10.0 * FARTHEST)}"}
+        body = body_lines("st/law_selftest.st", facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | of_test)
         arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
         variables = [
             *judged.variables(),

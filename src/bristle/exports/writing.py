@@ -92,8 +92,8 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
 
     target = target_named(to)
     operator = request.model.name if request.model.component.family == "hysteresis" else ""
-    wanted = {"tunable": request.tunable, "single": request.single, "rest": request.rest, "compares": request.log is not None}
-    _refuse_beyond(target, **wanted, operators=operator)
+    demands = {"tunable": request.tunable, "single": request.single, "rest": request.rest, "compares": request.log is not None}
+    _refuse_beyond(target, **demands, operators=operator)
     if request.single:
         refuse_beyond_single(request.model.values)
     request, effect = _with_rule(target, request)
@@ -172,9 +172,9 @@ ABILITIES = {
 }
 
 
-def _refuse_beyond(target: Target, **wanted: bool | str) -> None:
+def _refuse_beyond(target: Target, **demands: bool | str) -> None:
     """Refuse what is wanted of a target that is not able to do it, and name those of bristle that are."""
-    for ability, value in wanted.items():
+    for ability, value in demands.items():
         if value and not getattr(target, ability):
             allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
             message, mend = ABILITIES[ability]

@@ -204,9 +204,9 @@ def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str
     provenance : mapping of str to str
         Versions, files, checksums.
     """
-    told = {
+    entries = {
         str(figure.number): {"title": figure.words.title, "claim": figure.words.claim, "verdict": figure.verdict}
         | {"found": figure.found, "numbers": figure.numbers, "experiment": figure.origin.name}
         for figure in figures
     }
-    return {"paper": TITLE, "verdict": paper_ruling(figures).as_data(), "figures": told, "provenance": provenance}
+    return {"paper": TITLE, "verdict": paper_ruling(figures).as_data(), "figures": entries, "provenance": provenance}
