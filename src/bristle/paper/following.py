@@ -118,7 +118,7 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
                 f"{percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
                 f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
             )
-    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in tracking.SHOWN]
+    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in tracking.PUBLISHED]
     return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
 
 
@@ -170,7 +170,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
     }
     more = rms[tracked.after] / rms[BEFORE] - 1.0
     # Close up 0.2 s of chatter; over all the motion without it, the mean over 0.05 s.
-    close_up, shown = tracked.turn(0.1, 0.1), {"friction": True, "mean_over": 0.05}
+    close_up, options = tracked.turn(0.1, 0.1), {"friction": True, "mean_over": 0.05}
     efforts = [
         f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
         for name in tracked.published
@@ -182,7 +182,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
             f"Root mean square: {'; '.join(efforts)}.",
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
-        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm, "rotational", **shown),
+        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm, "rotational", **options),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )

@@ -11,7 +11,7 @@ from bristle.figures.errors import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.reproduced import Reproduced, in_micrometres, percent
-from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, SHOWN, with_spread
+from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, PUBLISHED, with_spread
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
@@ -50,7 +50,7 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
     loop, effort = by_number.get(12), by_number.get(14)
     kinds = Counter(erratum.kind for erratum in ERRATA)
     if effort:  # the effort of the loop, without and with what is fed forward
-        rms = {name: value for name, value in effort.numbers["rms"].items() if name in SHOWN}
+        rms = {name: value for name, value in effort.numbers["rms"].items() if name in PUBLISHED}
         efforts = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
         cost = f"effort, root mean square: {efforts}"
     else:

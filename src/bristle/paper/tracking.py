@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
-SHOWN = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)
+PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)
 """The loops that figures show."""
 NAMES = {
     BEFORE: "no compensator",
@@ -90,8 +90,8 @@ class Tracked:
 
     @property
     def published(self) -> dict[str, VariantResult]:
-        """The loops that figures show, by name: those of `SHOWN` that the experiment has."""
-        return {name: self.result.variants[name] for name in SHOWN if name in self.result.variants}
+        """The loops that figures show, by name: those of `PUBLISHED` that the experiment has."""
+        return {name: self.result.variants[name] for name in PUBLISHED if name in self.result.variants}
 
     @property
     def pictured(self) -> dict[str, VariantResult]:
@@ -203,9 +203,9 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     def draw() -> Figure:
         errors = np.array([loop.following_error.peak_to_peak for _, loop in sound.at_levels])
         spreads = np.nan_to_num([spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels])
-        found = {"found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])}
+        errors_found = {"found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])}
         reported, levels = {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]}, [1e3 * level for level, _ in sound.at_levels]
-        return error_over(levels, found, reported, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]")
+        return error_over(levels, errors_found, reported, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]")
 
     return (
         draw,

@@ -140,8 +140,8 @@ def _table(trial: Trial, place: str) -> dict[str, Any]:
     for truth in trial.plan.truths:
         for condition in trial.plan.conditions:
             errors = {variant: error_of(trial, place, truth.name, variant, condition) for variant in VARIANTS}
-            known = {variant: error._asdict() for variant, error in errors.items() if error is not None}
-            table.setdefault(truth.name, {})[condition] = known
+            simulated = {variant: error._asdict() for variant, error in errors.items() if error is not None}
+            table.setdefault(truth.name, {})[condition] = simulated
     return table
 
 
@@ -159,8 +159,8 @@ def _families(trial: Trial, truth: Truth) -> dict[str, Any]:
 
 def _best(trial: Trial, place: str, truth: str) -> dict[str, Any]:
     family, stranger = (best_family(trial, place, truth, strangers=strangers) for strangers in (False, True))
-    own, other = (share_left(trial, place, truth, "feedforward", name) for name in (family, stranger))
-    return {"family": family, "share_left": own, "stranger": stranger, "stranger_share_left": other}
+    own_left, stranger_left = (share_left(trial, place, truth, "feedforward", name) for name in (family, stranger))
+    return {"family": family, "share_left": own_left, "stranger": stranger, "stranger_share_left": stranger_left}
 
 
 SET_NAMES = {"set_a": "Set A", "set_c": "Set C"}
@@ -221,9 +221,12 @@ def best_table(trial: Trial) -> Table:
     for truth in trial.plan.truths:
         for place in trial.plan.sets:
             best, chosen = _best(trial, place, truth.name), share_left(trial, place, truth.name, "feedforward", CHOSEN)
-            own, left, other, chosen_left = best["family"], *map(_percent, (best["share_left"], best["stranger_share_left"], chosen))
+            own, left, stranger_left, chosen_left = (
+                best["family"],
+                *map(_percent, (best["share_left"], best["stranger_share_left"], chosen)),
+            )
             is_own = "yes" if own in truth.families else "no"
-            rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", other, chosen_left))
+            rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
     best_heads = ("Best family", "Of the truth’s structure", "Leaves [%]", "Best of another structure", "It leaves [%]")
     heads = ("Friction of the rig", "Set", *best_heads, f"{CHOSEN} leaves [%]")
     return Table("Which family fed forward leaves least of the error without compensation", heads, rows)
