@@ -221,10 +221,8 @@ def best_table(trial: Trial) -> Table:
     for truth in trial.plan.truths:
         for place in trial.plan.sets:
             best, chosen = _best(trial, place, truth.name), share_left(trial, place, truth.name, "feedforward", CHOSEN)
-            own, left, stranger_left, chosen_left = (
-                best["family"],
-                *map(_percent, (best["share_left"], best["stranger_share_left"], chosen)),
-            )
+            left, stranger_left, chosen_left = map(_percent, (best["share_left"], best["stranger_share_left"], chosen))
+            own = best["family"]
             is_own = "yes" if own in truth.families else "no"
             rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
     best_heads = ("Best family", "Of the truth’s structure", "Leaves [%]", "Best of another structure", "It leaves [%]")
