@@ -6,11 +6,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from bristle.core.typography import number
 from bristle.figures.errors import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
-from bristle.paper.reproduced import Reproduced, in_micrometres, percent
+from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent
 from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, PUBLISHED, with_spread
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
@@ -51,7 +50,7 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
     kinds = Counter(erratum.kind for erratum in ERRATA)
     if effort:  # the effort of the loop, without and with what is fed forward
         rms = {name: value for name, value in effort.numbers["rms"].items() if name in PUBLISHED}
-        efforts = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
+        efforts = ", ".join(f"{in_millinewtons(value)} {NAMES[name]}".replace(" mN", "\u00a0mN") for name, value in rms.items())
         cost = f"effort, root mean square: {efforts}"
     else:
         cost = "its figure 14 tells: `bristle paper`"
@@ -98,16 +97,13 @@ def _picture(loop: Reproduced) -> Picture:
     peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
     names = {name: NAMES.get(name, name) for name in peaks}
     best = min(peaks, key=peaks.get)
+    by_label = ((names, peaks), (names, spreads), (REPORTED, IN_PAPER))
+    bars = [{labels[name]: 1e6 * length for name, length in lengths.items()} for labels, lengths in by_label]
     alternative = "Following error of each loop, peak to peak, beside what the paper tells"
     caption = f"{alternative}. The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
     return picture(
         "paper-first",
-        lambda: errors_by_loop(
-            {names[name]: 1e6 * value for name, value in peaks.items()},
-            {names[name]: 1e6 * value for name, value in spreads.items()},
-            {REPORTED[name]: 1e6 * value for name, value in IN_PAPER.items()},
-            "Following error [µm], peak to peak",
-        ),
+        lambda: errors_by_loop(*bars, "Following error [µm], peak to peak"),
         alternative,
         caption,
         file="figure-00",
