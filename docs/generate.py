@@ -585,10 +585,6 @@ def robustness() -> str:
         "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "
         "family has the structure of the truth, or of a limit of it. The last row: the best one.",
         *_families_of(told),
-        "## Loops against branches",
-        "Error on motions that were not measured, in percent of the largest force, of "
-        "models made from so many branches: figure 6 of the paper on contacts of other kinds.",
-        _economy_of(told["economy"]),
     )
 
 
@@ -615,21 +611,6 @@ def _left(family: Mapping[str, Any], place: str) -> str:
     share = family[place]["share_left"] if place in family else None
     text = "–" if share is None else f"{100.0 * share:.0f}"
     return f"**{text}**" if family["own_structure"] else text
-
-
-def _economy_of(economy: Mapping[str, Any]) -> str:
-    rows = [
-        (
-            truth,
-            f"{count}",
-            *("–" if errors[row] is None else f"{errors[row]:.1f}" for errors in cost["error_percent"].values()),
-            f"{cost['scatter_percent']:.1f}",
-        )
-        for truth, cost in economy.items()
-        for row, count in enumerate(cost["branches"])
-    ]
-    ways = next(iter(economy.values()))["error_percent"]
-    return table(("Contact", "Branches", *ways, "Scatter alone"), rows)
 
 
 # --- what rests -------------------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from bristle.testing import example_of
 
 ROOT = Path(__file__).parents[2]
 LUGRE = {"F_C": 22.0, "F_S": 29.0, "v_S": 3e-3, "sigma_0": 2e6, "sigma_1": 1e3, "sigma_2": 40.0}
-TEXT_ENDS = (".c", ".h", ".st", ".txt", ".md", ".xml", ".mjs", ".cu", ".TcPOU", ".TcDUT")
+TEXT_ENDS = (".c", ".h", ".st", ".txt", ".md", ".xml", ".mjs", ".cu")
 
 
 def hashes(folder):

@@ -471,48 +471,6 @@ def test_the_xml_is_the_same_program(project):
     assert sorted(Translator(st_text(root)).out) == sorted(Translator(*st).out)
 
 
-def twincat_text(path, rights):
-    """Return the text that a file of TwinCAT stands for, without the comment on its rights, and its identifier."""
-    root = ElementTree.parse(path).getroot()
-    assert (root.tag, root.get("Version")) == ("TcPlcObject", "1.1.0.1")
-    (part,) = root
-    assert part.tag == {".TcPOU": "POU", ".TcDUT": "DUT"}[path.suffix]
-    assert part.get("Name") == path.stem
-    declaration = part.find("Declaration").text
-    assert declaration.startswith(rights)
-    declaration = declaration.removeprefix(rights)
-    if path.suffix == ".TcDUT":
-        return declaration, part.get("Id")
-    ends = {"FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "FUNCTION": "END_FUNCTION", "PROGRAM": "END_PROGRAM"}
-    kind = next(word for word in declaration.split() if word in ends)
-    return f"{declaration}\n{part.find('Implementation/ST').text}{ends[kind]}\n", part.get("Id")
-
-
-def test_each_part_is_a_file_of_twincat_with_the_same_text(folder_of_project):
-    (st, st_test), folder = folder_of_project
-    rights = "".join(line for line in st.splitlines(keepends=True)[:4])
-    assert rights.count("(* ") == rights.count(" *)\n") == 4
-    names = re.findall(r"^(?:FUNCTION|FUNCTION_BLOCK|PROGRAM|TYPE\n   ) (\w+)", st + st_test, flags=re.MULTILINE)
-    files = {path.stem: path for path in folder.iterdir() if path.suffix in (".TcPOU", ".TcDUT")}
-    assert sorted(files) == sorted(names)
-    assert {name.lower() for name in names} == {name.lower() for name in files}
-    result = {name: twincat_text(files[name], rights) for name in names}
-    text = "\n".join(result[name][0] for name in names)
-    bodies = [whole[whole.index("\nTYPE\n" if "\nTYPE\n" in whole else "\nPROGRAM") + 1 :] for whole in (st, st_test)]
-    assert text == "\n".join(bodies)
-    assert all(re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", item) for _, item in result.values())
-    assert len({item for _, item in result.values()}) == len(names)
-
-
-def test_what_is_exported_again_replaces_itself_in_a_project_of_twincat(folder_of_project, tmp_path):
-    br.export(example("varied_gms").with_values(F_C_pos=9.5), "st", tmp_path / "again")
-    pattern = r'Id="(\{.*?\})"'
-    for name in ("axis_x", "axis_x_selftest"):
-        first, second = [(folder / f"{name}.TcPOU").read_text() for folder in (folder_of_project[1], tmp_path / "again")]
-        assert re.search(pattern, first)[1] == re.search(pattern, second)[1]
-        assert first != second
-
-
 # --- what else it says and refuses ------------------------------------------------------------------------------------
 
 

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from tests.report.pages import Page
 
 from bristle.core.content import NOWHERE
-from bristle.paper.page import CLAIMS, paper_front, paper_report, paper_ruling, paper_summary
+from bristle.paper.page import paper_front, paper_report, paper_ruling, paper_summary
 from bristle.paper.reproduce import FIGURES
 from bristle.paper.reproduced import Reproduced
 from bristle.report.page import QUESTIONS
@@ -59,7 +59,7 @@ def test_what_the_rig_has_by_construction_is_no_claim_that_holds():
 
 
 def test_each_claim_that_can_be_tested_has_its_words():
-    assert set(CLAIMS) == set(FIGURES) - {7}
+    assert {number for number in FIGURES if rebuilt(number, "found").words.short} == set(FIGURES) - {7}
 
 
 def test_the_errors_of_the_loop_stand_beside_those_of_the_paper():

@@ -19,7 +19,6 @@ from bristle.core.errors import InputWarning
 from bristle.core.motion import Motion
 from bristle.files.axis import read_axis
 from bristle.logs.log import Log
-from bristle.paper.economy import WAYS, Economy
 from bristle.paper.robust import trial as trials
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
@@ -225,7 +224,6 @@ def quick(monkeypatch):
     monkeypatch.setattr(trials, "peak_to_peak", run)
     monkeypatch.setattr(trials, "fitted", fit)
     monkeypatch.setattr(trials, "log_of", lambda truth: (None, Axis(kind="translational")))
-    monkeypatch.setattr(trials, "is_measurable", lambda truth: False)
     return done
 
 
@@ -330,10 +328,6 @@ def at_key(message, key):
 @pytest.mark.slow
 def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(trials, "is_measurable", lambda truth: truth.name == "lugre")
-    monkeypatch.setattr(
-        trials, "economy_on", lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0)
-    )
     requested = ("paper", "--robust", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
     done = bristle(*requested)
     assert done.code == 0, done.err
@@ -387,8 +381,7 @@ def test_the_interval_is_that_of_student():
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """One truth, one run, two conditions, simulated."""
-    with pytest.MonkeyPatch.context() as patch, opened(tmp_path_factory.mktemp("robust") / "out") as store:
-        patch.setattr(trials, "is_measurable", lambda truth: False)
+    with opened(tmp_path_factory.mktemp("robust") / "out") as store:
         small_plan = Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=())
         return run_trial(small_plan, store)
 
@@ -465,8 +458,7 @@ def test_the_run_of_the_docs_keeps_what_is_claimed():
 
 
 @pytest.mark.slow
-def test_observer_and_feedforward_hold_on_every_truth(tmp_path, monkeypatch):
-    monkeypatch.setattr(trials, "is_measurable", lambda truth: False)
+def test_observer_and_feedforward_hold_on_every_truth(tmp_path):
     levels = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
     with opened(tmp_path / "out") as store:
         whole_plan = Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=())

@@ -36,25 +36,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle import friction
 from bristle.certificates.certificate import Certificate, OperatorParameters, not_applicable
 from bristle.core.contracts import Model
 from bristle.core.kernel import kernel
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.friction import (
-    bouc_wen,
-    coulomb,
-    coulomb_viscous,
-    dahl,
-    elastoplastic,
-    gms,
-    lugre,
-    maxwell_slip,
-    preisach_lugre,
-    reformed_dahl,
-    stribeck,
-    viscous,
-)
 from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.preisach_lugre import OverStops, slip_law
 from bristle.friction.slip_law import slip
@@ -172,27 +159,27 @@ def _by_slip_law(p: Any) -> Damping:
 def _of_elastoplastic(p: Any) -> Damping | None:
     # Where slip begins is of no account: below sliding bristles give nothing back, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
-    return damping_of(lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}))
+    return damping_of(friction.lugre.Parameters(**{name: constant[name] for name in friction.lugre.Parameters._fields}))
 
 
 CHARGED = "Charged by short strokes and let go in a long one it gives back more"
 REGAINED = "An element that slips regains its static force without moving, unless F_S = F_C"
 CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
-    coulomb: lambda p: Damping(0.0),
-    viscous: lambda p: Damping(p.F_v),
-    coulomb_viscous: lambda p: Damping(p.F_v),
-    stribeck: lambda p: Damping(p.F_v),
-    dahl: lambda p: Damping(p.sigma_2),
-    maxwell_slip: lambda p: Damping(p.sigma_2),
+    friction.coulomb: lambda p: Damping(0.0),
+    friction.viscous: lambda p: Damping(p.F_v),
+    friction.coulomb_viscous: lambda p: Damping(p.F_v),
+    friction.stribeck: lambda p: Damping(p.F_v),
+    friction.dahl: lambda p: Damping(p.sigma_2),
+    friction.maxwell_slip: lambda p: Damping(p.sigma_2),
     preisach: lambda p: Damping(0.0),
     stop: lambda p: Damping(0.0),
     prandtl_ishlinskii: lambda p: Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None,
-    bouc_wen: lambda p: Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf),
-    reformed_dahl: lambda p: Damping(p.sigma_2, math.inf, CHARGED),
-    gms: lambda p: Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, REGAINED),
-    lugre: lambda p: _of_bristles(p, lambda q, G: q / G),
-    elastoplastic: _of_elastoplastic,
-    preisach_lugre: _by_slip_law,
+    friction.bouc_wen: lambda p: Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf),
+    friction.reformed_dahl: lambda p: Damping(p.sigma_2, math.inf, CHARGED),
+    friction.gms: lambda p: Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, REGAINED),
+    friction.lugre: lambda p: _of_bristles(p, lambda q, G: q / G),
+    friction.elastoplastic: _of_elastoplastic,
+    friction.preisach_lugre: _by_slip_law,
 }
 """What is known of a model by its parameters."""
 for component, condition in CONDITIONS.items():

@@ -22,7 +22,6 @@ VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", h
 Step = Annotated[
     str | None, typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default.")
 ]
-Draws = Annotated[int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")]
 Rest = Annotated[str | None, typer.Option(metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean.")]
 AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write files that make the simulated following error larger.")]
 To = Annotated[str, typer.Option("--to", metavar="TARGET|TARGET.py", help="One of the targets below, or a file with one of your own.")]
@@ -50,7 +49,6 @@ def export(
     speed: Speed = None,
     points: Points = 20,
     log: LogOfTable = None,
-    draws: Draws = None,
     rest: Rest = None,
     accept_harm: AcceptHarm = False,
     allow_code: AllowCode = False,
@@ -72,7 +70,7 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
-    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "draws": draws, "rest": rest}
+    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest}
     if law is None:
         refuse({"--variant": variant}, "belongs to --law")
     else:
@@ -93,7 +91,7 @@ def export(
         if law is not None:
             exported = _law(law, variant, target, **options, single=float32)
         else:
-            of_model |= {"step": step, "draws": draws or 0, "points": points}
+            of_model |= {"step": step, "points": points}
             exported = export_model_file(file, target, **options, **of_model, float32=float32)
         exported.write(folder)
     summary = exported.summary
@@ -126,7 +124,6 @@ def told_of(target: Target) -> str:
         "--tunable": target.tunable,
         "--float32": target.single,
         "--log": target.compares,
-        "--draws": target.takes_draws,
         "--law": target.write_law is not None,
         "operators too": target.operators,
     }

@@ -42,6 +42,7 @@ REMOVED = {
     "lab --axis": "Identify a log with it, and name the folder of its results: bristle lab RESULTS",
     "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
     "identify --dry-run": "Begin: on a terminal a bar tells how long it takes, and what is done is kept and gone on with",
+    "export --draws": "The results of identify hold draws.parquet, or draws.npz without pyarrow: a row a draw, in SI",
     "check --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
     "excite --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
 }

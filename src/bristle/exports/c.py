@@ -12,37 +12,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core.variable import unit_of, variables_of
+from bristle.core.variable import variables_of
+from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
-from bristle.exports.c_parts import CONSTANT, declared, helpers_text, literal, parameters_text, saved_facts, started
-from bristle.exports.described import Source, command_facts, meaning_of, parameter_table, plain, rendered, version, with_rights
-from bristle.exports.printing import loops_of
-from bristle.exports.subject import (
-    COMMIT,
-    COUNT,
-    FACTOR,
-    PART,
-    RESTS,
-    SEED,
-    TERM,
-    TRIAL,
-    Subject,
-    Walk,
-    arguments_left,
-    hash_of,
-    layout_of,
-    settled_subject,
-    subject_of,
-    walk_of,
-)
+from bristle.exports.c_parts import CONSTANT, Fields, declared, helpers_text, literal, parameters_text, saved_facts, started
+from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
+from bristle.exports.subject import Subject, Walk
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import Struct
-from bristle.exports.tunable import CONSTANTS, TOLERANCE, checkpoints, single_note, tunable_of
-from bristle.friction.resting import rest_rule
+from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, single_note, tunable_of
 from bristle.prediction.drive_units import CommandUnits, command_units
 
 FLAGS = "-std=c99 -ffp-contract=off"
-TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
 FILES = {
     "{}.h": "c/header.h",
@@ -52,7 +33,6 @@ FILES = {
     "example_main.c": "c/example_main.c",
     "README.md": "c/README.md",
 }
-EXAMPLE_PERIOD, EXAMPLE_LINES = 1.0, 20
 
 
 @dataclass(frozen=True)
@@ -65,7 +45,7 @@ class CFiles:
     dt: float
     tunable: bool = False
     scalar: str = "double"
-    steps: int = COUNT
+    steps: int = subjects.COUNT
     units: CommandUnits | None = None
     printer: ClassVar[type[Printer]] = Printer
     fixed: ClassVar[tuple[str, ...]] = ()
@@ -73,76 +53,33 @@ class CFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        walk, subject = walk_of(self.subject, self.dt), self.subject
+        walk, subject = subjects.walk_of(self.subject, self.dt), self.subject
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
         walked = selftest_facts(walk, forces, single=self.scalar == "float")
         return written_files(FILES, self.name, self._facts(), walked, self.source)
 
     def _facts(self) -> dict[str, Any]:
-        subject, model, component = self.subject, self.subject.model, self.subject.model.component
+        subject, model, single = self.subject, self.subject.model, self.scalar == "float"
         meanings, kind = variables_of(subject.motion.cls), model.kind
-        cycles = max(2, round(EXAMPLE_PERIOD / self.dt))
+        cycles = max(2, round(1.0 / self.dt))  # of the example: a second
         tuned = tunable_of(model, self.fixed) if self.tunable else None
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
         printer = self.printer(subject.unit, self.scalar, around)
-        definitions, fields = printer.definitions(), [(printer.names.variable(name), part) for name, part in subject.state.fields]
-        of_state = variables_of(subject.state.cls).values()
-        start = [
-            f"axis->state.{name} = {literal(value, part, self.scalar)};" for (name, part), value in zip(fields, subject.virgin, strict=True)
-        ]
+        of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
+        fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
         used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
         data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, self.name, tuned)
-        return {
-            "name": self.name,
-            "guard": self.name.upper(),
-            "version": version(),
-            "flags": FLAGS,
-            "title": plain(f"{TITLES[subject.is_operator]}: {model.name}"),
-            "operator": subject.is_operator,
-            "rest": rest_rule(model),
-            "drive": command_facts(self.units, kind),
-            "description": plain(component.description) + ".",
-            "facts": self.source.lines,
-            "table": parameter_table(model, self.source).rstrip(),
-            "unit_x": unit_of(component.input if subject.is_operator else "length", kind),
-            "unit_force": unit_of(component.output if subject.is_operator else "force", kind),
-            "memory": subject.memory_size,
-            "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
-            "told_signals": [meaning_of(meanings[name], kind) for name in subject.signals],
-            "dt": repr(self.dt),
-            "rate": f"{1.0 / self.dt:g}",
-            "amplitude": "0.001",
-            "cycles": cycles,
-            "period": f"{cycles * self.dt:g}",
-            "every": max(1, 2 * cycles // EXAMPLE_LINES),
-            "loops": loops_of(subject.unit, subject.memory_size),
-            "reference": component.reference,
-            "velocity": VELOCITY[self.scalar],
-            "single": self.scalar == "float",
-            "allowed": f"{TOLERANCE:g}",
-            "result": "force",
-            "several_places": False,
-            "tunable": self.tunable,
-            "steps": self.steps,
-            "model": model.name,
-            "device": "",
-            "scalar": self.scalar,
-            "state": [
-                f"{printer.named(part, name)}; /* {meaning_of(variable, kind)} */"
-                for (name, part), variable in zip(fields, of_state, strict=True)
-            ],
-            "signals": [printer.names.variable(name) for name in subject.signals],
-            "parameters": declared(tuned, printer) if tuned else [],
-            "definitions": definitions,
-            "helpers": helpers_text(printer.helpers, self.scalar, printer.integer, printer.inline),
-            "data": data,
-            "step": self._step(printer),
-            "start": start + (started(tuned, printer) if tuned else []),
-            "zero": number(0.0, self.scalar),
-            "inline": printer.inline,
-            **saved_facts(printer, ("position", "force"), fields, subject.memory_size, layout_of(subject, self.scalar)),
-        }
+        return (
+            model_facts(subject, self.name, self.source, self.dt, single=single, tunable=self.tunable)
+            | block_facts(printer, self.name, fields, subject.memory_size, tuned)
+            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, self.scalar))
+            | {"drive": command_facts(self.units, kind), "device": "", "velocity": VELOCITY[self.scalar], "result": "force"}
+            | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * self.dt:g}", "every": max(1, cycles // 10)}
+            | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, self.scalar)}
+            | {"signals": [printer.names.variable(name) for name in subject.signals], "step": self._step(printer), "data": data}
+            | {"told_signals": [meaning_of(meanings[name], kind) for name in subject.signals], "steps": self.steps}
+        )
 
     def _step(self, printer: Printer) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
@@ -153,16 +90,11 @@ class CFiles:
         names = [printer.names.variable(name) for name, _ in subject.state.fields]
         state = ", ".join(f"axis->state.{name}" for name in names) or "0"
         assembling = f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
-        handed = {
-            "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
-            "motion": ("motion", motion),
-            "p": ("p", assembling) if self.tunable else (CONSTANT, ""),
-            "memory": ("axis->memory", ""),
-            "input": (f"{cast}x", ""),
-            "dt": (f"{cast}dt", ""),
-            "move": ("step.part_1", ""),
-        }
-        of_trial, of_commit = arguments_left(subject.trial, TRIAL[subject.is_operator]), arguments_left(subject.commit, COMMIT)
+        handed = {"state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"), "motion": ("motion", motion)}
+        handed |= {"p": ("p", assembling) if self.tunable else (CONSTANT, ""), "memory": ("axis->memory", "")}
+        handed |= {"input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", "")}
+        of_trial = subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator])
+        of_commit = subjects.arguments_left(subject.commit, subjects.COMMIT)
         trial, commit = (
             f"{function.name}({', '.join(handed[name][0] for name in left)})"
             for function, left in ((subject.trial, of_trial), (subject.commit, of_commit))
@@ -190,29 +122,34 @@ def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any]
     return with_rights({file.format(name): text for file, text in texts.items()}, source)
 
 
+def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:
+    """Return what is told of a structure that lasts and of the functions around it, of friction or of a law."""
+    start = [f"axis->state.{field} = {literal(value, part, printer.scalar)};" for field, part, _, value in fields]
+    return (
+        {"guard": name.upper(), "flags": FLAGS, "scalar": printer.scalar, "inline": printer.inline, "memory": memory}
+        | {"definitions": printer.definitions(), "start": start + (started(tuned, printer) if tuned else [])}
+        | {"state": [f"{printer.named(part, field)}; /* {meaning} */" for field, part, meaning, _ in fields]}
+        | {"helpers": helpers_text(printer.helpers, printer.scalar, printer.integer, printer.inline)}
+        | {"parameters": declared(tuned, printer) if tuned else []}
+    )
+
+
 def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
     """Return what a self-test is told: how the walk is made, and the hash of the outputs along it."""
-    digest = hash_of(outputs)
-    return {
-        "count": outputs.size,
-        "scales": [repr(scale) for scale in walk.scales],
-        "seed": SEED,
-        "factor": FACTOR,
-        "term": TERM,
-        "rests": RESTS,
-        "part": PART,
-        "hash": f"0x{digest:016X}",
-        "hash_text": f"{digest:016x}",
-        "last": repr(float(outputs[-1])),
-        **checkpoints(outputs, single=single),
-    }
+    digest = subjects.hash_of(outputs)
+    return (
+        {"count": outputs.size, "scales": [repr(scale) for scale in walk.scales], "last": repr(float(outputs[-1]))}
+        | {"seed": subjects.SEED, "factor": subjects.FACTOR, "term": subjects.TERM, "rests": subjects.RESTS, "part": subjects.PART}
+        | {"hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}"}
+        | checkpoints(outputs, single=single)
+    )
 
 
 def write(request: Request) -> Product:
     """Return the source, in double precision or in single."""
     units = command_units(request.axis, request.model.kind) if request.model.component.family == "friction" else None
-    subject = subject_of(request.sampled, CONSTANTS if request.single else None)
+    subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()
-    left, scalar = settled_subject(subject, places, single=request.single), "float" if request.single else "double"
+    left, scalar = subjects.settled_subject(subject, places, single=request.single), "float" if request.single else "double"
     files = CFiles(left, request.name, request.source, request.dt, request.tunable, scalar, units=units).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())

@@ -8,19 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
-from bristle.exports import tree
-from bristle.exports.printing import (
-    INDENT,
-    PRIMARY,
-    UNARY,
-    ascii_name,
-    described,
-    free_name,
-    needs_wide_integers,
-    structures_of,
-    types_in,
-    wrapped,
-)
+from bristle.exports import printing, tree
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 
 WORDS_OF_C = """
@@ -66,7 +54,7 @@ class Names:
                 module = kind.cls.__module__.rpartition(".")[2]
                 own = module.startswith("bristle_user_")
                 first = ("Own" if own else "".join(part.capitalize() for part in module.split("_"))) + first
-            self.structures[kind] = free_name(ascii_name(first), used)
+            self.structures[kind] = printing.free_name(printing.ascii_name(first), used)
             used.add(self.structures[kind])
 
     def variable(self, name: str) -> str:
@@ -74,7 +62,7 @@ class Names:
         plain = name.rstrip("_")
         if plain in RESERVED or name in self._functions or MACROS.fullmatch(plain):
             return f"{name}_"
-        return f"part{name}" if name.startswith("_") else ascii_name(name)
+        return f"part{name}" if name.startswith("_") else printing.ascii_name(name)
 
 
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
@@ -113,9 +101,9 @@ class Printer:
 
     def __init__(self, unit: tree.Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
         self.unit, self.scalar = unit, scalar
-        self.integer = "int64_t" if needs_wide_integers(unit) else "int32_t"
-        used = [kind for function in unit.functions for kind in types_in(function)]
-        self.structures = structures_of([*used, *also])
+        self.integer = "int64_t" if printing.needs_wide_integers(unit) else "int32_t"
+        used = [kind for function in unit.functions for kind in printing.types_in(function)]
+        self.structures = printing.structures_of([*used, *also])
         self.names = Names(self.structures, [function.name for function in unit.functions])
         self.helpers: set[str] = set()
 
@@ -124,8 +112,9 @@ class Printer:
         functions = [self._function(function) for function in self.unit.functions]
         texts = [ABSORBED] if self.absorbed == "ABSORBED" else []
         for kind in self.structures:
-            fields = [f"{INDENT}{self.named(part, self.names.variable(name))};" for name, part in kind.fields]
-            texts.append("\n".join(["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""]))
+            declared = [f"{self.named(part, self.names.variable(name))};" for name, part in kind.fields] or ["char nothing;"]
+            fields = [f"{printing.INDENT}{field}" for field in declared]
+            texts.append("\n".join(["typedef struct {", *fields, f"}} {self.type_name(kind)};", ""]))
         return "\n".join([*texts, *functions])
 
     def named(self, kind: Type, name: str) -> str:
@@ -149,9 +138,9 @@ class Printer:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
         inline = self.absorbed if is_absorbed(function.source) else self.inline
         head = f"{inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
-        comment = [f"/* {described(function.description)} */"] if function.description else []
+        comment = [f"/* {printing.described(function.description)} */"] if function.description else []
         body = Body(self, function).lines()
-        return "\n".join([*comment, *wrapped(head, ""), "{", *body, "}", ""])
+        return "\n".join([*comment, *printing.wrapped(head, ""), "{", *body, "}", ""])
 
 
 class Body:
@@ -174,29 +163,29 @@ class Body:
                 continue
             zero = {REAL: number(0.0, self.printer.scalar), TRUTH: "false"}.get(variable.type, "0")  # type: ignore[call-overload]
             zero = self.printer.cleared if isinstance(variable.type, Struct) else zero
-            top.append(f"{INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};")
-        return top + self._block(self.function.body, INDENT)
+            top.append(f"{printing.INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};")
+        return top + self._block(self.function.body, printing.INDENT)
 
     def _block(self, block: list[tree.Statement], indent: str) -> list[str]:
         return [line for statement in block for line in self._statement(statement, indent)]
 
     def _statement(self, statement: tree.Statement, indent: str) -> list[str]:
-        inner, after = indent + INDENT, f"{indent}}}"
+        inner, after = indent + printing.INDENT, f"{indent}}}"
         if isinstance(statement, tree.If):
             test, first, second = statement.test, statement.body, statement.otherwise
             if not first:
                 test, first, second = tree.Not(TRUTH, test), second, []
-            lines = [*wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
+            lines = [*printing.wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
             return [*lines, *([f"{indent}}} else {{", *self._block(second, inner)] if second else []), after]
         if isinstance(statement, tree.For):
             self._rounds += 1
             name = f"round_{self._rounds}" if statement.variable.name == "_" else self._name(statement.variable.name)
             start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
             head = f"for ({self.printer.integer} {name} = {start}; {name} < {stop}; ++{name}) {{"
-            return [*wrapped(indent + head, indent), *self._block(statement.body, inner), after]
+            return [*printing.wrapped(indent + head, indent), *self._block(statement.body, inner), after]
         if isinstance(statement, tree.While):
-            return [*wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent), *self._block(statement.body, inner), after]
-        return wrapped(f"{indent}{self._simple(statement)};", indent)
+            return [*printing.wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent), *self._block(statement.body, inner), after]
+        return printing.wrapped(f"{indent}{self._simple(statement)};", indent)
 
     def _simple(self, statement: tree.Statement) -> str:
         """Return a statement that holds no other."""
@@ -205,7 +194,7 @@ class Body:
             target = self.printer.named(statement.variable.type, name) if id(statement) in self._first else name
             return f"{target} = {self._of(statement.value)}"
         if isinstance(statement, tree.Store):
-            return f"{self._of(statement.array, PRIMARY)}[{self._of(statement.at)}] = {self._of(statement.value)}"
+            return f"{self._of(statement.array, printing.PRIMARY)}[{self._of(statement.at)}] = {self._of(statement.value)}"
         if isinstance(statement, tree.Evaluate):
             return f"(void){self._of(statement.call)}"
         if isinstance(statement, tree.Return):
@@ -221,35 +210,35 @@ class Body:
 
     def _constant(self, e: tree.Constant) -> tuple[str, int]:
         if e.type == TRUTH:
-            return ("true" if e.value else "false"), PRIMARY
+            return ("true" if e.value else "false"), printing.PRIMARY
         text = number(float(e.value), self.printer.scalar) if e.type == REAL else str(int(e.value))
         if e.type == INTEGER and abs(e.value) >= 2**31:
             text = f"INT64_C({text})"
-        return text, (UNARY - 1 if text.startswith("-") else PRIMARY)
+        return text, (printing.UNARY - 1 if text.startswith("-") else printing.PRIMARY)
 
     def _variable(self, e: tree.Variable) -> tuple[str, int]:
-        return self._name(e.name), PRIMARY
+        return self._name(e.name), printing.PRIMARY
 
     def _field(self, e: tree.Field) -> tuple[str, int]:
-        return f"{self._of(e.of, PRIMARY)}.{self._name(e.name)}", PRIMARY
+        return f"{self._of(e.of, printing.PRIMARY)}.{self._name(e.name)}", printing.PRIMARY
 
     def _index(self, e: tree.Index) -> tuple[str, int]:
-        return f"{self._of(e.array, PRIMARY)}[{self._of(e.at)}]", PRIMARY
+        return f"{self._of(e.array, printing.PRIMARY)}[{self._of(e.at)}]", printing.PRIMARY
 
     def _negative(self, e: tree.Negative) -> tuple[str, int]:
-        return f"-{self._of(e.of, UNARY + 1)}", UNARY
+        return f"-{self._of(e.of, printing.UNARY + 1)}", printing.UNARY
 
     def _not(self, e: tree.Not) -> tuple[str, int]:
-        return f"!{self._of(e.of, UNARY)}", UNARY
+        return f"!{self._of(e.of, printing.UNARY)}", printing.UNARY
 
     def _binary(self, e: tree.Binary) -> tuple[str, int]:
         if e.operator in ("//", "%"):
             helper = "floor_divided" if e.operator == "//" else "floor_rest"
             self.helpers |= {"floor_divided", helper}
-            return f"{helper}({self._of(e.left)}, {self._of(e.right)})", PRIMARY
+            return f"{helper}({self._of(e.left)}, {self._of(e.right)})", printing.PRIMARY
         binds = BINDS[e.operator]
         if e.operator in ("&", "^", ">>"):
-            return f"{self._of(e.left, PRIMARY)} {e.operator} {self._of(e.right, PRIMARY)}", binds
+            return f"{self._of(e.left, printing.PRIMARY)} {e.operator} {self._of(e.right, printing.PRIMARY)}", binds
         return f"{self._of(e.left, binds)} {e.operator} {self._of(e.right, binds + 1)}", binds
 
     def _compare(self, e: tree.Compare) -> tuple[str, int]:
@@ -264,37 +253,25 @@ class Body:
         return f"{self._of(e.test, BINDS['or'])} ? {self._of(e.first, 3)} : {self._of(e.second, 3)}", SELECT
 
     def _convert(self, e: tree.Convert) -> tuple[str, int]:
-        return f"({self.printer.type_name(e.type)}){self._of(e.of, UNARY)}", UNARY
+        return f"({self.printer.type_name(e.type)}){self._of(e.of, printing.UNARY)}", printing.UNARY
 
     def _call(self, e: tree.Call) -> tuple[str, int]:
-        return f"{e.function.name}({', '.join(self._of(argument) for argument in e.arguments)})", PRIMARY
+        return f"{e.function.name}({', '.join(self._of(argument) for argument in e.arguments)})", printing.PRIMARY
 
     def _intrinsic(self, e: tree.Intrinsic) -> tuple[str, int]:
         name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
         self.helpers.add(name)
-        return f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})", PRIMARY
+        return f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})", printing.PRIMARY
 
     def _make(self, e: tree.Make) -> tuple[str, int]:
         parts = ", ".join(self._of(part) for part in e.parts) or "0"
-        return self.printer.structure_text(e.type, parts), PRIMARY
+        return self.printer.structure_text(e.type, parts), printing.PRIMARY
 
 
 # What the helpers are called in C; those of a library would be other ones by the same name.
-HELPED = {
-    "sqrt": "root",
-    "copysign": "with_sign",
-    "abs": "magnitude",
-    "floor": "next_below",
-    "isinf": "is_infinite",
-    "isnan": "is_nan",
-    "min": "least",
-    "max": "greatest",
-    "whole_abs": "whole_magnitude",
-    "whole_min": "whole_least",
-    "whole_max": "whole_greatest",
-    "mantissa": "mantissa_of",
-    "exponent": "exponent_of",
-}
+HELPED = {"sqrt": "root", "copysign": "with_sign", "abs": "magnitude", "floor": "next_below", "isinf": "is_infinite", "isnan": "is_nan"}
+HELPED |= {"min": "least", "max": "greatest", "whole_min": "whole_least", "whole_max": "whole_greatest"}
+HELPED |= {"whole_abs": "whole_magnitude", "mantissa": "mantissa_of", "exponent": "exponent_of"}
 
 
 def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:

@@ -12,16 +12,16 @@ from typing import get_type_hints
 import numpy as np
 
 from bristle.core.variable import Variable
-from bristle.exports.c import FLAGS, selftest_facts, written_files
+from bristle.exports.c import block_facts, selftest_facts, written_files
 from bristle.exports.c_code import Printer, number
-from bristle.exports.c_parts import CONSTANT, array_text, declared, helpers_text, literal, parameters_text, saved_facts, started
+from bristle.exports.c_parts import CONSTANT, array_text, parameters_text, saved_facts
 from bristle.exports.described import Source, meaning_of
 from bristle.exports.law import Law
 from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import COUNT
 from bristle.exports.tree import Struct
-from bristle.exports.tunable import TOLERANCE, settled_law, tunable_law
+from bristle.exports.tunable import settled_law, tunable_law
 
 FILES = {
     "{}.h": "c/law.h",
@@ -38,43 +38,25 @@ def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     law = settled_law(law)
     walk, positions, efforts = law_walk(law, COUNT)
     walked = selftest_facts(walk, efforts, single=law.single) | {"positions": positions, "per_velocity": repr(PER_VELOCITY)}
-    variant, scalar, (lasting, p) = law.variant, "float" if law.single else "double", law.types
-    printer = Printer(law.unit, scalar, [lasting, p])
-    definitions = printer.definitions()
-    tuned = tunable_law(law) if law.tunable else None
-    fields, state, start, after = [], [], [], []
+    variant, (lasting, p), tuned = law.variant, law.types, tunable_law(law) if law.tunable else None
+    printer = Printer(law.unit, "float" if law.single else "double", [lasting, p])
+    fields, after = [], []
     for path, kind in law.leaves:
-        field = "_".join(path)
         hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
         variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
-        fields.append((field, kind))
-        state.append(f"{printer.named(kind, field)}; /* {meaning_of(variable, variant.controller.kind)} */")
-        start.append(f"axis->state.{field} = {literal(reduce(getattr, path, law.lasting), kind, scalar)};")
-        after.append(f"axis->state.{field} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
+        fields.append(("_".join(path), kind, meaning_of(variable, variant.controller.kind), reduce(getattr, path, law.lasting)))
+        after.append(f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
     friction = variant.feedforward.friction
     law_name = f"{variant.controller.name} {friction and friction.name}"
-    layout = f"{law_name} {law.dt!r} {fields} {law.memory_size}{' float' if law.single else ''}"
+    layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}{' float' if law.single else ''}"
     remembered = array_text("remembered", law.memory, printer) + "\n" if np.any(law.memory) else ""
-    facts = law_facts(law, name, source) | {
-        "guard": name.upper(),
-        "flags": FLAGS,
-        "steps": COUNT,
-        "result": "effort",
-        "allowed": f"{TOLERANCE:g}",
-        "several_places": True,
-        "state": state,
-        "memory": law.memory_size,
-        "definitions": definitions,
-        "helpers": helpers_text(printer.helpers, scalar, printer.integer),
-        "data": remembered + parameters_text(law.p, p, printer, name, tuned),
-        "remembered": "remembered[i]" if remembered else number(0.0, scalar),
-        "parameters": declared(tuned, printer) if tuned else [],
-        "scalar": scalar,
-        "start": start + (started(tuned, printer) if tuned else []),
-        "step": _step(law, printer),
-        "after": after,
-        **saved_facts(printer, ("effort",), fields, law.memory_size, layout),
-    }
+    facts = (
+        law_facts(law, name, source)
+        | block_facts(printer, name, fields, law.memory_size, tuned)
+        | saved_facts(printer, ("effort",), fields, law.memory_size, layout)
+        | {"data": remembered + parameters_text(law.p, p, printer, name, tuned), "step": _step(law, printer), "after": after}
+        | {"remembered": "remembered[i]" if remembered else number(0.0, printer.scalar), "steps": COUNT}
+    )
     return written_files(FILES, name, facts, walked, source)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,31 +16,16 @@ from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tree import REAL, Array, Struct, Type
 from bristle.exports.tunable import Tunable, bounds_of
 
-LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
+Fields = Sequence[tuple[str, Type, str, Any]]
+"""What lasts: the name of each field, its type, its meaning, and its first value."""
 # Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.
 BITS: dict[str, dict[str, Any]] = {
-    "double": {
-        "width": 64,
-        "fraction": 52,
-        "place": repr(INTEGER_IN_LAST_BITS),
-        "of_mantissa": f"0x{OF_MANTISSA:X}",
-        "of_one": f"0x{BITS_OF_ONE:X}",
-        "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
-        "top": "0x8000000000000000",
-        "root": "sqrt",
-        "size": "__builtin_fabs",  # one instruction, and no call, where it is known
-    },
-    "float": {
-        "width": 32,
-        "fraction": 23,
-        "place": "12583039.0f",
-        "of_mantissa": "0x7FFFFF",
-        "of_one": "0x3F800000",
-        "of_rounder": "0x4B400000",
-        "top": "0x80000000",
-        "root": "sqrtf",
-        "size": "__builtin_fabsf",
-    },
+    "double": {"width": 64, "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "top": "0x8000000000000000", "root": "sqrt"}
+    | {"of_mantissa": f"0x{OF_MANTISSA:X}", "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}"}
+    | {"size": "__builtin_fabs", "largest": "DBL_MAX"},  # one instruction, and no call, where it is known
+    "float": {"width": 32, "fraction": 23, "place": "12583039.0f", "top": "0x80000000", "root": "sqrtf"}
+    | {"of_mantissa": "0x7FFFFF", "of_one": "0x3F800000", "of_rounder": "0x4B400000"}
+    | {"size": "__builtin_fabsf", "largest": "FLT_MAX"},
 }
 
 TEXTS = {
@@ -122,14 +107,7 @@ TEXTS = {
 
 def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str = "static inline") -> str:
     """Return the helpers that are names for."""
-    bits = BITS[scalar]
-    facts = {
-        "inline": inline,
-        "scalar": scalar,
-        "integer": integer,
-        "largest": LARGEST[scalar],
-        "unsigned": f"UINT{bits['width']}_C",
-    } | bits
+    facts = BITS[scalar] | {"inline": inline, "scalar": scalar, "integer": integer, "unsigned": f"UINT{BITS[scalar]['width']}_C"}
     in_bits = {"copysign", "abs", "power_of_two", "mantissa", "exponent"}
     chosen = {"bits", *names} if in_bits.intersection(names) else set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
@@ -150,7 +128,7 @@ def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tu
     for parameter, place, compared in bounds_of(tuned):
         field = f"given->{_at(parameter, place, printer)}"
         for operator, bound in compared:
-            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{LARGEST[printer.scalar]}"
+            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{BITS[printer.scalar]['largest']}"
             tests.append(f"{field} {operator} {text}")
     head = f"{printer.inline} bool within_ranges(const {name}_parameters *given)"
     within = "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
@@ -224,29 +202,22 @@ def _at(name: str, place: int | None, printer: Printer) -> str:
     return printer.names.variable(name) + ("" if place is None else f"[{place}]")
 
 
-def saved_facts(
-    printer: Printer, heads: Sequence[str], fields: Iterable[tuple[str, Type]], memory_size: int, layout: str
-) -> dict[str, Any]:
+def saved_facts(printer: Printer, heads: Sequence[str], fields: Fields, memory_size: int, layout: str) -> dict[str, Any]:
     """Return what the template of ``save`` and ``load`` is told."""
     widened, narrowed = ("", "") if printer.scalar == "double" else ("(double)", "(float)")
-    memory_at = 8 * (2 + len(heads))  # behind the layout, the heads, and 8 bytes of `begun` and `flags`
+    first = 8 * (2 + len(heads))  # behind the layout, the heads, and 8 bytes of `begun` and `flags`
     lines = []
-    for name, kind in fields:
-        at, field = f"bytes + {memory_at}", f"axis->state.{name}"
-        memory_at += 8
+    for place, (name, kind, *_) in enumerate(fields):
+        at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"
         if kind == REAL:
             save, load, refused = f"put_real(at, {widened}{field})", f"{narrowed}got_real({at})", f"!is_finite(got_real({at}))"
         else:
             save, load = f"put(at, (uint64_t){field})", f"({printer.type_name(kind)})got({at})"
             refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
         lines.append({"put": save, "got": f"{field} = {load}", "refused": refused})
-    return {
-        "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)],
-        "marks_at": 8 * (1 + len(heads)),
-        "saved": memory_at + 8 * memory_size + 8,
-        "saved_state": lines,
-        "memory_at": memory_at,
-        "layout": f"0x{digest_of(layout.encode()):016X}",
-        "widened": widened,
-        "narrowed": narrowed,
-    }
+    memory_at = first + 8 * len(lines)
+    return (
+        {"heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)], "marks_at": first - 8}
+        | {"saved": memory_at + 8 * memory_size + 8, "saved_state": lines, "memory_at": memory_at}
+        | {"layout": f"0x{digest_of(layout.encode()):016X}", "widened": widened, "narrowed": narrowed}
+    )

@@ -14,7 +14,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.exports.drive import rows_of, said_of_units
+from bristle.exports.drive import behind_comments, rows_of, said_of_units
 from bristle.exports.effect import Drive
 from bristle.exports.targets import Product, Request
 from bristle.plants.terms import TermedPlant, terms_of
@@ -53,7 +53,7 @@ def write(request: Request) -> Product:
         ",".join([str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner])
         for wave in waves[:MOST]
     ]
-    return Product({f"{request.name}.csv": "\n".join([*(f"# {line}" for line in head), ",".join(columns), *rows, ""])}, notes)
+    return Product({f"{request.name}.csv": behind_comments(head, ",".join(columns), *rows)}, notes)
 
 
 def _waves_of(plant: Model | None) -> list[Wave]:

@@ -64,15 +64,9 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
 
 
 def _scope(subject: Subject) -> dict[str, Any]:
-    return vars(dispatch) | {
-        **globals(),
-        "State": subject.state.cls,
-        "Motion": subject.motion.cls,
-        "NOMINAL_LOAD": NOMINAL_LOAD,
-        "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE,
-        "Mechanism": Mechanism,
-        "mechanism": mechanism,
-    }
+    nominal = {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
+    solve = {"Mechanism": Mechanism, "mechanism": mechanism}
+    return vars(dispatch) | globals() | nominal | solve | {"State": subject.state.cls, "Motion": subject.motion.cls}
 
 
 ALONG = """

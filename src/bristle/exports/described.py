@@ -17,10 +17,12 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.exports.printing import ascii_name
+from bristle.exports.printing import ascii_name, loops_of
 from bristle.exports.scope import NotExportableError
-from bristle.exports.subject import subject_of
+from bristle.exports.subject import Subject, subject_of
 from bristle.exports.tree import Array, Function, Node, Scalar, Struct, Unit
+from bristle.exports.tunable import TOLERANCE
+from bristle.friction.resting import rest_rule
 
 if TYPE_CHECKING:
     import jinja2
@@ -76,6 +78,20 @@ def parameter_table(model: Model, source: Source) -> str:
     return "\n".join(lines)
 
 
+def model_facts(subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool) -> dict[str, Any]:
+    """Return what is said of a friction model or an operator, whatever the language."""
+    model, operator, component = subject.model, subject.is_operator, subject.model.component
+    entering, leaving = (component.input, component.output) if operator else ("length", "force")
+    title = "Hysteresis operator" if operator else "Friction of an axis"
+    return (
+        {"name": name, "version": version(), "title": plain(f"{title}: {model.name}")}
+        | {"description": f"{plain(component.description)}.", "operator": operator, "rest": rest_rule(model), "facts": source.lines}
+        | {"table": parameter_table(model, source).rstrip(), "loops": loops_of(subject.unit, subject.memory_size)}
+        | {"unit_x": unit_of(entering, model.kind), "unit_force": unit_of(leaving, model.kind), "dt": repr(dt), "rate": f"{1.0 / dt:g}"}
+        | {"single": single, "tunable": tunable, "allowed": f"{TOLERANCE:g}", "several_places": False}
+    )
+
+
 def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
     """Return what is said of the units of a drive; None where nothing is known of them."""
     if units is None:
@@ -85,12 +101,9 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
         # The unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``.
         words = re.findall(r"[A-Za-z0-9]+", plain(unit.name.replace("%", "percent").replace("*", "").replace("/", " per ")))
         efforts.append({"unit": plain(unit.name), "si": repr(unit.si), "macro": "_".join(words).upper()})
-    return {
-        "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
-        "efforts": efforts,
-        "unit_force": plain(unit_of("force", kind)),
-        "unit_x": plain(unit_of("length", kind)),
-    }
+    position = {"unit": plain(units.position.name), "si": repr(units.position.si)}
+    force, length = (plain(unit_of(quantity, kind)) for quantity in ("force", "length"))
+    return {"position": position, "efforts": efforts, "unit_force": force, "unit_x": length}
 
 
 def plain(text: str) -> str:
@@ -123,16 +136,8 @@ def _environment() -> jinja2.Environment:
 
 LICENCE = "BSD-3-Clause"
 """Of the text that bristle writes, as SPDX names it."""
-COMMENTS = {
-    ".c": ("/* ", " */"),
-    ".h": ("/* ", " */"),
-    ".cu": ("/* ", " */"),
-    ".st": ("(* ", " *)"),
-    ".mjs": ("// ", ""),
-    ".xml": ("<!-- ", " -->"),
-    ".txt": ("# ", ""),
-    ".md": ("<!-- ", " -->"),
-}
+COMMENTS = {".st": ("(* ", " *)"), ".mjs": ("// ", ""), ".txt": ("# ", "")}
+COMMENTS |= dict.fromkeys((".c", ".h", ".cu"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
 DIGITS = 12  # of a hash, where it tells versions apart
 
 
@@ -173,24 +178,15 @@ def copyright_line() -> str:
     return next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
 
 
-def rights_lines(source: Source, ending: str) -> list[str]:
-    """Return the licence of the text of a file and the hash of its model as comments of the language it ends in."""
-    opening, closing = COMMENTS[ending]
-    lines = [
-        f"SPDX-License-Identifier: {LICENCE}",
-        f"{copyright_line()}: the text that bristle {version()} wrote.",
-        "The model and its numbers are yours.",
-    ]
-    lines += [f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else []
-    return [f"{opening}{line}{closing}" for line in lines]
-
-
 def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
     """Return texts, by the names of their files, that begin with their licence and the hash of their model."""
+    lines = [f"SPDX-License-Identifier: {LICENCE}", f"{copyright_line()}: the text that bristle {version()} wrote."]
+    lines += ["The model and its numbers are yours.", *([f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else [])]
     headed = {}
     for name, text in files.items():
-        lines, (first, _, rest) = rights_lines(source, PurePosixPath(name).suffix), text.partition("\n")
-        headed[name] = "\n".join([first, *lines, rest] if first.startswith("<?xml") else [*lines, text])
+        opening, closing = COMMENTS[PurePosixPath(name).suffix]
+        (first, _, rest), head = text.partition("\n"), [f"{opening}{line}{closing}" for line in lines]
+        headed[name] = "\n".join([first, *head, rest] if first.startswith("<?xml") else [*head, text])
     return headed
 
 

@@ -60,25 +60,18 @@ def write(request: Request) -> Product:
             1.0: (levels.forward or 0.0) + levels.constant + (levels.viscous_forward or 0.0) * ends,
             -1.0: (levels.backward or 0.0) - levels.constant + (levels.viscous_backward or 0.0) * ends,
         }
-        notes = (
-            AT_REST["levels", request.rest],
-            *level_losses(model, curves, levels, effort),
-            *error_on_log(request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()}),
-            *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
-            *said_of_units(request.axis, effort),
-        )
+        notes = (AT_REST["levels", request.rest], *level_losses(model, curves, levels, effort))
+        notes += error_on_log(request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()})
+        notes += () if levels.inertia else ("the inertia is not known: the model file has no plant with one",)
+        notes += said_of_units(request.axis, effort)
         return Product({f"{request.name}.csv": _values_text(levels, request, units, (*request.source.lines, *notes))}, notes)
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
     forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
     against = "the effort column of the log runs against its position column, and so does the table in its units"
-    notes = (
-        AT_REST["table", request.rest],
-        *(() if signs[0] * signs[1] > 0.0 else (against,)),
-        *losses(model, forward, backward, effort, symmetric=False),
-        *error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}),
-        *said_of_units(request.axis, effort),
-    )
+    notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
+    notes += losses(model, forward, backward, effort, symmetric=False)
+    notes += (*error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}), *said_of_units(request.axis, effort))
     head = (*request.source.lines, *notes)
     files: dict[str, str | bytes] = {f"{request.name}.csv": _curve_text(directions, units.log, signs, head)}
     if units.drive is not None:
@@ -93,10 +86,8 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     if request.points == VALUES:
         return _drive_of_values(str(files[f"{request.name}.csv"]), request, units)
-    if units.drive is not None:
-        units_of_file, signs, ending = units.drive, (signs[0], signs[0]), "_drive"
-    else:
-        units_of_file, ending = units.log, ""
+    units_of_file, ending = units.drive or units.log, "" if units.drive is None else "_drive"
+    signs = signs if units.drive is None else (signs[0], signs[0])
     # Straight lines between entries, at rest by the rule of the file.
     velocity, effort = np.array(rows_of(str(files[f"{request.name}{ending}.csv"])), dtype=float).T
     velocity, effort = signs[0] * units_of_file.velocity.si * velocity, signs[1] * units_of_file.effort.si * effort
@@ -131,21 +122,21 @@ class Side:
         return largest if largest > ROUNDING * float(np.max(np.abs(self.curve[:, 1]))) else 0.0
 
 
-def curve_of(model: Model, direction: float, fastest: float) -> np.ndarray:
-    """Return the steady friction in one direction: speed and force, shape (point, 2), as close as straight lines need."""
+def curve_of(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
+    """Return the steady friction in one direction: speed and force, shape (point, 2), and what its straight lines miss."""
     if not 0.0 < fastest < math.inf:
         raise InputError(
             "is needed: how fast the axis moves", path="speed", value=fastest, allowed="> 0", mend='Give it, as in --speed "200 mm/s"'
         )
-    return resolved_side(model, direction, fastest)[0]
+    return resolved_side(model, direction, fastest)
 
 
 def side_of(model: Model, direction: float, fastest: float, points: int) -> Side:
     """Return one direction of motion, with at most so many entries."""
     if not FEWEST <= points <= MOST:
         raise InputError("out of range", path="points", value=points, allowed=f"{FEWEST} to {MOST}")
-    curve = curve_of(model, direction, fastest)
-    return Side(curve, curve[placed(curve, points)], resolved_side(model, direction, fastest)[1])
+    curve, unresolved = curve_of(model, direction, fastest)
+    return Side(curve, curve[placed(curve, points)], unresolved)
 
 
 def mean_side(forward: Side, backward: Side, points: int) -> Side:
@@ -176,11 +167,8 @@ def level_losses(
     model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit, *, turns: bool = False
 ) -> tuple[str, ...]:
     """Return what one level for each direction loses, a sentence each; `turns`: not at once."""
-    both, alone = effort.of(levels.deviation), effort.of(levels.deviation_of_levels)
-    head = (
-        f"levels with viscous friction are never above the steady friction, and {both:.2g} {effort.name} below it at "
-        f"most; the levels alone {alone:.2g} {effort.name}"
-    )
+    both, alone = (f"{effort.of(value):.2g} {effort.name}" for value in (levels.deviation, levels.deviation_of_levels))
+    head = f"levels with viscous friction are never above the steady friction, and {both} below it at most; the levels alone {alone}"
     jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
     return (head, *jumps, *_variation_lost(model))
 
@@ -206,16 +194,14 @@ def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
     """Return why efforts are not in percent of rated, in a sentence; none where they are."""
     if axis is None:
         return ("without an axis file the units are SI of the axis",)
-    if axis.rated is None and effort.name != "%":
-        return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",)
-    return ()
+    unrated = axis.rated is None and effort.name != "%"
+    return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",) if unrated else ()
 
 
 def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple[str, ...]:
     """Return how far a table is from the model along the log that was given, in a sentence."""
     if request.log is None:
         return ()
-
     effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
     scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
     error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
@@ -227,13 +213,13 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
 
 def levels_and_curves(request: Request) -> tuple[dict[float, np.ndarray], LevelValues]:
     """Return the steady friction by direction, and the levels with viscous friction that describe it."""
-    curves = {way: curve_of(request.model, way, request.speed) for way in (1.0, -1.0)}
+    curves = {way: curve_of(request.model, way, request.speed)[0] for way in (1.0, -1.0)}
     return curves, levels_of(request.plant, request.model, curves)
 
 
-def behind_comments(remarks: Iterable[str], *lines: str) -> str:
+def behind_comments(remarks: Iterable[str], *lines: str, mark: str = "#") -> str:
     """Return lines of a file behind remarks as comments."""
-    return "\n".join([*(f"# {plain(remark)}" for remark in remarks), *lines, ""])
+    return "\n".join([*(f"{mark} {plain(remark)}" for remark in remarks), *lines, ""])
 
 
 def rows_of(text: str) -> list[list[str]]:

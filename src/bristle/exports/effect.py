@@ -182,27 +182,17 @@ class Effect:
         def finite(value: float) -> float | None:
             return value if math.isfinite(value) else None
 
-        return {
-            "quantity": "following_error" if self.in_loop else "residual_force",
-            "unit": unit_of("length", self.kind) if self.in_loop else "%",
-            "presliding_distance": self.distance,
-            "assumed_distance": self.assumed,
-            "samples_ahead": self.ahead,
-            "harmful": self.is_harmful,
-            "least_distance": finite(self.least_distance),
-            "along": [
-                {
-                    "motion": path.motion,
-                    "distance": path.distance or None,
-                    "without": path.without,
-                    "with": finite(path.with_it),
-                    "worse": path.is_worse,
-                    "not_fed_ahead": finite(path.not_ahead),
-                    "with_a_tenth_more": finite(path.too_much),
-                }
-                for path in self.along
-            ],
-        }
+        along = [
+            {"motion": path.motion, "distance": path.distance or None, "without": path.without, "with": finite(path.with_it)}
+            | {"worse": path.is_worse, "not_fed_ahead": finite(path.not_ahead), "with_a_tenth_more": finite(path.too_much)}
+            for path in self.along
+        ]
+        return (
+            {"quantity": "following_error", "unit": unit_of("length", self.kind)}
+            | ({} if self.in_loop else {"quantity": "residual_force", "unit": "%"})
+            | {"presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead}
+            | {"harmful": self.is_harmful, "least_distance": finite(self.least_distance), "along": along}
+        )
 
     def _switch(self) -> str:
         if self.least_distance == 0.0:

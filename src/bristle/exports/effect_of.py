@@ -11,17 +11,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
 from bristle.engine import response
-from bristle.exports.effect import (
-    Drive,
-    Effect,
-    Limits,
-    driven_by,
-    effect_in_force,
-    effect_in_loop,
-    fed_by,
-    sliding_level,
-    turning_distance,
-)
+from bristle.exports import effect as effects
 from bristle.exports.targets import Request
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment
 
@@ -30,7 +20,7 @@ REACHED = 0.1  # time to the largest velocity of an axis whose friction and iner
 SHORT_RECORD = 16  # samples of the motion that stands for a log where there is none
 
 
-def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False) -> Effect | None:
+def effect_of_files(request: Request, drive: effects.Drive | None, *, of_cogging: bool = False) -> effects.Effect | None:
     """Return the effect of what a target wrote; `drive` is what a drive makes of it, the model itself where None.
 
     The model itself leaves no residual force to state where no loop is known. Of files with cogging the loop is one
@@ -42,20 +32,20 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
     fastest = request.speed or (axis and axis.velocity_limit) or FASTEST
     limits = _limits_of(friction, request.plant, fastest)
     if axis is not None:
-        limits = Limits(
+        limits = effects.Limits(
             min(limits.velocity, axis.velocity_limit or math.inf),
             min(limits.acceleration, axis.acceleration_limit or math.inf),
             axis.jerk_limit or math.inf,
         )
     drive = drive or partial(response, friction, rest=request.rest)
-    distance = turning_distance(friction, axis, limits.velocity)
+    distance = effects.turning_distance(friction, axis, limits.velocity)
     if loop is None:
-        return effect_in_force(friction, drive, limits, distance, request.dt, samples_ahead(None))
+        return effects.effect_in_force(friction, drive, limits, distance, request.dt, samples_ahead(None))
     loop = replace(loop, feedforward=replace(loop.feedforward, plant=None)) if of_cogging else loop
-    return effect_in_loop(loop, driven_by(drive), limits, distance, samples_ahead(loop))
+    return effects.effect_in_loop(loop, effects.driven_by(drive), limits, distance, samples_ahead(loop))
 
 
-def effect_of_law(variant: Variant) -> Effect | None:
+def effect_of_law(variant: Variant) -> effects.Effect | None:
     """Return the effect of the friction that a law feeds forward; None where it feeds none."""
     friction = variant.feedforward.friction
     if friction is None:
@@ -64,8 +54,8 @@ def effect_of_law(variant: Variant) -> Effect | None:
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
     limits = _limits_of(friction, variant.plant, fastest or FASTEST)
-    distance = turning_distance(friction, variant.axis, limits.velocity)
-    return replace(effect_in_loop(loop, fed_by(variant.feedforward), limits, distance, 0), ahead=variant.run.delay + 1)
+    distance = effects.turning_distance(friction, variant.axis, limits.velocity)
+    return replace(effects.effect_in_loop(loop, effects.fed_by(variant.feedforward), limits, distance, 0), ahead=variant.run.delay + 1)
 
 
 def samples_ahead(loop: Variant | None) -> int:
@@ -114,7 +104,7 @@ def loop_for(request: Request) -> Variant | None:
     return replace(variant, feedforward=replace(variant.feedforward, friction=None))
 
 
-def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
+def _limits_of(friction: Model, plant: Model | None, fastest: float) -> effects.Limits:
     """Return the acceleration that takes as much effort as sliding friction does."""
     mass = 0.0 if plant is None else plant.values.get("M", 0.0)
-    return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / REACHED)
+    return effects.Limits(fastest, effects.sliding_level(friction, fastest) / mass if mass else fastest / REACHED)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
@@ -18,9 +18,6 @@ from bristle.exports.effect import Effect
 from bristle.exports.targets import Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for
 from bristle.logs.log import Log
-
-if TYPE_CHECKING:
-    pass
 
 NAME, STEP, POINTS = "axis_x", 5e-4, 20
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
@@ -158,26 +155,12 @@ def export(
         target = to if isinstance(to, Target) else TEXT(to, "to", None)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            law = {"tunable": tunable, "single": float32, "accept_harm": accept_harm}
-            product = law_for(target, model, label, origin, **law)
+            options = {"tunable": tunable, "single": float32, "accept_harm": accept_harm}
+            product = law_for(target, model, label, origin, **options)
         else:
-            request = Request(
-                model,
-                label,
-                float(step),
-                origin,
-                tunable,
-                float32,
-                axis,
-                float(speed),
-                points,
-                float(mass),
-                plant,
-                None if log is None else log_and_axis(log, axis)[0],
-                info or {},
-                rest=rest or "",
-            )
-            product = files_for(target, request, accept_harm=accept_harm)
+            recorded = None if log is None else log_and_axis(log, axis)[0]
+            request = Request(model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass), plant, recorded)
+            product = files_for(target, replace(request, info=info or {}, rest=rest or ""), accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes, product.effect)

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -129,11 +129,10 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         "modelDescription.xml": description_text(content, setting, token),
         "documentation/index.html": page_text(content, setting),
         "documentation/licenses/license.txt": licence_text(),
-        **{f"sources/{file}": text for file, text in sources.items()},
-        "sources/LICENSE.txt": header_text("LICENSE.txt"),
-        **({"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}),
-        **{place: library for place, library in built.items() if isinstance(library, bytes)},
     }
+    inside |= {f"sources/{file}": text for file, text in (sources | {"LICENSE.txt": header_text("LICENSE.txt")}).items()}
+    inside |= {"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}
+    inside |= {place: library for place, library in built.items() if isinstance(library, bytes)}
     platforms = [place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)]
     lacking = [f"no library for {place.split('/')[1]}: {library}" for place, library in built.items() if isinstance(library, str)]
     none = f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"
@@ -171,44 +170,30 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
     layout = f"{setting.name} {content.layout} {[port.name for port in listed]}"
     starts = [i for i, port in enumerate(listed) if port.role == START]
     meanings = [plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed]
-    return {
-        "title": plain(content.title),
-        "version": version(),
-        "facts": [*setting.source.lines, *content.tables],
-        "flags": FLAGS,
-        "fmi": setting.fmi,
-        "helpers": helpers_text(printer.helpers, "double", printer.integer),
-        "definitions": definitions,
-        "data": data,
-        "step": number(setting.step),
-        "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
-        "roles": [port.role for port in listed],
-        "lowest": [number(port.range[0]) for port in listed],
-        "highest": [number(port.range[1]) for port in listed],
-        "memory": size,
-        "begin": [number(value) for value in content.begin] or ["0.0"],
-        "remembered": "remembered[i]" if np.any(content.memory) else "0.0",
-        "most": [number(float(most)) for most in content.most] or ["0.0"],
-        "layout": f"0x{digest_of(layout.encode()):016X}",
-        "plant": content.failures_at >= 0,
-        "failures_at": content.failures_at,
-        "first_start": starts[0] if starts else 0,
-        "output": content.output,
-        "output_at": ports.place(content.output),
-        "shown": [(at, place) for place, at in enumerate(starts)],
-        "stepping": _called(content.entry, ports, handed),
-        "absent": _absent(setting.fmi, exchange is not None),
-        "exchange": exchange
-        and {
-            "states": ports.states,
-            "rates": ports.in_role(RATE),
-            "margins": ports.in_role(MARGIN),
-            "held": exchange.held,
-            "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
-            "most": [number(float(most)) for most in exchange.held or (0,)],
-            **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
-        },
-    }
+    facts: dict[str, object] = (
+        {"title": plain(content.title), "version": version(), "facts": [*setting.source.lines, *content.tables], "flags": FLAGS}
+        | {"fmi": setting.fmi, "definitions": definitions, "helpers": helpers_text(printer.helpers, "double", printer.integer)}
+        | {"data": data, "step": number(setting.step), "memory": size, "layout": f"0x{digest_of(layout.encode()):016X}"}
+        | {"ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)]}
+        | {"roles": [port.role for port in listed], "begin": [number(value) for value in content.begin] or ["0.0"]}
+        | {"lowest": [number(port.range[0]) for port in listed], "highest": [number(port.range[1]) for port in listed]}
+        | {"remembered": "remembered[i]" if np.any(content.memory) else "0.0", "most": _numbers(content.most)}
+        | {"plant": content.failures_at >= 0, "failures_at": content.failures_at, "first_start": starts[0] if starts else 0}
+        | {"output": content.output, "output_at": ports.place(content.output), "shown": [(at, k) for k, at in enumerate(starts)]}
+        | {"stepping": _called(content.entry, ports, handed), "absent": _absent(setting.fmi, exchange is not None), "exchange": None}
+    )
+    if exchange is not None:
+        kernels = {name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")}
+        facts["exchange"] = (
+            {"states": ports.states, "rates": ports.in_role(RATE), "margins": ports.in_role(MARGIN), "held": exchange.held}
+            | {"nominals": [number(variable.nominal) for variable in exchange.varying.values()], "most": _numbers(exchange.held or (0,))}
+            | kernels
+        )
+    return facts
+
+
+def _numbers(counts: Sequence[int]) -> list[str]:
+    return [number(float(count)) for count in counts] or ["0.0"]
 
 
 def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:

@@ -187,24 +187,12 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     if plant is not None:
         title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
         guidance = "Set x and v before the start, and give the effort: gravity and cogging of the plant are inside."
-    return Content(
-        title,
-        model.kind,
-        pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())]),
-        core.entry,
-        exchange,
-        ports,
-        "force",
-        {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()},
-        core.begin,
-        np.zeros(subject.memory_size),
-        core.most,
-        f"{subject.state.fields} {subject.memory_size}",
-        parameter_table(model, source).splitlines(),
-        (guidance,),
-        (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed),
-        -1 if plant is None else core.begin.size - 1,
-    )
+    unit = pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())])
+    values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
+    layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
+    notes = (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
+    further = (values, core.begin, memory, core.most, layout, table.splitlines(), (guidance,), notes)
+    return Content(title, model.kind, unit, core.entry, exchange, ports, "force", *further, -1 if plant is None else core.begin.size - 1)
 
 
 BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
@@ -231,25 +219,16 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     facts = law_facts(law, name, source)
     ahead = [f"{name}[1..{law.samples_ahead}]" for name in law.inputs if name.endswith("_ahead")]
     feeding = f"{' and '.join(ahead)}: the desired motion of the samples that follow, [1] of the next one, as many as there are elements."
-    changed = np.any(law.memory) and law.tunable
-    return Content(
-        f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]",
-        law.controller.kind,
-        pruned(tree.Unit([*law.unit.functions, entry]), [entry]),
-        entry,
-        None,
-        _ports(law, source),
-        "effort",
-        {"p": (law.p, law.types[1])},
-        begin,
-        law.memory,
-        # How many values each whole number that lasts can take, 0 for a real one.
-        [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)],
-        f"{law.types[0].fields} {law.memory_size} {law.dt!r}",
-        [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()],
-        (ORDER, FIRST, *([feeding] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}."),
-        (*([constant_note] if constant_note else []), *([PAST] if changed else [])),
-    )
+    notes = [constant_note] if constant_note else []
+    notes += [PAST] if np.any(law.memory) and law.tunable else []
+    # How many values each whole number that lasts can take, 0 for a real one.
+    most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
+    title = f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]"
+    unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
+    tables = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
+    guidance = (ORDER, FIRST, *([feeding] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}.")
+    further = ({"p": (law.p, law.types[1])}, begin, law.memory, most, layout, tables, guidance, tuple(notes))
+    return Content(title, law.controller.kind, unit, entry, None, _ports(law, source), "effort", *further)
 
 
 def _stepped(law: Law) -> tree.Function:

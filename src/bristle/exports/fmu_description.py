@@ -47,18 +47,10 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     """Return modelDescription.xml."""
     ports, source, fmi = content.ports, setting.source, setting.fmi
     file = source.provenance.get("model") or source.provenance.get("experiment")
-    facts = {
-        "fmiVersion": f"{fmi}.0",
-        "modelName": setting.name,
-        "guid" if fmi == 2 else "instantiationToken": token,
-        "description": content.title,
-        "version": model_version(source),
-        "author": f"bristle {version()}" + (f", from {file}" if file else ""),
-        "copyright": copyright_line(),
-        "license": f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours",
-        "generationTool": f"bristle {version()}",
-        "variableNamingConvention": "structured",
-    }
+    made, rights = f"bristle {version()}", f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours"
+    facts = {"fmiVersion": f"{fmi}.0", "modelName": setting.name, "guid" if fmi == 2 else "instantiationToken": token}
+    facts |= {"description": content.title, "version": model_version(source), "author": made + (f", from {file}" if file else "")}
+    facts |= {"copyright": copyright_line(), "license": rights, "generationTool": made, "variableNamingConvention": "structured"}
     facts |= {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))} if fmi == 2 and ports.states else {}
     root = Element("fmiModelDescription", facts)
     if ports.states:
@@ -183,36 +175,14 @@ def page_text(content: Content, setting: Setting) -> str:
     for port in content.ports.listed[1:]:  # behind the time
         variable, unit = port.variable, port.variable.unit(content.kind)
         bounded = math.isfinite(variable.min) or math.isfinite(variable.max)
-        row = {
-            "name": port.name,
-            "role": ROLES[port.role].words,
-            "unit": "" if unit == "1" else unit,
-            "start": f"{port.value:.9g}",
-            "allowed": variable.allowed(content.kind) if bounded else "",
-            "sure": port.sure,
-            "description": variable.description,
-        }
+        row = {"name": port.name, "role": ROLES[port.role].words, "unit": "" if unit == "1" else unit, "start": f"{port.value:.9g}"}
+        row |= {"allowed": variable.allowed(content.kind) if bounded else "", "sure": port.sure, "description": variable.description}
         (parameters if port.role in (PARAMETER, CONSTANT) else signals).append(row)
-    return rendered(
-        "fmu/index.html",
-        {
-            "name": setting.name,
-            "title": content.title,
-            "version": version(),
-            "model_version": model_version(source),
-            "hash": source.model_hash,
-            "licence": LICENCE,
-            "copyright": copyright_line(),
-            "remarks": source.remarks,
-            "provenance": source.provenance,
-            "signals": signals,
-            "parameters": parameters,
-            "guidance": content.guidance,
-            "notes": content.notes,
-            "step": f"{setting.step:g}",
-            "fmi": setting.fmi,
-            "flags": FLAGS,
-            "exchange": content.exchange is not None,
-            "tuned": bool(content.ports.tuned),
-        },
+    facts = (
+        {"name": setting.name, "title": content.title, "version": version(), "model_version": model_version(source)}
+        | {"hash": source.model_hash, "licence": LICENCE, "copyright": copyright_line(), "remarks": source.remarks}
+        | {"provenance": source.provenance, "signals": signals, "parameters": parameters, "guidance": content.guidance}
+        | {"notes": content.notes, "step": f"{setting.step:g}", "fmi": setting.fmi, "flags": FLAGS}
+        | {"exchange": content.exchange is not None, "tuned": bool(content.ports.tuned)}
     )
+    return rendered("fmu/index.html", facts)

@@ -254,11 +254,8 @@ class Law:
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller with all that is fed forward, along either motion."""
-    for name, has, reason in (
-        ("effort", variant.effort is not None, "drives an open loop, which has no law"),
-        ("learning", variant.learning is not None, "needs the whole motion, again and again"),
-    ):
-        if has:
+    for name, reason in (("effort", "drives an open loop, which has no law"), ("learning", "needs the whole motion, again and again")):
+        if getattr(variant, name) is not None:
             raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
     # A law begins by itself where the axis stands; the motion that a simulated loop takes over is none of it.
     variant = replace(variant, start=None)
@@ -294,41 +291,21 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     )
     shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
     compensator = NoCompensator() if friction is None else friction.parameters
-    p: Parameters | PlacedParameters = Parameters(controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
+    of_all = (controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
+    p: Parameters | PlacedParameters = Parameters(*of_all)
     if fed.place or carried is not fed:
-        p = PlacedParameters(
-            p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass, carried.place or NoPlace()
-        )
+        p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
     if single:
         refuse_beyond_single(p._asdict())
     called = {"led": led, "inertial": inertial, "law": law, "effort_at": effort_at, "gravity_at": gravity_at}
     scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
     written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
-    kinds = {
-        "lasting": type_of(lasting),
-        "memory": Array(memory.size, writable=True),
-        "begun": TRUTH,
-        "p": type_of(p),
-        "place_ahead": Array(ahead),
-        "acceleration_ahead": Array(ahead),
-    }
+    kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p)}
+    kinds |= {"place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}
     builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
-    return Law(
-        variant,
-        controller,
-        pruned(builder.unit, [entry]),
-        entry,
-        written,
-        arguments,
-        tuple(inputs),
-        ahead,
-        lasting,
-        p,
-        memory,
-        tunable,
-        single,
-    )
+    function = (pruned(builder.unit, [entry]), entry, written, arguments, tuple(inputs), ahead)
+    return Law(variant, controller, *function, lasting, p, memory, tunable, single)
 
 
 def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:

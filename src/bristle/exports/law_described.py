@@ -12,6 +12,7 @@ from bristle.exports.described import Source, command_facts, parameter_table, pl
 from bristle.exports.law import Inputs, Law, loads_of
 from bristle.exports.printing import loops_of
 from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
+from bristle.exports.tunable import TOLERANCE
 from bristle.friction.level import rises_with_effort
 from bristle.prediction.drive_units import command_units
 
@@ -32,40 +33,23 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     """Return what is said of a law."""
     variant = law.variant
     kind, friction = variant.controller.kind, variant.feedforward.friction
-    return {
-        "name": name,
-        "version": version(),
-        "title": plain(f"Control law of an axis: {variant.controller.name}"),
-        "variant": plain(variant.name),
-        "description": plain(variant.controller.component.description),
-        "facts": source.lines,
-        "along": "" if friction is None else variant.feedforward.along,
-        "friction": "" if friction is None else plain(friction.name),
-        "table": parameter_table(law.controller, source).rstrip(),
-        "fed_table": "" if friction is None else parameter_table(friction, source).rstrip(),
-        "fed": _fed(law),
-        "unit_force": unit_of("force", kind),
-        "unit_x": unit_of("length", kind),
-        "dt": repr(law.dt),
-        "rate": f"{1.0 / law.dt:g}",
-        "ahead": law.samples_ahead,
-        "delay": variant.run.delay,
-        "limit": f"{variant.run.effort_limit:g}" if np.isfinite(variant.run.effort_limit) else "",
-        "inputs": [
-            {
-                "name": name,
-                "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
-                "told": INPUTS[name][0],
-                "unit": unit_of(INPUTS[name][1], kind),
-                "several": name.endswith("_ahead"),
-            }
-            for name in law.inputs
-        ],
-        "drive": command_facts(command_units(variant.axis, kind), kind),
-        "loops": loops_of(law.unit, law.memory_size),
-        "single": law.single,
-        "tunable": law.tunable,
-    }
+    inputs = []
+    for fed in law.inputs:
+        several = fed.endswith("_ahead")
+        declared, unit = f"{fed}[{law.samples_ahead}]" if several else fed, unit_of(INPUTS[fed][1], kind)
+        inputs.append({"name": fed, "declared": declared, "told": INPUTS[fed][0], "unit": unit, "several": several})
+    limit = variant.run.effort_limit
+    return (
+        {"name": name, "version": version(), "title": plain(f"Control law of an axis: {variant.controller.name}")}
+        | {"variant": plain(variant.name), "description": plain(variant.controller.component.description), "facts": source.lines}
+        | {"along": variant.feedforward.along if friction else "", "friction": plain(friction.name) if friction else ""}
+        | {"table": parameter_table(law.controller, source).rstrip(), "fed": _fed(law)}
+        | {"fed_table": parameter_table(friction, source).rstrip() if friction else ""}
+        | {"unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind), "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}"}
+        | {"ahead": law.samples_ahead, "delay": variant.run.delay, "limit": f"{limit:g}" if np.isfinite(limit) else "", "inputs": inputs}
+        | {"drive": command_facts(command_units(variant.axis, kind), kind), "loops": loops_of(law.unit, law.memory_size)}
+        | {"single": law.single, "tunable": law.tunable, "result": "effort", "allowed": f"{TOLERANCE:g}", "several_places": True}
+    )
 
 
 def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:

@@ -71,22 +71,11 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
         keyframe = f'  <keyframe>\n    <key name="offset" ctrl="0 {-offset!r}"/>\n  </keyframe>\n'
     # A comment of XML holds no "--".
     facts, table = (text.replace("--", "- -") for text in ("\n".join(source.lines), parameter_table(model, source)))
-    return TEXT.format(
-        model=plain(model.name),
-        version=version(),
-        facts=facts,
-        table=table,
-        time=time,
-        name=name,
-        step=STEP,
-        joint="slide" if linear else "hinge",
-        axis="1 0 0" if linear else "0 0 1",
-        of_joint=of_joint,
-        mass=repr(mass) if linear else "1",
-        inertia="1 1 1" if linear else f"{mass!r} {mass!r} {mass!r}",
-        actuators=actuators,
-        keyframe=keyframe,
-    )
+    shape = {"joint": "slide", "axis": "1 0 0", "mass": repr(mass), "inertia": "1 1 1"}
+    if not linear:
+        shape = {"joint": "hinge", "axis": "0 0 1", "mass": "1", "inertia": f"{mass!r} {mass!r} {mass!r}"}
+    parts = {"facts": facts, "table": table, "of_joint": of_joint, "actuators": actuators, "keyframe": keyframe} | shape
+    return TEXT.format(model=plain(model.name), version=version(), time=time, name=name, step=STEP, **parts)
 
 
 def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:

@@ -19,25 +19,6 @@ from typing import Any
 from bristle.exports import tree
 from bristle.exports.expressions import COMPUTED
 from bristle.exports.printing import free_name
-from bristle.exports.tree import (
-    INTEGER,
-    REAL,
-    TRUTH,
-    Assign,
-    Call,
-    Evaluate,
-    For,
-    Function,
-    If,
-    Node,
-    Statement,
-    Struct,
-    Type,
-    Unit,
-    Variable,
-    While,
-    walk,
-)
 
 Fact = Any
 """What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
@@ -53,16 +34,16 @@ EXACT: dict[str, Callable[..., Any]] = {
 }
 
 
-def fact_of(value: Any, kind: Type, unknown: Iterable[tuple[str, ...]] = (), path: tuple[str, ...] = ()) -> Fact:
+def fact_of(value: Any, kind: tree.Type, unknown: Iterable[tuple[str, ...]] = (), path: tuple[str, ...] = ()) -> Fact:
     """Return what is known of a value that a component has, but for what stands at some paths; arrays are not known."""
     if path in unknown:
         return None
-    if isinstance(kind, Struct):
+    if isinstance(kind, tree.Struct):
         fields = zip(kind.fields, value, strict=True)
         return _of_fields(fact_of(part, inner, unknown, (*path, name)) for (name, inner), part in fields)
-    if kind == REAL:
+    if kind == tree.REAL:
         return float(value).hex()
-    return int(value) if kind in (INTEGER, TRUTH) else None
+    return int(value) if kind in (tree.INTEGER, tree.TRUTH) else None
 
 
 def settled(
@@ -131,11 +112,11 @@ class _Body:
         body, size, before = self.function.body, 0, -1
         while size != before:
             before = size
-            self._values = Counter(part.variable.name for part in walk(body) if isinstance(part, (tree.Assign, tree.For)))
+            self._values = Counter(part.variable.name for part in tree.walk(body) if isinstance(part, (tree.Assign, tree.For)))
             self._facts = {name: fact for name, fact in self._arguments.items() if name not in self._values}
             self._results = []
             body = self._block(body)
-            size = sum(1 for _ in walk(body))
+            size = sum(1 for _ in tree.walk(body))
         return body, reduce(_common, self._results) if self._results else None
 
     def _block(self, block: list[tree.Statement]) -> list[tree.Statement]:
@@ -175,9 +156,9 @@ class _Body:
         """Return an expression that is left, and what is known of it."""
         own = getattr(self, f"_{type(e).__name__.lower()}", None)
         left, fact = own(e) if own else self._computed(e)
-        if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, tree.Constant) or _writes(left):
+        if fact is None or e.type not in (tree.INTEGER, tree.TRUTH) or isinstance(left, tree.Constant) or _writes(left):
             return left, fact
-        return tree.Constant(e.type, bool(fact) if e.type == TRUTH else int(fact)), fact
+        return tree.Constant(e.type, bool(fact) if e.type == tree.TRUTH else int(fact)), fact
 
     def _constant(self, e: tree.Constant) -> tuple[tree.Expression, Fact]:
         return e, self._written(e.type, e.value)
@@ -194,9 +175,9 @@ class _Body:
                 parts.append(left)
             elif bool(fact) == ending:
                 # What comes later is not looked at; what came before decides nothing, and writes nothing.
-                return tree.Constant(TRUTH, ending), int(ending)
+                return tree.Constant(tree.TRUTH, ending), int(ending)
         if not parts:
-            return tree.Constant(TRUTH, not ending), int(not ending)
+            return tree.Constant(tree.TRUTH, not ending), int(not ending)
         return (parts[0] if len(parts) == 1 else tree.Logic(e.type, e.operator, parts)), None
 
     def _select(self, e: tree.Select) -> tuple[tree.Expression, Fact]:
@@ -214,8 +195,8 @@ class _Body:
                 return number, fact
         return tree.Call(e.type, function, [argument[0] for argument in arguments]), fact
 
-    def _written(self, kind: Type, value: Any) -> Fact:
-        if kind != REAL:
+    def _written(self, kind: tree.Type, value: Any) -> Fact:
+        if kind != tree.REAL:
             return int(value)
         return _narrowed(float(value).hex()) if self.settling.single else float(value).hex()
 
@@ -232,23 +213,23 @@ class _Body:
                 facts += [pair[1] for pair in pairs]
         return replace(e, **left), self._fact(e, kinds, facts)
 
-    def _fact(self, e: tree.Expression, kinds: Sequence[Type], facts: Sequence[Fact]) -> Fact:
+    def _fact(self, e: tree.Expression, kinds: Sequence[tree.Type], facts: Sequence[Fact]) -> Fact:
         if isinstance(e, tree.Make):
             return _of_fields(facts)
         if isinstance(e, tree.Index) or any(fact is None for fact in facts):
             return None
         if isinstance(e, tree.Field):
-            assert isinstance(e.of.type, Struct)
+            assert isinstance(e.of.type, tree.Struct)
             return facts[0][e.of.type.place(e.name)]
         if isinstance(e, (tree.Binary, tree.Compare)):
             by: Callable[..., Any] | None = COMPUTED[e.operator]
         elif isinstance(e, tree.Intrinsic):
             by = EXACT.get(e.name)
         elif isinstance(e, tree.Convert):
-            by = {REAL: float, INTEGER: int, TRUTH: bool}[e.type]  # type: ignore[index]
+            by = {tree.REAL: float, tree.INTEGER: int, tree.TRUTH: bool}[e.type]  # type: ignore[index]
         else:
             by = operator.neg if isinstance(e, tree.Negative) else operator.not_
-        values = [float.fromhex(value) if kind == REAL else value for kind, value in zip(kinds, facts, strict=True)]
+        values = [float.fromhex(value) if kind == tree.REAL else value for kind, value in zip(kinds, facts, strict=True)]
         try:
             return by and self._written(e.type, by(*values))
         except (ArithmeticError, ValueError):
@@ -256,7 +237,7 @@ class _Body:
 
 
 def _writes(e: tree.Expression) -> bool:
-    return any(isinstance(part, tree.Call) and part.function.writes for part in walk(e))
+    return any(isinstance(part, tree.Call) and part.function.writes for part in tree.walk(e))
 
 
 def _narrowed(fact: Fact) -> Fact:
@@ -285,7 +266,7 @@ def _common(first: Fact, second: Fact) -> Fact:
     return first if first == second and type(first) is type(second) else None
 
 
-def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
+def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
     """Return a unit with what the roots need.
 
     Functions are changed in place: who calls one, a root too, hands over the arguments that are left.
@@ -298,44 +279,44 @@ def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
             function = waiting.pop()
             if id(function) not in needed:
                 needed.add(id(function))
-                waiting += [part.function for part in walk(function.body) if isinstance(part, Call)]
+                waiting += [part.function for part in tree.walk(function.body) if isinstance(part, tree.Call)]
         functions = [function for function in unit.functions if id(function) in needed]
-        size = sum(1 for function in functions for _ in walk(function.body))
+        size = sum(1 for function in functions for _ in tree.walk(function.body))
         for function in functions:
-            function.body = _live(function.body, {part.name for part in _read(list(walk(function.body)))})
-        dead = sum(1 for function in functions for _ in walk(function.body)) < size
+            function.body = _live(function.body, {part.name for part in _read(list(tree.walk(function.body)))})
+        dead = sum(1 for function in functions for _ in tree.walk(function.body)) < size
         if not _without_arguments(functions) and not dead:
-            return Unit(functions)
+            return tree.Unit(functions)
 
 
-def _read(parts: list[Node]) -> list[Variable]:
+def _read(parts: list[tree.Node]) -> list[tree.Variable]:
     """Return the variables that are looked at among parts of a tree; what takes a value is not."""
-    assigned = {id(part.variable) for part in parts if isinstance(part, (Assign, For))}
-    return [part for part in parts if isinstance(part, Variable) and id(part) not in assigned]
+    assigned = {id(part.variable) for part in parts if isinstance(part, (tree.Assign, tree.For))}
+    return [part for part in parts if isinstance(part, tree.Variable) and id(part) not in assigned]
 
 
-def _live(block: list[Statement], read: set[str]) -> list[Statement]:
-    entries: list[Statement] = []
+def _live(block: list[tree.Statement], read: set[str]) -> list[tree.Statement]:
+    entries: list[tree.Statement] = []
     for statement in block:
-        if isinstance(statement, Assign) and statement.variable.name not in read:
-            if isinstance(statement.value, Call) and statement.value.function.writes:
-                entries.append(Evaluate(statement.value))
+        if isinstance(statement, tree.Assign) and statement.variable.name not in read:
+            if isinstance(statement.value, tree.Call) and statement.value.function.writes:
+                entries.append(tree.Evaluate(statement.value))
             continue
-        if isinstance(statement, If):
+        if isinstance(statement, tree.If):
             statement.body, statement.otherwise = _live(statement.body, read), _live(statement.otherwise, read)
             if not statement.body and not statement.otherwise:
                 continue
-        elif isinstance(statement, (For, While)):
+        elif isinstance(statement, (tree.For, tree.While)):
             statement.body = _live(statement.body, read)
         entries.append(statement)
     return entries
 
 
-def _without_arguments(functions: list[Function]) -> bool:
+def _without_arguments(functions: list[tree.Function]) -> bool:
     """Leave out arguments that nobody looks at; return whether there were some."""
     used: dict[int, set[str]] = {id(function): set() for function in functions}
-    parts = [list(walk(function.body)) for function in functions]
-    calls = [[part for part in body if isinstance(part, Call)] for body in parts]
+    parts = [list(tree.walk(function.body)) for function in functions]
+    calls = [[part for part in body if isinstance(part, tree.Call)] for body in parts]
     read = [_read(body) for body in parts]
     news = True
     while news:  # arguments that are looked at, given those of the functions called that are
@@ -345,7 +326,7 @@ def _without_arguments(functions: list[Function]) -> bool:
                 id(argument)
                 for call in called
                 for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
-                if isinstance(argument, Variable) and parameter.name not in used[id(call.function)]
+                if isinstance(argument, tree.Variable) and parameter.name not in used[id(call.function)]
             }
             looked_at = {part.name for part in variables if id(part) not in idle}
             fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]

@@ -27,8 +27,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.exports.described import plain
-from bristle.exports.drive import curve_of, last_direction, memory_lost
+from bristle.exports.drive import behind_comments, curve_of, last_direction, memory_lost
 from bristle.exports.effect import Drive
 from bristle.exports.effect_of import loop_for
 from bristle.exports.targets import Product, Request
@@ -44,7 +43,7 @@ START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
 def write(request: Request) -> Product:
     """Return the machine data, one a line, with what they mean and where that is written as comments."""
     axis, model = request.axis, request.model
-    forward, backward = [curve_of(model, way, request.speed) for way in (1.0, -1.0)]
+    forward, backward = [curve_of(model, way, request.speed)[0] for way in (1.0, -1.0)]
     controller = None if axis is None else axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
         raise InputError(
@@ -65,7 +64,7 @@ def write(request: Request) -> Product:
     head = [
         f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity test.",
         *request.source.lines,
-        *(plain(note) for note in notes),
+        *notes,
         f"Machine data: {FUNCTION_MANUAL}.",
         f"Units: {UNITS_MANUAL}.",
         "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
@@ -76,16 +75,11 @@ def write(request: Request) -> Product:
         "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
         "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
     ]
-    rows = [
-        ("32490", "FRICT_COMP_MODE", "1", ""),
-        ("32500", "FRICT_COMP_ENABLE", "1", ""),
-        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
-        ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
-    ]
+    rows = [("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""), ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", "")]
+    rows.append(("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit))
     rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
-    lines = [f"; {line}" for line in head]
-    lines += [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]
-    return Product({f"{request.name}.txt": "\n".join([*lines, ""])}, notes)
+    lines = [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]
+    return Product({f"{request.name}.txt": behind_comments(head, *lines, mark=";")}, notes)
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:

@@ -9,33 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from bristle.core.variable import unit_of, variables_of
-from bristle.exports.described import Source, meaning_of, parameter_table, plain, version
-from bristle.exports.printing import loops_of
+from bristle.core.variable import variables_of
+from bristle.exports import st_project
+from bristle.exports.described import Source, meaning_of, model_facts, plain
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
-from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, commented, real_literal
-from bristle.exports.st_project import (
-    FARTHEST,
-    FARTHEST_OF_OPERATOR,
-    Judged,
-    Project,
-    Tuned,
-    body_lines,
-    bounds,
-    call_text,
-    interface,
-    set_lines,
-    walk_facts,
-)
+from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, real_literal
+from bristle.exports.st_project import FARTHEST, body_lines, call_text, set_lines
 from bristle.exports.subject import COMMIT, COUNT, TRIAL, Subject, arguments_left, settled_subject, subject_of, walk_of
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import Array, Struct
-from bristle.exports.tunable import CONSTANTS, TOLERANCE, single_note, tunable_of
-from bristle.friction.resting import rest_rule
+from bristle.exports.tree import Array, Struct, Type
+from bristle.exports.tunable import CONSTANTS, single_note, tunable_of
 from bristle.prediction.drive_units import CommandUnits, command_units
 
-TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = """
 position period restart clear force refused overflow begun prepared usable done last_position command place state memory motion
@@ -57,82 +43,52 @@ class StFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        subject, model, operator = self.subject, self.subject.model, self.subject.is_operator
+        subject, operator = self.subject, self.subject.is_operator
         around = (subject.state, subject.move, subject.parameters, Array(subject.memory_size))
         around += () if operator else (subject.motion,)
         printer = Printer(subject.unit, self.name, around, REAL if self.single else LREAL)
         walk = walk_of(subject, self.dt)
         x = walk.positions(COUNT)
-        judged = Judged(self.name, subject.outputs(x) if operator else subject.forces(x, self.dt), self.single)
+        judged = st_project.Judged(self.name, subject.outputs(x) if operator else subject.forces(x, self.dt), self.single)
         too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
-        entering, leaving = (model.component.input, model.component.output) if operator else ("length", "force")
-        facts = {
-            "name": self.name,
-            "version": version(),
-            "title": plain(f"{TITLES[operator]}: {model.name}"),
-            "description": commented(plain(model.component.description)) + ".",
-            "rest": rest_rule(model),
-            "facts": [commented(line) for line in self.source.lines],
-            "count": COUNT,
-            "operator": operator,
-            "table": commented(parameter_table(model, self.source).rstrip()),
-            "loops": loops_of(subject.unit, subject.memory_size),
-            "unit_in": plain(unit_of(entering, model.kind)),
-            "unit_out": plain(unit_of(leaving, model.kind)),
-            "input": IN[operator],
-            "output": OUT[operator],
-            "single": self.single,
-            "tunable": self.tunable,
-            "allowed": f"{TOLERANCE:g}",
-            "result": OUT[operator],
-            "several_places": False,
-            **bounds(single=self.single, farthest=FARTHEST_OF_OPERATOR if operator else FARTHEST),
-        }
+        facts = st_project.commented_facts(model_facts(subject, self.name, self.source, self.dt, single=self.single, tunable=self.tunable))
+        facts |= {"unit_in": plain(facts["unit_x"]), "unit_out": plain(facts["unit_force"]), "input": IN[operator]}
+        facts |= {"count": COUNT, "output": OUT[operator], "result": OUT[operator]}
+        facts |= st_project.bounds(single=self.single, farthest=st_project.FARTHEST_OF_OPERATOR if operator else FARTHEST)
         block = self._block(printer, facts)
         last_call = {"last_call": too_far if operator else f"{too_far}, period := {real_literal(self.dt)}"}
-        body = body_lines("st/selftest.st", facts | walk_facts(walk, printer, "count") | judged.facts() | last_call)
+        body = body_lines("st/selftest.st", facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call)
         test = Pou("PROGRAM", f"{self.name}_selftest", "", tuple(judged.variables()), body)
-        return Project(self.name, printer, facts, block, test, judged.arrays(walk)).files("st/head.st", self.source)
+        return st_project.Project(self.name, printer, facts, block, test, judged.arrays(walk)).files("st/head.st", self.source)
 
     def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
         subject, operator, names = self.subject, self.subject.is_operator, Names(OWN.split())
         signals = {signal: names.of(signal, signal) for signal in subject.signals}
-        tuned = Tuned.of(tunable_of(subject.model), names) if self.tunable else None
+        tuned = st_project.Tuned.of(tunable_of(subject.model), names) if self.tunable else None
         tried = subject.trial.result
         assert isinstance(tried, Struct)
         trial = arguments_left(subject.trial, TRIAL[operator])
         commit = arguments_left(subject.commit, COMMIT) if subject.commits else []
         needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
         memory = subject.memory_size if "memory" in needed else 0
-        handed = {
-            "dt": printer.narrowed("period"),
-            "p": "parameters",
-            "move": f"tried.{printer.field(tried, '_1')}",
-            "input": printer.narrowed(IN[True]),
-        }
+        handed = {"dt": printer.narrowed("period"), "p": "parameters", "input": printer.narrowed(IN[True])}
+        handed["move"] = f"tried.{printer.field(tried, '_1')}"
         places = tuned.tunable.places if tuned else ()
         start = [*set_lines("parameters", subject.model.parameters, subject.parameters, printer, places)] if "p" in needed else []
-        facts = facts | {
-            "start": [*start, *set_lines("state", subject.virgin, subject.state, printer)],
-            "zero": printer.real(0.0),
-            "ranges": [*tuned.ranges(printer)] if tuned else [],
-            "tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else [],
-            "memory": memory,
-            "motion": self._motion(printer, signals) if "motion" in trial else [],
-            "trial": call_text(printer, subject.trial, [handed.get(name, name) for name in trial], "tried"),
-            "tried": printer.widened(f"tried.{printer.field(tried, '_0')}"),
-            "within": printer.helper(WITHIN, LREAL),
-            "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after") if subject.commits else "",
-            "state": bool(subject.state.fields),
-            "signals": list(signals.values()),
-            "drive": "" if self.units is None else real_literal(self.units.effort.si),
-        }
-        held = {
-            "state": ("state", subject.state),
-            "memory": ("memory", Array(subject.memory_size)),
-            "motion": ("motion", subject.motion),
-            "p": ("parameters", subject.parameters),
-        }
+        committed = call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after") if subject.commits else ""
+        start += set_lines("state", subject.virgin, subject.state, printer)
+        facts = (
+            facts
+            | {"start": start, "zero": printer.real(0.0), "memory": memory, "state": bool(subject.state.fields), "commit": committed}
+            | {"ranges": [*tuned.ranges(printer)] if tuned else [], "signals": list(signals.values())}
+            | {"tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else []}
+            | {"motion": self._motion(printer, signals) if "motion" in trial else [], "within": printer.helper(WITHIN, LREAL)}
+            | {"trial": call_text(printer, subject.trial, [handed.get(name, name) for name in trial], "tried")}
+            | {"tried": printer.widened(f"tried.{printer.field(tried, '_0')}")}
+            | {"drive": "" if self.units is None else real_literal(self.units.effort.si)}
+        )
+        held: dict[str, tuple[str, Type]] = {"state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size))}
+        held |= {"motion": ("motion", subject.motion), "p": ("parameters", subject.parameters)}
         own = [*(pair for key, pair in held.items() if key in needed), ("tried", tried)]
         own += [("after", subject.state)] if subject.commits else []
         meanings, unit_in, unit_out = variables_of(subject.motion.cls), facts["unit_in"], facts["unit_out"]
@@ -146,7 +102,7 @@ class StFiles:
                 for key, name in signals.items()
             ),
             *(tuned.inputs(printer) if tuned else []),
-            *interface("a virgin contact, nothing came yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", self.units),
+            *st_project.interface("a virgin contact, nothing came yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", self.units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
             *([] if operator else [Variable("last_position", "LREAL")]),
@@ -168,7 +124,7 @@ class StFiles:
 
 
 def write(request: Request) -> Product:
-    """Return the function block, its self-test, both as XML, and as files of TwinCAT 3."""
+    """Return the function block, its self-test, and both as XML."""
     checked(request.name)
     subject = subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()

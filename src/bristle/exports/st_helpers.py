@@ -20,19 +20,16 @@ NUMBER = re.compile(r"(?<![\w.#])\d+\.\d+(?:E-?\d+)?")
 WITHIN = "within"
 """The helper that tells whether a number is one, and no larger than another."""
 
-SIZE = """
-IF {number} < 0.0 THEN
-    {to} := -{number};
+SIZE = """IF number < 0.0 THEN
+    {to} := -number;
 ELSE
-    {to} := 0.0 + {number};
+    {to} := 0.0 + number;
 END_IF;"""
-CHOICE = """
-IF second {than} first THEN
-    {{own}} := second;
+CHOICE = """IF second {than} first THEN
+    {own} := second;
 ELSE
-    {{own}} := first;
+    {own} := first;
 END_IF;"""
-WHOLE_PAIR = "first:whole second:whole"
 
 
 def _scaled(gives: str, scalar: str, own: str) -> str:
@@ -62,108 +59,77 @@ def _scaled(gives: str, scalar: str, own: str) -> str:
     return "\n".join([*lines, f"{own} := {gives};"])
 
 
-# For each its result, its arguments, further variables, what it is, and its body. `{own}` is what it gives, `{whole}`
-# the type of whole numbers, `{real}` that of real ones; another helper is named by its name.
-TEXTS: dict[str, tuple[str, str, str, str, str]] = {
-    "within": (
-        "BOOL",
-        "number most",
-        "near:BOOL",
-        "Whether this is a number, and no farther from 0 than another.",
-        """
+# For each its name, its result, its arguments, further variables, and what it is; below that its body. `{own}` is what it
+# gives, `{whole}` the type of whole numbers, `{real}` that of real ones; another helper is named by its name.
+HELPERS = """
+within | BOOL | number most | near:BOOL | Whether this is a number, and no farther from 0 than another.
 near := number = number;
 IF near THEN
     near := (number >= -most) AND (number <= most);
 END_IF;
-{own} := near;""",
-    ),
-    "copysign": (
-        "real",
-        "number sign_of",
-        "size",
-        "Size of one number, sign of another; that of zero is positive.",
-        SIZE.format(number="number", to="size")
-        + """
+{own} := near;
+
+copysign | real | number sign_of | size | Size of one number, sign of another; that of zero is positive.
+{sized}
 IF sign_of < 0.0 THEN
     {own} := -size;
 ELSE
     {own} := size;
-END_IF;""",
-    ),
-    "abs": ("real", "number", "", "Size of a number.", SIZE.format(number="number", to="{own}")),
-    "floor": (
-        "whole",
-        "number",
-        "cut:whole",
-        "The next whole number below, however a controller rounds.",
-        """
+END_IF;
+
+abs | real | number | | Size of a number.
+{magnitude}
+
+floor | whole | number | cut:whole | The next whole number below, however a controller rounds.
 cut := {real}_TO_{whole}(number);
 IF {whole}_TO_{real}(cut) > number THEN
     cut := cut - 1;
 END_IF;
-{own} := cut;""",
-    ),
-    "truncated": (
-        "whole",
-        "number",
-        "",
-        "What stands before the point.",
-        """
+{own} := cut;
+
+truncated | whole | number | | What stands before the point.
 IF number < 0.0 THEN
     {own} := -{floor}(number := -number);
 ELSE
     {own} := {floor}(number := number);
-END_IF;""",
-    ),
-    "isinf": (
-        "BOOL",
-        "number",
-        "",
-        "Whether a number stands for an infinite one.",
-        "{own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});",
-    ),
-    "isnan": ("BOOL", "number", "", "Whether a number stands for what is none.", "{own} := number = {none};"),
-    "min": ("real", "first second", "", "The smaller one.", CHOICE.format(than="<")),
-    "max": ("real", "first second", "", "The larger one.", CHOICE.format(than=">")),
-    "whole_min": ("whole", WHOLE_PAIR, "", "The smaller one.", CHOICE.format(than="<")),
-    "whole_max": ("whole", WHOLE_PAIR, "", "The larger one.", CHOICE.format(than=">")),
-    "whole_abs": (
-        "whole",
-        "number:whole",
-        "",
-        "Size of a whole number.",
-        """
+END_IF;
+
+isinf | BOOL | number | | Whether a number stands for an infinite one.
+{own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});
+
+isnan | BOOL | number | | Whether a number stands for what is none.
+{own} := number = {none};
+
+min | real | first second | | The smaller one.
+{smaller}
+
+max | real | first second | | The larger one.
+{larger}
+
+whole_min | whole | first:whole second:whole | | The smaller one.
+{smaller}
+
+whole_max | whole | first:whole second:whole | | The larger one.
+{larger}
+
+whole_abs | whole | number:whole | | Size of a whole number.
 IF number < 0 THEN
     {own} := -number;
 ELSE
     {own} := number;
-END_IF;""",
-    ),
-    "floor_divided": (
-        "whole",
-        WHOLE_PAIR,
-        "cut:whole",
-        "The quotient, rounded down.",
-        """
+END_IF;
+
+floor_divided | whole | first:whole second:whole | cut:whole | The quotient, rounded down.
 cut := first / second;
 IF (cut * second <> first) AND ((first < 0) <> (second < 0)) THEN
     cut := cut - 1;
 END_IF;
-{own} := cut;""",
-    ),
-    "floor_rest": (
-        "whole",
-        WHOLE_PAIR,
-        "",
-        "What a quotient that is rounded down leaves.",
-        "{own} := first - {floor_divided}(first := first, second := second) * second;",
-    ),
-    "power_of_two": (
-        "real",
-        "power",
-        "remaining:whole factor grown",
-        "2 to a whole power, by squaring: exact.",
-        """
+{own} := cut;
+
+floor_rest | whole | first:whole second:whole | | What a quotient that is rounded down leaves.
+{own} := first - {floor_divided}(first := first, second := second) * second;
+
+power_of_two | real | power | remaining:whole factor grown | 2 to a whole power, by squaring: exact.
 grown := 0.0;
 IF (power >= {least}.0) AND (power <= {most}.0) THEN
     remaining := {real}_TO_{whole}(power);
@@ -183,11 +149,19 @@ IF (power >= {least}.0) AND (power <= {most}.0) THEN
         END_IF;
     END_WHILE;
 END_IF;
-{own} := grown;""",
-    ),
-    "mantissa": ("real", "number", "mantissa exponent", "m of m 2^k, m from 1 to 2, of a positive number.", "{of_mantissa}"),
-    "exponent": ("real", "number", "mantissa exponent", "k of m 2^k, m from 1 to 2, of a positive number.", "{of_exponent}"),
-}
+{own} := grown;
+
+mantissa | real | number | mantissa exponent | m of m 2^k, m from 1 to 2, of a positive number.
+{of_mantissa}
+
+exponent | real | number | mantissa exponent | k of m 2^k, m from 1 to 2, of a positive number.
+{of_exponent}
+"""
+TEXTS: dict[str, list[str]] = {}
+for _block in HELPERS.strip().split("\n\n"):
+    _head, _, _body = _block.partition("\n")
+    _name, *_facts = (part.strip() for part in _head.split("|"))
+    TEXTS[_name] = [*_facts, _body]
 NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
 
 
@@ -206,7 +180,10 @@ def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str
             for section, text in (("VAR_INPUT", arguments), ("VAR", variables))
             for variable, _, kind in (word.partition(":") for word in text.split())
         ]
-        text = body.format(**facts, own=own, of_mantissa=_scaled("mantissa", scalar, own), of_exponent=_scaled("exponent", scalar, own))
+        parts = {f"of_{part}": _scaled(part, scalar, own) for part in ("mantissa", "exponent")}
+        parts |= {"smaller": CHOICE.format(own=own, than="<"), "larger": CHOICE.format(own=own, than=">")}
+        parts |= {"magnitude": SIZE.format(to=own), "sized": SIZE.format(to="size")}
+        text = body.format(**facts, **parts, own=own)
         # A number without a type is read as double by some compilers.
         text = text if scalar == LREAL else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
         lines = [f"    {line}" for line in text.strip().split("\n")]

@@ -5,29 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from bristle.exports import st_project
 from bristle.exports.described import Source, plain
 from bristle.exports.law import Law
 from bristle.exports.law_described import INPUTS, PER_VELOCITY, law_facts, law_walk
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
-from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, commented, real_literal
+from bristle.exports.st_parts import LREAL, REAL, Names, Pou, Variable, checked, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_project import (
-    FARTHEST,
-    FARTHEST_OF_LAW,
-    Judged,
-    Project,
-    Tuned,
-    body_lines,
-    bounds,
-    call_text,
-    interface,
-    set_lines,
-    walk_facts,
-)
+from bristle.exports.st_project import FARTHEST, Tuned, body_lines, call_text, interface, set_lines
 from bristle.exports.subject import COUNT
 from bristle.exports.tree import Array, Struct
-from bristle.exports.tunable import TOLERANCE, settled_law, tunable_law
+from bristle.exports.tunable import settled_law, tunable_law
 from bristle.prediction.drive_units import command_units
 
 OWN = """
@@ -46,16 +35,14 @@ class StLawFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        law, facts = self.law, law_facts(self.law, self.name, self.source) | {"output": "effort", "operator": False}
+        law, facts = self.law, st_project.commented_facts(law_facts(self.law, self.name, self.source))
         around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
-        facts |= {"allowed": f"{TOLERANCE:g}", "result": "effort", "several_places": True, "unit_in": facts["unit_x"]}
-        facts |= bounds(single=law.single, farthest=FARTHEST_OF_LAW)
+        facts |= {"output": "effort", "operator": False, "unit_in": facts["unit_x"], "count": COUNT}
+        facts |= st_project.bounds(single=law.single, farthest=st_project.FARTHEST_OF_LAW)
         printer = Printer(law.unit, self.name, around, REAL if law.single else LREAL)
         block = self._block(printer, facts)
         test, arrays = self._selftest(printer, facts)
-        facts |= {key: commented(facts[key]) for key in ("description", "variant", "table", "fed_table")}
-        facts |= {key: [commented(line) for line in facts[key]] for key in ("facts", "fed")} | {"count": COUNT}
-        return Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st", self.source)
+        return st_project.Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st", self.source)
 
     def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
         law, (lasting, p) = self.law, self.law.types
@@ -73,23 +60,15 @@ class StLawFiles:
         memory = law.memory_size if "memory" in needed else 0
         skipped = tuned.tunable.places if tuned else ()
         remembered = enumerate(law.memory.tolist()) if memory else ()
-        body = body_lines(
-            "st/law.st",
-            facts
-            | {
-                "divisor": "" if units is None else real_literal(units.effort.si),
-                "start": [*set_lines("parameters", law.p, p, printer, skipped), *set_lines("lasting", law.lasting, lasting, printer)],
-                "memory": memory,
-                "within": printer.helper(WITHIN, LREAL),
-                "zero": printer.real(0.0),
-                "ranges": [*tuned.ranges(printer)] if tuned else [],
-                "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
-                "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
-                "remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number],
-                "command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now"),
-                "commanded": printer.widened(f"now.{printer.field(now, '_0')}"),
-                "after": f"now.{printer.field(now, '_1')}",
-            },
+        start = [*set_lines("parameters", law.p, p, printer, skipped), *set_lines("lasting", law.lasting, lasting, printer)]
+        of_block = (
+            {"divisor": "" if units is None else real_literal(units.effort.si), "start": start, "memory": memory}
+            | {"within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0), "ranges": [*tuned.ranges(printer)] if tuned else []}
+            | {"tuned": [*tuned.lines("parameters", p, printer)] if tuned else [], "after": f"now.{printer.field(now, '_1')}"}
+            | {"narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays]}
+            | {"remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number]}
+            | {"command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now")}
+            | {"commanded": printer.widened(f"now.{printer.field(now, '_0')}")}
         )
         own = [("parameters", p), ("lasting", lasting), ("now", now)]
         own += [("memory", Array(memory))] if memory else []
@@ -106,23 +85,14 @@ class StLawFiles:
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
             *([Variable("place", "DINT")] if memory or ahead_names else []),
         ]
-        return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body)
+        return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body_lines("st/law.st", facts | of_block))
 
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
-        judged = Judged(self.name, efforts, self.law.single)
-        body = body_lines(
-            "st/law_selftest.st",
-            facts
-            | walk_facts(walk, printer, "each")
-            | judged.facts()
-            | {
-                "positions": positions,
-                "per_velocity": real_literal(PER_VELOCITY),
-                "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in self.law.inputs),
-                "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
-            },
-        )
+        judged = st_project.Judged(self.name, efforts, self.law.single)
+        of_test = {"told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in self.law.inputs), "positions": positions}
+        of_test |= {"per_velocity": real_literal(PER_VELOCITY), "last_call": f"measured := {real_literal(10.0 * FARTHEST)}"}
+        body = body_lines("st/law_selftest.st", facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | of_test)
         arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
         variables = [
             *judged.variables(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,7 +116,6 @@ def whole_literal(value: int) -> str:
     return str(value) if abs(value) < 2**31 else f"LINT#{value}"
 
 
-ENDS = {"FUNCTION": "END_FUNCTION", "FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "PROGRAM": "END_PROGRAM"}
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR")
 
 
@@ -180,30 +179,21 @@ def used_of(types: Sequence[Array | Record], pous: Iterable[Pou]) -> list[Array 
 
 def part_text(part: Array | Record | Pou) -> str:
     """Return a part as Structured Text."""
-    if isinstance(part, Pou):
-        return "\n".join([declaration_text(part), *part.body, ENDS[part.kind], ""])
     if isinstance(part, Array):
         return f"TYPE\n{INDENT}{part.name} : ARRAY[0..{part.size - 1}] OF {part.of};\nEND_TYPE\n"
-    fields = [f"{INDENT * 2}{line}" for line in _declarations(part.fields)]
-    head, end = ["TYPE", f"{INDENT}{part.name} :", f"{INDENT}STRUCT"], [f"{INDENT}END_STRUCT;", "END_TYPE", ""]
-    return "\n".join([*head, *fields, *end])
-
-
-def declaration_text(pou: Pou) -> str:
-    """Return what stands before the body of a POU: its kind, its name and its variables."""
-    lines = [f"(* {commented(pou.meaning)} *)"] if pou.meaning else []
-    lines.append(f"{pou.kind} {pou.name}{f' : {pou.returns}' if pou.returns else ''}")
+    if isinstance(part, Record):
+        fields = [f"{INDENT * 2}{line}" for line in _declarations(part.fields)]
+        return "\n".join(["TYPE", f"{INDENT}{part.name} :", f"{INDENT}STRUCT", *fields, f"{INDENT}END_STRUCT;", "END_TYPE", ""])
+    lines = [f"(* {commented(part.meaning)} *)"] if part.meaning else []
+    lines.append(f"{part.kind} {part.name}{f' : {part.returns}' if part.returns else ''}")
     for section in SECTIONS:
-        declared = pou.declared(section)
-        if declared:
+        if declared := part.declared(section):
             lines += [section, *(f"{INDENT}{line}" for line in _declarations(declared)), "END_VAR"]
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, "", *part.body, f"END_{part.kind}", ""])
 
 
-def _declarations(variables: Iterable[Variable]) -> list[str]:
-    lines = []
+def _declarations(variables: Iterable[Variable]) -> Iterator[str]:
     for variable in variables:
         initial = f" := {variable.initial}" if variable.initial else ""
         meaning = f" (* {commented(variable.meaning)} *)" if variable.meaning else ""
-        lines.append(f"{variable.name} : {variable.type}{initial};{meaning}")
-    return lines
+        yield f"{variable.name} : {variable.type}{initial};{meaning}"

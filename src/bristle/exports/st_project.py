@@ -2,35 +2,20 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 from xml.etree import ElementTree
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from bristle.exports.described import Source, meaning_of, plain, rendered, rights_lines, version, with_rights
+from bristle.exports import st_parts
+from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
 from bristle.exports.printing import wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_parts import (
-    INDENT,
-    LREAL,
-    REAL,
-    Array,
-    Names,
-    Pou,
-    Record,
-    Variable,
-    declaration_text,
-    part_text,
-    real_literal,
-    used_of,
-    whole_literal,
-)
+from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, real_literal
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tree import REAL as NUMBER
 from bristle.exports.tree import TRUTH, Function, Struct
@@ -122,16 +107,15 @@ class Project:
             names = [name for name, of in sorted(printer.helpers) if of == scalar]
             helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
         functions = [*helpers, *functions]
-        types = used_of(types, [*functions, self.block])
+        types = st_parts.used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
-        parts, of_test = [*types, *functions, self.block], [*self.arrays, self.test]
         files = {
-            f"{self.name}.st": "\n".join([comment, *map(part_text, parts)]),
-            f"{self.name}_selftest.st": "\n".join([test_head, *map(part_text, of_test)]),
+            f"{self.name}.st": "\n".join([comment, *map(st_parts.part_text, [*types, *functions, self.block])]),
+            f"{self.name}_selftest.st": "\n".join([test_head, *map(st_parts.part_text, [*self.arrays, self.test])]),
             f"{self.name}_plcopen.xml": project_text(self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]),
         }
-        return with_rights(files, source) | twincat_files([*parts, *of_test], source)
+        return with_rights(files, source)
 
 
 def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
@@ -159,17 +143,11 @@ class Judged:
         """Return what the templates of a self-test are told."""
         total, lost = total_of(self.outputs.tolist())
         near = checkpoints(self.outputs, single=self.single)
-        return {
-            "total": real_literal(total),
-            "lost": real_literal(lost),
-            "last": real_literal(float(self.outputs[-1])),
-            "every": near["every"],
-            "expected": [real_literal(float(text)) for text in near["checkpoints"]],
-            "single": self.single,
-            "allowed": f"{TOLERANCE:g}",
-            "tolerance": real_literal(TOLERANCE * float(near["largest"])),
-            "count": self.outputs.size,
-        }
+        return (
+            {"total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(self.outputs[-1]))}
+            | {"every": near["every"], "expected": [real_literal(float(text)) for text in near["checkpoints"]]}
+            | {"tolerance": real_literal(TOLERANCE * float(near["largest"])), "count": self.outputs.size}
+        )
 
     def variables(self) -> list[Variable]:
         """Return the variables of a self-test, whatever the block."""
@@ -195,6 +173,12 @@ class Judged:
         return (scales, *further, *([expected] if self.single else []))
 
 
+def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
+    """Return facts of which no text begins or ends a comment."""
+    texts = {key: st_parts.commented(facts[key]) for key in ("description", "variant", "table", "fed_table") if key in facts}
+    return facts | texts | {key: [st_parts.commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
+
+
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
     """Return a call of a function that gives a structure into `result`."""
     pairs = [f"{name} := {value}" for name, value in zip(printer.body(function).arguments, handed, strict=True)]
@@ -204,13 +188,8 @@ def call_text(printer: Printer, function: Function, handed: Iterable[str], resul
 def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
     """Return between what the numbers that come in and go out are held; in single precision, inputs by `farthest`."""
     shortest, longest = PERIODS[single]
-    return {
-        "farthest": real_literal(farthest if single else FARTHEST),
-        "beyond": real_literal(FARTHEST),
-        "shortest": real_literal(shortest),
-        "longest": real_literal(longest),
-        "fastest": real_literal(FASTEST) if single else "",
-    }
+    held = {"farthest": farthest if single else FARTHEST, "beyond": FARTHEST, "shortest": shortest, "longest": longest}
+    return {name: real_literal(value) for name, value in held.items()} | {"fastest": real_literal(FASTEST) if single else ""}
 
 
 def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()) -> Iterator[str]:
@@ -226,7 +205,7 @@ def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: C
         elif part == TRUTH:
             yield f"{at} := {'TRUE' if field else 'FALSE'};"
         else:
-            yield f"{at} := {printer.real(float(field)) if part == NUMBER else whole_literal(int(field))};"
+            yield f"{at} := {printer.real(float(field)) if part == NUMBER else st_parts.whole_literal(int(field))};"
 
 
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
@@ -239,19 +218,15 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
     """Return what a program needs to know to walk by itself; `count` is the variable that counts its steps."""
     integer, floor = printer.integer, printer.helper("floor", LREAL)
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
-    return {
-        "seed": real_literal(SEED),
-        "scales": [real_literal(scale) for scale in walk.scales],
-        "dt": real_literal(walk.dt),
-        "per_cycle": PER_CYCLE,
-        "step": [
-            f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
-            f"bits := bits - {integer}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
-            f"IF ({floor}(number := bits / 256.0) MOD {RESTS}) <> 0 THEN",
-            f"{INDENT}walked := walked + ({integer}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
-            "END_IF;",
-        ],
-    }
+    step = [
+        f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
+        f"bits := bits - {integer}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
+        f"IF ({floor}(number := bits / 256.0) MOD {RESTS}) <> 0 THEN",
+        f"{INDENT}walked := walked + ({integer}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
+        "END_IF;",
+    ]
+    scales = [real_literal(scale) for scale in walk.scales]
+    return {"seed": real_literal(SEED), "scales": scales, "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE, "step": step}
 
 
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:
@@ -278,7 +253,7 @@ NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
 Element = ElementTree.Element
 
 
-def project_text(name: str, head: str, types: Sequence[Array | Record], pous: Sequence[Pou]) -> str:
+def project_text(name: str, head: str, types: Sequence[Array | st_parts.Record], pous: Sequence[Pou]) -> str:
     """Return a project with data types, functions, blocks and programs."""
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xhtml", XHTML)
@@ -338,43 +313,3 @@ def _text(parent: Element, text: str) -> None:
 
 def _add(parent: Element, tag: str, /, **attributes: str) -> Element:
     return ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{tag}", attributes)
-
-
-HEAD = """<?xml version="1.0" encoding="utf-8"?>
-<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.12">
-"""
-POU = """  <POU Name={name} Id={id} SpecialFunc="None">
-    <Declaration>{declaration}</Declaration>
-    <Implementation>
-      <ST>{body}</ST>
-    </Implementation>
-  </POU>
-"""
-DUT = """  <DUT Name={name} Id={id}>
-    <Declaration>{declaration}</Declaration>
-  </DUT>
-"""
-TAIL = "</TcPlcObject>\n"
-
-
-def twincat_files(parts: Iterable[Array | Record | Pou], source: Source) -> dict[str, str]:
-    """Return the text of a file for each part, by its name: ``.TcPOU`` of a POU, ``.TcDUT`` of a data type.
-
-    A part has the same identifier in each export of its name: one that is exported again replaces it in a project.
-    """
-    rights = "\n".join([*rights_lines(source, ".st"), ""])
-    files = {}
-    for part in parts:
-        names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
-        if isinstance(part, Pou):
-            body = _as_cdata("\n".join([*part.body, ""]))
-            text = POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body)
-        else:
-            text = DUT.format(**names, declaration=_as_cdata(rights + part_text(part)))
-        files[f"{part.name}.{'TcPOU' if isinstance(part, Pou) else 'TcDUT'}"] = HEAD + text + TAIL
-    return files
-
-
-def _as_cdata(text: str) -> str:
-    """Return text that a reader of XML takes as it stands."""
-    return f"<![CDATA[{text.replace(']]>', ']]]]><![CDATA[>')}]]>"

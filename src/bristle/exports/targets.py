@@ -8,8 +8,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
@@ -58,10 +56,6 @@ class Request:
     info : mapping
         What a model file tells besides: ``provenance``, which log it was fitted to, and how that was treated,
         ``treatment``.
-    draws : int
-        How many draws of what was identified.
-    drawn : mapping of str to ndarray
-        Those that the identification left, by name of a parameter.
     rest : {"held", "middle", ""}
         Force of a memoryless model at rest: that of the side it came from, or the mean of both sides; that of the
         target where nothing is said.
@@ -82,8 +76,6 @@ class Request:
     plant: Model | None = None
     log: Log | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
-    draws: int = 0
-    drawn: Mapping[str, np.ndarray] = field(default_factory=dict)
     rest: str = ""
     loop: Variant | None = None
 
@@ -139,8 +131,6 @@ class Target:
         Whether it holds a hysteresis operator, too.
     compares : bool
         Whether it tells how far it is from the model along a log.
-    takes_draws : bool
-        Whether it writes draws of what was identified.
     rest : {"held", "middle", ""}
         Its usual rule for the force of a memoryless model at rest; empty where it evaluates no model along samples.
     reads : callable or None
@@ -163,7 +153,6 @@ class Target:
     single: bool = False
     operators: bool = False
     compares: bool = False
-    takes_draws: bool = False
     rest: str = ""
     reads: Callable[[Mapping[str, str | bytes], Request], Drive | None] | None = None
     pushes: bool = False
@@ -186,112 +175,52 @@ def _of_module(module: str, function_name: str, **fixed: Any) -> Callable[..., A
     return called
 
 
-def _target(
-    name: str, description: str, *functions: str, module: str = "", law: str = "", fixed: dict[str, Any] | None = None, **able: Any
-) -> Target:
-    """Return a target whose functions, `write` and further ones, stand in the module of its name, or in another one.
-
-    `law` is the module and the function that write a control law.
-    """
-    called = {function: _of_module(module or name, function, **(fixed or {})) for function in ("write", *functions)}
-    called |= {"write_law": _of_module(*law.split("."))} if law else {}
-    return Target(name=name, description=description, **called, **able)
+def _target(name: str, title: str, rest: str, able: str, functions: str, description: str, *, needs: str = "", **fixed: Any) -> Target:
+    """Return a target that is `able` to do some things, and whose functions stand in modules: ``write=module.function``."""
+    pairs = (word.partition("=")[::2] for word in functions.split())
+    facts: dict[str, Any] = {key: _of_module(*place.split("."), **fixed) for key, place in pairs} | dict.fromkeys(able.split(), True)
+    return Target(name=name, title=title, rest=rest, description=description, needs=needs, **facts)
 
 
-_FMUS = (
-    _target(
-        f"fmu{fmi}",
-        f"FMUs for FMI {fmi}.0, of the friction and, where the model file has a plant, of both, for "
-        "co-simulation and, where the model has continuous time, model exchange, with a library for each platform that "
-        "there is a compiler for; of a control law, for co-simulation",
-        "write_law",
-        module="fmu",
-        fixed={"fmi": fmi},
-        title=f"FMU {fmi}",
-        rest="middle",
-        tunable=True,
-        needs="a compiler",
-    )
-    for fmi in (2, 3)
+_C = (
+    "C99: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same bits; nothing "
+    "is compiled here, and no compiler is needed"
 )
-TARGETS: dict[str, Target] = {
-    target.name: target
-    for target in (
-        _target(
-            "c",
-            "C99: a header, a source that compiles alone, an example, and a self-test that proves that the target "
-            "gives the same bits; nothing is compiled here, and no compiler is needed",
-            law="c_law.law_files",
-            title="C",
-            rest="held",
-            pushes=True,
-            tunable=True,
-            single=True,
-            operators=True,
-        ),
-        _target("wasm", "a module of WebAssembly and the script that loads it, for a browser or node", title="WebAssembly", rest="middle"),
-        _target(
-            "st",
-            "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen and as files of TwinCAT 3",
-            law="st_law.st_law_files",
-            title="Structured Text",
-            rest="held",
-            pushes=True,
-            tunable=True,
-            single=True,
-            operators=True,
-        ),
-        _target(
-            "cuda",
-            "CUDA C++: lanes of a graphics processor, thousands of axes beside each other",
-            title="CUDA",
-            rest="middle",
-            operators=True,
-        ),
-        _target(
-            "table",
-            "effort over velocity as CSV, in the units of the log and of the drive that AXIS.toml describes; with "
-            "--points 3, gravity, level and viscous friction for each direction, and the inertia",
-            "reads",
-            module="drive",
-            title="table for a drive",
-            compares=True,
-            rest="held",
-            pushes=True,
-        ),
-        _target(
-            "tf5200",
-            "the list of compensation values of the friction compensation of a Beckhoff TF5200 CNC; it takes the "
-            "rated effort of the drive from AXIS.toml",
-            "reads",
-            title="Beckhoff TF5200",
-            compares=True,
-            pushes=True,
-        ),
-        _target(
-            "ax8000",
-            "static and dynamic friction of a Beckhoff AX8000 or AMP8000 drive, objects 0x3144:02 and :03, and its "
-            "spring rate, :01, where the model knows it",
-            "reads",
-            title="Beckhoff AX8000",
-            pushes=True,
-        ),
-        _target(
-            "sinumerik",
-            "start values for the friction compensation of a SINUMERIK, to be tuned by the circularity test",
-            "reads",
-            title="SINUMERIK",
-            pushes=True,
-        ),
-        _target("cogging", "harmonics of cogging, where they were identified", "reads", pushes=True, of_cogging=True),
-        _target("mjcf", "a scene of MuJoCo with what it has of friction", title="MuJoCo"),
-        _target(
-            "draws",
-            "what the bootstrap found, a row a draw with all correlations, and the same as attributes of a scene of MuJoCo",
-            takes_draws=True,
-            needs="draws of an identification",
-        ),
-        *_FMUS,
-    )
-}
+_ST = "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen"
+_TABLE = (
+    "effort over velocity as CSV, in the units of the log and of the drive that AXIS.toml describes; with --points 3, gravity, level and "
+    "viscous friction for each direction, and the inertia"
+)
+_TF5200 = (
+    "the list of compensation values of the friction compensation of a Beckhoff TF5200 CNC; it takes the rated effort of the drive from "
+    "AXIS.toml"
+)
+_AX8000 = (
+    "static and dynamic friction of a Beckhoff AX8000 or AMP8000 drive, objects 0x3144:02 and :03, and its spring rate, :01, where the "
+    "model knows it"
+)
+_START_VALUES = "start values for the friction compensation of a SINUMERIK, to be tuned by the circularity test"
+_COGGING = "harmonics of cogging, where they were identified"
+_FMU = (
+    "FMUs for FMI {}.0, of the friction and, where the model file has a plant, of both, for co-simulation and, where the model has "
+    "continuous time, model exchange, with a library for each platform that there is a compiler for; of a control law, for co-simulation"
+)
+_WASM = "a module of WebAssembly and the script that loads it, for a browser or node"
+_CUDA = "CUDA C++: lanes of a graphics processor, thousands of axes beside each other"
+_OF_FMU = "write=fmu.write write_law=fmu.write_law"
+_ALL = "pushes tunable single operators"
+_LISTED = (
+    _target("c", "C", "held", _ALL, "write=c.write write_law=c_law.law_files", _C),
+    _target("wasm", "WebAssembly", "middle", "", "write=wasm.write", _WASM),
+    _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st_law.st_law_files", _ST),
+    _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
+    _target("table", "table for a drive", "held", "pushes compares", "write=drive.write reads=drive.reads", _TABLE),
+    _target("tf5200", "Beckhoff TF5200", "", "pushes compares", "write=tf5200.write reads=tf5200.reads", _TF5200),
+    _target("ax8000", "Beckhoff AX8000", "", "pushes", "write=ax8000.write reads=ax8000.reads", _AX8000),
+    _target("sinumerik", "SINUMERIK", "", "pushes", "write=sinumerik.write reads=sinumerik.reads", _START_VALUES),
+    _target("cogging", "", "", "pushes of_cogging", "write=cogging.write reads=cogging.reads", _COGGING),
+    _target("mjcf", "MuJoCo", "", "", "write=mjcf.write", "a scene of MuJoCo with what it has of friction"),
+    *(_target(f"fmu{fmi}", f"FMU {fmi}", "middle", "tunable", _OF_FMU, _FMU.format(fmi), needs="a compiler", fmi=fmi) for fmi in (2, 3)),
+)
+TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}
 """Every target of bristle, by name."""

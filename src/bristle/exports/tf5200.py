@@ -19,7 +19,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.exports.drive import Side, error_on_log, last_direction, losses, mean_side, side_of
+from bristle.exports.drive import Side, behind_comments, error_on_log, last_direction, losses, mean_side, side_of
 from bristle.exports.effect import Drive
 from bristle.exports.effect_of import loop_for, samples_ahead
 from bristle.exports.targets import Product, Request
@@ -62,18 +62,12 @@ def write(request: Request) -> Product:
         f"position_delay: 95 % of the force has turned after {delay} of its units ({delay_unit}); its range ends at {LONGEST_DELAY}.",
         f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at {MOST_AHEAD}.",
     ]
-    rows = {
-        "mode": 3,
-        "table_entries": len(entries),
-        "position_delay": min(delay, LONGEST_DELAY),
-        "reversal_lookahead": min(ahead, MOST_AHEAD),
-        "scaling_factor": SCALE_OF_ONE,
-        "delay_cycles": 0,
-    }
+    rows = {"mode": 3, "table_entries": len(entries), "position_delay": min(delay, LONGEST_DELAY)}
+    rows |= {"reversal_lookahead": min(ahead, MOST_AHEAD), "scaling_factor": SCALE_OF_ONE, "delay_cycles": 0}
     for i, (v, f) in enumerate(entries):
         rows |= {f"table[{i}].in": v, f"table[{i}].out": f}
-    lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows.items()]
-    return Product({f"{request.name}.txt": "\n".join([*lines, ""])}, notes)
+    lines = [f"{'frict_comp.' + key:<40}{value}" for key, value in rows.items()]
+    return Product({f"{request.name}.txt": behind_comments(head, *lines)}, notes)
 
 
 def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:

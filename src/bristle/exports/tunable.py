@@ -27,36 +27,20 @@ TOLERANCE = 1e-3
 CHECKPOINT = 25
 """Steps between two outputs that single precision is compared with."""
 
-_OF_MATHEMATICS = {
-    "EXP_MAX": 88.0,
-    "EXP_OF_MAX": 1.6516362549940018e38,
-    "EXP_MIN": -87.0,
-    "ROUNDER": 12582912.0,
+_OF_MATHEMATICS = (
+    {"EXP_MAX": 88.0, "EXP_OF_MAX": 1.6516362549940018e38, "EXP_MIN": -87.0, "ROUNDER": 12582912.0, "TANH_MAX": 10.0}
     # ln 2 and half pi in parts of a few bits, and what is left.
-    "LN2_HIGH": 0.693359375,
-    "LN2_LOW": -2.1219444005469057e-04,
-    "HALF_PI_1": 1.5703125,
-    "HALF_PI_2": 4.837512969970703e-04,
-    "HALF_PI_3": 7.54978941586159635e-08,
-    "HALF_PI_4": 5.390302529957764e-15,
-    "NORMAL_MIN": 1.1754943508222875e-38,
-    "LOG_OF_MIN": -87.33654475055310,
-    "LARGEST": 3.4028234663852886e38,
-    "ANGLE_MAX": 5e3,
-    "ANGLE_WITHOUT_DIGITS": 1e6,
-    "TANH_MAX": 10.0,
-}
-
-CONSTANTS: dict[tuple[str, float], float] = {
-    **{(name, getattr(mathematics, name)): value for name, value in _OF_MATHEMATICS.items()},
-    ("RELATIVE", deflection.RELATIVE): 1e-5,
-    ("OF_SLIDING", deflection.OF_SLIDING): 1e-5,
-    ("TOLERANCE", deflection.TOLERANCE): 1e-7,
-    ("SHORTEST", deflection.SHORTEST): 1e-30,
-    ("TOLERANCE", slip_law.TOLERANCE): 1e-5,
-    ("BEYOND", BEYOND): 1e18,
-    ("FAR", everett.FAR): 1e18,
-}
+    | {"LN2_HIGH": 0.693359375, "LN2_LOW": -2.1219444005469057e-04}
+    | {"HALF_PI_1": 1.5703125, "HALF_PI_2": 4.837512969970703e-04, "HALF_PI_3": 7.54978941586159635e-08, "HALF_PI_4": 5.390302529957764e-15}
+    | {"NORMAL_MIN": 1.1754943508222875e-38, "LOG_OF_MIN": -87.33654475055310, "LARGEST": 3.4028234663852886e38}
+    | {"ANGLE_MAX": 5e3, "ANGLE_WITHOUT_DIGITS": 1e6}
+)
+CONSTANTS: dict[tuple[str, float], float] = (
+    {(name, getattr(mathematics, name)): value for name, value in _OF_MATHEMATICS.items()}
+    | {("RELATIVE", deflection.RELATIVE): 1e-5, ("OF_SLIDING", deflection.OF_SLIDING): 1e-5, ("TOLERANCE", deflection.TOLERANCE): 1e-7}
+    | {("SHORTEST", deflection.SHORTEST): 1e-30, ("TOLERANCE", slip_law.TOLERANCE): 1e-5}
+    | {("BEYOND", BEYOND): 1e18, ("FAR", everett.FAR): 1e18}
+)
 """By the name of a constant and its value in double precision."""
 
 
@@ -85,12 +69,8 @@ def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
     """Return what a self-test in single precision compares with; nothing of it for double precision."""
-    return {
-        "every": CHECKPOINT,
-        "tolerance": repr(TOLERANCE) if single else "",
-        "largest": repr(float(np.max(np.abs(outputs)))),
-        "checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()],
-    }
+    near = {"checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()], "largest": repr(float(np.max(np.abs(outputs))))}
+    return near | {"every": CHECKPOINT, "tolerance": repr(TOLERANCE) if single else ""}
 
 
 MARK = 1024.0  # numbers that stand for parameters, to be leaves again in what kernels receive

@@ -189,29 +189,15 @@ def write(request: Request) -> Product:
     subject, name, source = subject_of(request.sampled), request.name, request.source
     module, state = module_of(subject, added=ALONE), subject.state.fields
     bounds = {name: (variable.min, variable.max) for name, variable in subject.model.component.variables.items()}
-    facts = {
-        "name": name,
-        "model": subject.model.name,
-        "version": version(),
-        "lasting": module.lasting,
-        "places": json.dumps(module.places),
-        "table": parameter_table(subject.model, source),
-        "POSITION": POSITION,
-        "FORCE": FORCE,
-        "BEGUN": BEGUN,
-        "REFUSED": REFUSED,
-        "OVERFLOW": OVERFLOW,
-        "facts": source.lines,
-        "rest": rest_rule(subject.model),
-        "ranges": json.dumps({name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}),
-        "contact": module.contact,
-        "memory": subject.memory_size,
-        "STATE": STATE,
-        "values": [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in state],
-        "layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}",
-        "FNV_OFFSET": FNV_OFFSET,
-        "FNV_PRIME": FNV_PRIME,
-    }
+    ranges = {name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}
+    facts = (
+        {"name": name, "model": subject.model.name, "version": version(), "facts": source.lines, "rest": rest_rule(subject.model)}
+        | {"lasting": module.lasting, "contact": module.contact, "memory": subject.memory_size, "places": json.dumps(module.places)}
+        | {"POSITION": POSITION, "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW, "STATE": STATE}
+        | {"table": parameter_table(subject.model, source), "ranges": json.dumps(ranges)}
+        | {"values": [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in state]}
+        | {"layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}", "FNV_OFFSET": FNV_OFFSET, "FNV_PRIME": FNV_PRIME}
+    )
     script = with_rights({f"{name}.mjs": rendered("wasm/module.mjs", facts)}, source)
     return Product({f"{name}.wasm": module.binary, **script})
 

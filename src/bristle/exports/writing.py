@@ -19,7 +19,6 @@ from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
 
 if TYPE_CHECKING:
-    from bristle.core.contracts import Model
     from bristle.exports.effect import Effect
 
 MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'
@@ -89,17 +88,14 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     """Return the files of a model for a target."""
     from bristle.exports.described import hash_of_model
     from bristle.exports.effect_of import ahead_text, loop_for
+    from bristle.exports.tunable import refuse_beyond_single
 
     target = target_named(to)
-    is_operator = request.model.component.family == "hysteresis"
-    _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
-    for condition, ability, message, mend in (
-        (request.rest, "rest", "evaluates no model along samples", "Leave rest out"),
-        (request.log is not None, "compares", "is no table that could be compared on a log", "Leave the log out"),
-        (request.draws > 0, "takes_draws", "holds one model, not draws of it", "Leave draws out"),
-    ):
-        _refuse(target, bool(condition), ability, message, mend)
-    _refuse(target, is_operator, "operators", "holds no hysteresis operator", value=request.model.name)
+    operator = request.model.name if request.model.component.family == "hysteresis" else ""
+    demands = {"tunable": request.tunable, "single": request.single, "rest": request.rest, "compares": request.log is not None}
+    _refuse_beyond(target, **demands, operators=operator)
+    if request.single:
+        refuse_beyond_single(request.model.values)
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
@@ -166,20 +162,23 @@ def _unseen(request: Request) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _refuse_arithmetic(target: Target, model: Model, *, tunable: bool, single: bool) -> None:
-    from bristle.exports.tunable import refuse_beyond_single
+ABILITIES = {
+    "tunable": ("has no parameters that may be changed at run time", "Leave tunable out"),
+    "single": ("is not written in single precision", "Leave float32 out"),
+    "rest": ("evaluates no model along samples", "Leave rest out"),
+    "compares": ("is no table that could be compared on a log", "Leave the log out"),
+    "operators": ("holds no hysteresis operator", ""),
+    "write_law": ("holds no control law", ""),
+}
 
-    _refuse(target, tunable, "tunable", "has no parameters that may be changed at run time", "Leave tunable out")
-    _refuse(target, single, "single", "is not written in single precision", "Leave float32 out")
-    if single:
-        refuse_beyond_single(model.values)
 
-
-def _refuse(target: Target, condition: bool, ability: str, message: str, mend: str = "", value: str | None = None) -> None:
+def _refuse_beyond(target: Target, **demands: bool | str) -> None:
     """Refuse what is wanted of a target that is not able to do it, and name those of bristle that are."""
-    if condition and not getattr(target, ability):
-        allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
-        raise InputError(message, path=target.name, value=value, allowed=allowed, mend=mend)
+    for ability, value in demands.items():
+        if value and not getattr(target, ability):
+            allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
+            message, mend = ABILITIES[ability]
+            raise InputError(message, path=target.name, value=value if isinstance(value, str) else None, allowed=allowed, mend=mend)
 
 
 def checked_product(product: Product, target: Target) -> Product:
@@ -216,13 +215,12 @@ def law_for(
     from bristle.exports.described import hash_of_law
     from bristle.exports.effect_of import effect_of_law
     from bristle.exports.law import law_of
-    from bristle.exports.tunable import single_note
+    from bristle.exports.tunable import refuse_beyond_single, single_note
 
     target = target_named(to)
-    if target.write_law is None:
-        holding = ", ".join(candidate.name for candidate in TARGETS.values() if candidate.write_law)
-        raise InputError("holds no control law", path="to", value=target.name, allowed=holding)
-    _refuse_arithmetic(target, variant.controller, tunable=tunable, single=single)
+    _refuse_beyond(target, write_law=True, tunable=tunable, single=single)
+    if single:
+        refuse_beyond_single(variant.controller.values)
     law = law_of(variant, tunable=tunable, single=single)
     effect = effect_of_law(law.variant)
     if not accept_harm:
@@ -235,6 +233,7 @@ def law_for(
     if tunable and np.any(law.memory):
         notes.append("what the compensator was brought through before it begins is that of the exported parameters")
     plain = law_of(variant) if tunable or single else law
+    assert target.write_law is not None
     written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
     product = checked_product(written if isinstance(written, Product) else Product(written), target)
     return replace(product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect)

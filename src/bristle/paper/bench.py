@@ -70,10 +70,10 @@ def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step
     return Walk(np.concatenate(x), np.concatenate(torque), np.array(ends))
 
 
-def follow(operator: Model, turns: Iterable[float], arm: float, *, step: float = STEP) -> Walk:
+def follow(operator: Model, turns: Iterable[float], arm: float) -> Walk:
     """Lead a hysteresis operator, virgin at the origin, from turning point to turning point."""
     path = [0.0, *turns]
-    counts = [max(math.ceil(abs(b - a) / step - 1e-9), 1) for a, b in pairwise(path)]
+    counts = [max(math.ceil(abs(b - a) / STEP - 1e-9), 1) for a, b in pairwise(path)]
     legs = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(pairwise(path), counts, strict=True)]
     x = np.concatenate([np.zeros(1), *legs])
     return Walk(x, arm * response(operator, x), np.cumsum(counts))

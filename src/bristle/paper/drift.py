@@ -130,14 +130,8 @@ def figure_3(setting: Setting) -> Reproduced:
         ],
         draw=lambda: _draw(runs, drifts, runs[RIG]),
         origin=setting.origin,
-        numbers={
-            "drift_per_cycle": drifts,
-            "share_of_the_orbit": shares,
-            "torque_sensor": ripple,
-            "torque_sensor_at_break_away": push,
-            "work_of_friction": dissipated,
-            "work_by_torque_sensor": enclosed,
-        },
+        numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares, "torque_sensor": ripple}
+        | {"torque_sensor_at_break_away": push, "work_of_friction": dissipated, "work_by_torque_sensor": enclosed},
         extras={"course": (lambda: loop_family({"from the start on": course}, "translational", "rotational"), *COURSE)},
     )
 

@@ -165,8 +165,8 @@ def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
     return Fitted(operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm)
 
 
-def _decimated(signal: np.ndarray, points: int = 4000) -> np.ndarray:
-    return signal[:: max(signal.size // points, 1)]
+def _decimated(signal: np.ndarray) -> np.ndarray:
+    return signal[:: max(signal.size // 4000, 1)]
 
 
 WAYS: dict[str, Callable[[Record, float], Fitted | None]] = {
@@ -226,16 +226,10 @@ def _both_ends(cost: Economy) -> str:
 
 def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
     """Return the errors [%] for the summary, by the way to the model, in the order of the branches."""
-    return {
-        "branches": cost.counts,
-        "error_percent": cost.means,
-        "error_deviation_percent": {
-            name: np.std(errors, axis=1, ddof=1) if errors.shape[1] > 1 else np.zeros(errors.shape[0])
-            for name, errors in cost.errors.items()
-        },
-        "error_percent_without_scatter": still.means,
-        "scatter_percent": cost.floor,
-    }
+    repeated = cost.errors[next(iter(WAYS))].shape[1] > 1
+    deviations = {name: np.std(errors, axis=1, ddof=1) if repeated else np.zeros(len(errors)) for name, errors in cost.errors.items()}
+    means = {"error_percent": cost.means, "error_percent_without_scatter": still.means}
+    return {"branches": cost.counts, **means, "error_deviation_percent": deviations, "scatter_percent": cost.floor}
 
 
 def table(cost: Economy, still: Economy) -> Table:

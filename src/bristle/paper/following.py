@@ -7,24 +7,10 @@ from dataclasses import asdict
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.figures.loop_rows import control_effort, error_distribution, tracking, tracking_error
+from bristle.figures import loop_rows
+from bristle.paper import tracking
 from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent
-from bristle.paper.tracking import (
-    BEFORE,
-    CALIBRATED,
-    COMPENSATED,
-    IN_PAPER,
-    NAMES,
-    PRINTED,
-    WITH_CONSTANT,
-    Sound,
-    Tracked,
-    break_away_extra,
-    quoted,
-    sound_extra,
-    sound_table,
-    spread_of,
-)
+from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, Sound, Tracked, quoted
 from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation.compensation import on_another_rig
@@ -32,13 +18,11 @@ from bristle.simulation.compensation import on_another_rig
 RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
 HALVED = 0.1  # how near to the share of the paper counts as the same
 ALIKE = 0.05  # relative change of the effort that is none
-CHATTER = 0.2  # shown close up [s]
-MEAN_OVER = 0.05  # shown whole [s]: the motion without the chatter
 FED_FORWARD = {
     BEFORE: "no compensator",
     "lugre": "LuGre, F_C and F_S of both directions’ mean",
     PRINTED: "(5)–(7) as printed, s and f_p fitted over x, gain 1, no constant",
-    WITH_CONSTANT: "the same and the constant that its loops leave over",
+    tracking.WITH_CONSTANT: "the same and the constant that its loops leave over",
     "gate": "(5)–(7) with a gate, no constant",
     CALIBRATED: "operator on x, fitted as well, × 0.64: calibrated to 0.69 µm",
     "identified": "Maxwell slip, identified from encoder and effort",
@@ -59,7 +43,7 @@ def figure_11(tracked: Tracked) -> Reproduced:
             f"The command stays below {in_micrometres(reach, 2)}.",
             f"What the table really misses it by, which no encoder tells, peak to peak: {errors}.",
         ],
-        draw=lambda: tracking(tracked.pictured, tracked.settle, tracked.turn(0.6, 0.9)),
+        draw=lambda: loop_rows.tracking(tracked.pictured, tracked.settle, tracked.turn(0.6, 0.9)),
         origin=tracked.origin,
         numbers={"amplitude": reach, "true_error": true},
     )
@@ -91,19 +75,19 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
         number=12,
         verdict=_verdict_12(tracked, peaks, worse),
         found=[*_sentences_12(tracked, peaks), *directions, *strangers],
-        draw=lambda: tracking_error(tracked.pictured, tracked.settle),
+        draw=lambda: loop_rows.tracking_error(tracked.pictured, tracked.settle),
         origin=tracked.origin,
         beside=(sound.loop.origin, sound.levels.origin) if sound else (),
         numbers={
             "peak_to_peak": peaks,
             "peak_to_peak_spread": {
-                name: spread_of(loop, "following_error", "peak_to_peak") for name, loop in variants.items() if loop.spread
+                name: tracking.spread_of(loop, "following_error", "peak_to_peak") for name, loop in variants.items() if loop.spread
             },
             "forward_over_backward": worse,
             **(sound.numbers if sound else {}),
         },
-        tables=(_by_variant(tracked), by_direction, *((sound_table(sound),) if sound else ())),
-        extras={"break-away": break_away_extra(sound), "sound-margins": sound_extra(sound)} if sound else {},
+        tables=(_by_variant(tracked), by_direction, *((tracking.sound_table(sound),) if sound else ())),
+        extras={"break-away": tracking.break_away_extra(sound), "sound-margins": tracking.sound_extra(sound)} if sound else {},
     )
 
 
@@ -125,7 +109,7 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
     sentences = [f"Without compensator {texts[BEFORE]} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
     for name, condition in (
         (PRINTED, "With (5)–(7) as printed, nothing scaled and no constant"),
-        (WITH_CONSTANT, "With the constant beside them that their loops leave over"),
+        (tracking.WITH_CONSTANT, "With the constant beside them that their loops leave over"),
         (CALIBRATED, "With one calibrated"),
     ):
         if name in variants:
@@ -134,7 +118,7 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
                 f"{percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
                 f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
             )
-    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in NAMES]
+    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in tracking.PUBLISHED]
     return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
 
 
@@ -170,7 +154,7 @@ def figure_13(tracked: Tracked) -> Reproduced:
                 for name, loop in tracked.published.items()
             ),
         ],
-        draw=lambda: error_distribution(tracked.pictured, tracked.settle, resolution, ranges),
+        draw=lambda: loop_rows.error_distribution(tracked.pictured, tracked.settle, resolution, ranges),
         origin=tracked.origin,
         numbers={name: asdict(error) for name, error in errors.items()},
     )
@@ -185,6 +169,8 @@ def figure_14(tracked: Tracked) -> Reproduced:
         for name, loop in tracked.published.items()
     }
     more = rms[tracked.after] / rms[BEFORE] - 1.0
+    # Close up 0.2 s of chatter; over all the motion without it, the mean over 0.05 s.
+    close_up, options = tracked.turn(0.1, 0.1), {"friction": True, "mean_over": 0.05}
     efforts = [
         f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
         for name in tracked.published
@@ -196,15 +182,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
             f"Root mean square: {'; '.join(efforts)}.",
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
-        draw=lambda: control_effort(
-            tracked.pictured,
-            tracked.settle,
-            tracked.turn(0.5 * CHATTER, 0.5 * CHATTER),
-            tracked.arm,
-            "rotational",
-            friction=True,
-            mean_over=MEAN_OVER,
-        ),
+        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm, "rotational", **options),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )

@@ -11,7 +11,7 @@ from bristle.figures.errors import error_over
 from bristle.figures.loop_family import loop_family
 from bristle.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says
 from bristle.paper.economy import CAPTION, economy, fitted_reformed_dahl, numbers, quiet, seeded, sentences, table, verdict
-from bristle.paper.reproduced import Reproduced, percent, spread
+from bristle.paper.reproduced import Reproduced, in_millinewtons, percent, spread
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 
@@ -39,8 +39,8 @@ def figure_5(setting: Setting) -> Reproduced:
         number=5,
         verdict="built in" if uneven > noise and apart > noise else "refuted",
         found=[
-            f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {number(1e3 * top, digits=3)} mN·m.",
-            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within {number(1e3 * apart, digits=2)} mN·m.",
+            f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {in_millinewtons(top)}.",
+            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within {in_millinewtons(apart, 2)}.",
             sensor_says(bench, sensor, "At this speed"),
         ],
         # Loops as they are read, narrow and dark, over friction itself.

@@ -6,78 +6,41 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from bristle.core.typography import number
 from bristle.figures.errors import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
-from bristle.paper.following import COMPENSATED, IN_PAPER
-from bristle.paper.reproduced import Reproduced, percent
-from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONSTANT, with_spread
+from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent
+from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, PUBLISHED, with_spread
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
 HEADING = "The source paper, rebuilt figure by figure"
-HOLDS, UNTESTED = ("found",), ("shown",)
 STANDS = {
-    "found": "nothing chosen",
-    "built in": "built into the rig",
-    "calibrated": "calibrated",
-    "found in part": "nothing chosen, holds in part",
-    "built in in part": "nothing chosen for one half, the other built into the rig",
-    "refuted": "does not hold",
+    "found": ("nothing chosen", "holds here with nothing chosen for it"),
+    "built in": ("built into the rig", "is built into the rig"),
+    "calibrated": ("calibrated", "holds here by calibration"),
+    "found in part": ("nothing chosen, holds in part", "holds here in part"),
+    "built in in part": ("nothing chosen for one half, the other built into the rig", "holds here, one half of it built into the rig"),
+    "refuted": ("does not hold", "does not hold here"),
 }
-"""How claims stand."""
-SINGLE = {
-    "found in part": "holds here in part",
-    "built in in part": "holds here, one half of it built into the rig",
-    "built in": "is built into the rig",
-    "calibrated": "holds here by calibration",
-    "refuted": "does not hold here",
-}
-"""How a single claim stands that does not hold with nothing chosen for it."""
-CLAIMS = {
-    1: "LuGre does not come back",
-    2: "LuGre drifts",
-    3: "the contact does not",
-    4: "the sum below the staircase",
-    5: "hysteresis before break-away",
-    6: "two numbers replace a plane",
-    8: "break-away near 7\u00a0µm",
-    9: "wiping-out of the contact",
-    10: "wiping-out of the model",
-    11: "the table follows more closely",
-    12: "53\u00a0% less error",
-    13: "a narrower error",
-    14: "no excessive effort",
-}
-"""The claims in short, by figure."""
-BESIDE = {
-    "lugre": "LuGre",
-    "gate": "(5)–(7) with a gate",
-    "identified": "a model, identified",
-    "observer": "an observer, no model",
-    "observer_feedforward": "both",
-}
-"""What else runs in the loop of the paper, and what it is."""
+"""How claims stand, among others and alone."""
 REPORTED = {BEFORE: "the paper, no compensator", COMPENSATED: "the paper, its compensator"}
 
 
 def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
     """Return how many claims of the paper hold here, and which do not, or not as it says."""
-    tested = [figure for figure in figures if figure.verdict not in UNTESTED]
+    tested = [figure for figure in figures if figure.verdict != "shown"]
     if not tested:
         return Ruling("with_care", "Nothing was claimed that could be tested")
-    held = [figure for figure in tested if figure.verdict in HOLDS]
-    groups = {words: [figure for figure in tested if figure.verdict == verdict] for verdict, words in STANDS.items()}
-    named = {words: ", ".join(f"{CLAIMS[figure.number]} ({figure.number})" for figure in group) for words, group in groups.items()}
-    reasons = [f"{words}: {len(group)}, {named[words]}" for words, group in groups.items() if group]
+    held = sum(figure.verdict == "found" for figure in tested)
+    reasons = []
+    for verdict, (stands, _) in STANDS.items():
+        group = [f"{figure.words.short} ({figure.number})" for figure in tested if figure.verdict == verdict]
+        reasons += [f"{stands}: {len(group)}, {', '.join(group)}"] if group else []
     refuted = all(figure.verdict == "refuted" for figure in tested)
-    level = "usable" if len(held) == len(tested) else "no" if refuted else "with_care"
-    if len(tested) > 1:
-        words = f"{len(held)} of {len(tested)} claims of the paper hold here with nothing chosen for them"
-    else:
-        words = f"Its claim {'holds here with nothing chosen for it' if held else SINGLE[tested[0].verdict]}"
-    return Ruling(level, words, tuple(reasons))
+    words = f"{held} of {len(tested)} claims of the paper hold here with nothing chosen for them"
+    words = words if len(tested) > 1 else f"Its claim {STANDS[tested[0].verdict][1]}"
+    return Ruling("usable" if held == len(tested) else "no" if refuted else "with_care", words, tuple(reasons))
 
 
 def paper_front(figures: Sequence[Reproduced]) -> Front:
@@ -86,8 +49,8 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
     loop, effort = by_number.get(12), by_number.get(14)
     kinds = Counter(erratum.kind for erratum in ERRATA)
     if effort:  # the effort of the loop, without and with what is fed forward
-        rms = {name: value for name, value in effort.numbers["rms"].items() if name in NAMES}
-        efforts = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
+        rms = {name: value for name, value in effort.numbers["rms"].items() if name in PUBLISHED}
+        efforts = ", ".join(f"{in_millinewtons(value)} {NAMES[name]}".replace(" mN", "\u00a0mN") for name, value in rms.items())
         cost = f"effort, root mean square: {efforts}"
     else:
         cost = "its figure 14 tells: `bristle paper`"
@@ -123,12 +86,8 @@ def _quality(loop: Reproduced) -> list[str]:
     ]
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
-        peaks = {
-            name: float(sound[name]["following_error"]["peak_to_peak"])
-            for name in (BEFORE, PRINTED, WITH_CONSTANT, *BESIDE)
-            if name in sound
-        }
-        listed = "; ".join(f"{NAMES.get(name) or BESIDE[name]} {length_text(value, 'translational')}" for name, value in peaks.items())
+        peaks = {name: float(sound[name]["following_error"]["peak_to_peak"]) for name in NAMES if name in sound and name != CALIBRATED}
+        listed = "; ".join(f"{NAMES[name]} {length_text(value, 'translational')}" for name, value in peaks.items())
         lines.append(f"in a loop of sound margins: {listed}")
     return lines
 
@@ -136,18 +95,15 @@ def _quality(loop: Reproduced) -> list[str]:
 def _picture(loop: Reproduced) -> Picture:
     """Return the following error of each loop beside what the paper tells."""
     peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
-    names = {name: NAMES.get(name, BESIDE.get(name, name)) for name in peaks}
+    names = {name: NAMES.get(name, name) for name in peaks}
     best = min(peaks, key=peaks.get)
+    by_label = ((names, peaks), (names, spreads), (REPORTED, IN_PAPER))
+    bars = [{labels[name]: 1e6 * length for name, length in lengths.items()} for labels, lengths in by_label]
     alternative = "Following error of each loop, peak to peak, beside what the paper tells"
-    caption = f"{alternative}. The least: {number(1e6 * peaks[best], digits=2)} µm, {names[best]}."
+    caption = f"{alternative}. The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
     return picture(
         "paper-first",
-        lambda: errors_by_loop(
-            {names[name]: 1e6 * value for name, value in peaks.items()},
-            {names[name]: 1e6 * value for name, value in spreads.items()},
-            {REPORTED[name]: 1e6 * value for name, value in IN_PAPER.items()},
-            "Following error [µm], peak to peak",
-        ),
+        lambda: errors_by_loop(*bars, "Following error [µm], peak to peak"),
         alternative,
         caption,
         file="figure-00",
@@ -244,19 +200,9 @@ def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str
     provenance : mapping of str to str
         Versions, files, checksums.
     """
-    return {
-        "paper": TITLE,
-        "verdict": paper_ruling(figures).as_data(),
-        "figures": {
-            str(figure.number): {
-                "title": figure.words.title,
-                "claim": figure.words.claim,
-                "verdict": figure.verdict,
-                "found": figure.found,
-                "numbers": figure.numbers,
-                "experiment": figure.origin.name,
-            }
-            for figure in figures
-        },
-        "provenance": provenance,
+    entries = {
+        str(figure.number): {"title": figure.words.title, "claim": figure.words.claim, "verdict": figure.verdict}
+        | {"found": figure.found, "numbers": figure.numbers, "experiment": figure.origin.name}
+        for figure in figures
     }
+    return {"paper": TITLE, "verdict": paper_ruling(figures).as_data(), "figures": entries, "provenance": provenance}

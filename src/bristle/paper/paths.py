@@ -80,13 +80,8 @@ def figure_8(setting: Setting) -> Reproduced:
         ],
         draw=lambda: break_away(_traces(paths), marks, BREAK_AWAY, "translational", "rotational"),
         origin=setting.origin,
-        numbers={
-            "position_at_95_percent": reached,
-            "break_away": break_away_torques,
-            "positions_of_runs": again,
-            "torques_of_runs": tops,
-            "torque_sensor": sensor,
-        },
+        numbers={"position_at_95_percent": reached, "break_away": break_away_torques, "positions_of_runs": again}
+        | {"torques_of_runs": tops, "torque_sensor": sensor},
     )
 
 
@@ -112,12 +107,8 @@ def figure_9(setting: Setting) -> Reproduced:
         found=[*_sentences(missing), sensor_says(bench_of(setting), sensor, "At this speed")],
         draw=lambda: _draw(walks, _worst(missing), LETTERS, friction, ("friction", "torque sensor")),
         origin=setting.origin,
-        numbers={
-            "missing_at_return": missing,
-            "missing_of_friction": {name: _missing_of(path) for name, path in friction.items()},
-            "missing_of_runs": by_run,
-            "torque_sensor": sensor,
-        },
+        numbers={"missing_at_return": missing, "missing_of_runs": by_run, "torque_sensor": sensor}
+        | {"missing_of_friction": {name: _missing_of(path) for name, path in friction.items()}},
         tables=(Table(caption, ("Contact", "Runs", *RETURNS), rows),),
     )
 
@@ -159,12 +150,8 @@ def figure_10(setting: Setting) -> Reproduced:
         ],
         draw=lambda: _draw(walks, _worst(missing), LETTERS, beneath, names),
         origin=setting.origin,
-        numbers={
-            "missing_at_return": missing,
-            "corner_error": branches.corner_error,
-            "symmetry_error": branches.symmetry_error,
-            "apart_from_rig": apart,
-        },
+        numbers={"missing_at_return": missing, "apart_from_rig": apart}
+        | {"corner_error": branches.corner_error, "symmetry_error": branches.symmetry_error},
         tables=(table,),
         extras={"raised": (lambda: _draw(raised, left, LETTERS, beneath, names), *RAISED)},
     )
@@ -245,11 +232,8 @@ def _apart(model: Walk, rig: Walk) -> dict[str, float]:
         side = 1 if at[-1] > at[0] else -1
         left.append(torque - np.interp(side * x, side * at, modelled))
     difference, largest = np.concatenate(left), float(np.max(np.abs(rig.torque)))
-    return {
-        "as_it_is": float(np.sqrt(np.mean(difference**2))) / largest,
-        "offset": float(np.mean(difference)),
-        "with_offset": float(np.std(difference)) / largest,
-    }
+    as_it_is, with_offset = (float(apart) / largest for apart in (np.sqrt(np.mean(difference**2)), np.std(difference)))
+    return {"as_it_is": as_it_is, "offset": float(np.mean(difference)), "with_offset": with_offset}
 
 
 def _traces(walks: Walks) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -10,7 +10,7 @@ from bristle.core.errors import InputError
 from bristle.core.typography import number
 from bristle.engine import response
 from bristle.figures.preisach import preisach_stages
-from bristle.paper.reproduced import Reproduced
+from bristle.paper.reproduced import Reproduced, in_millinewtons
 from bristle.paper.setting import Setting
 from bristle.paper.sums import half_the_loop, summed, summed_as_printed
 from bristle.report.table import Table
@@ -42,13 +42,13 @@ def figure_4(setting: Setting) -> Reproduced:
     apart = max(abs(a - b) for a, b in zip(by_turns, right, strict=True))
     constant_to = max(abs(a - b - constant) for a, b in zip(unit, by_turns, strict=True))
     wrong = max(abs(a - b) for a, b in zip(signed, by_turns, strict=True))
-    half = number(1e3 * constant, digits=5)
+    half = in_millinewtons(constant, 5)
     rows = []
     for i, stage in enumerate(zip(by_turns, unit, np.subtract(unit, by_turns).tolist(), signed, strict=True)):
         equation = "(14)" if path[i + 1] > path[i] else "(15)"
         rows.append((f"({LETTERS[i]})", equation, *(number(1e3 * torque, resolution=0.1) for torque in stage)))
     table = Table(
-        f"Torque in mN·m where the input is at each stage: half the saturation loop is {half} mN·m",
+        f"Torque in mN·m where the input is at each stage: half the saturation loop is {half}",
         ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by", "As printed, relays of ±1"),
         rows,
     )
@@ -56,20 +56,15 @@ def figure_4(setting: Setting) -> Reproduced:
         number=4,
         verdict="refuted" if max(apart, constant_to) > 1e-9 * constant else "found in part" if constant > 0.0 else "found",
         found=[
-            f"Read with relays of 0 and 1, the sums as printed are the operator and one constant, {half} mN·m, half of "
+            f"Read with relays of 0 and 1, the sums as printed are the operator and one constant, {half}, half of "
             f"the height of the saturation loop: at every stage, to {_rounding(constant_to)}.",
-            f"Read with relays of ±1 they need a factor 2 too, and miss by up to {number(1e3 * wrong, digits=3)} mN·m "
+            f"Read with relays of ±1 they need a factor 2 too, and miss by up to {in_millinewtons(wrong)} "
             f"without both. Corrected they are the operator, to {_rounding(apart)}.",
         ],
         draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
         origin=setting.origin,
-        numbers={
-            "torque": by_turns,
-            "by_corrected_sums": right,
-            "by_printed_sums_of_relays_0_and_1": unit,
-            "by_printed_sums_of_relays_of_both_signs": signed,
-            "half_of_the_saturation_loop": constant,
-        },
+        numbers={"torque": by_turns, "by_corrected_sums": right, "half_of_the_saturation_loop": constant}
+        | {"by_printed_sums_of_relays_0_and_1": unit, "by_printed_sums_of_relays_of_both_signs": signed},
         tables=(table,),
     )
 

@@ -29,8 +29,6 @@ CONTACTS: dict[int, Callable[[Setting], Reproduced]] = {
 }
 LOOPS: dict[int, Callable[[Tracked], Reproduced]] = {11: figure_11, 13: figure_13, 14: figure_14}
 FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6, 7, 12}))
-# How long the branches of figure 6 and the loops take, against other figures.
-WEIGHTS = {6: 6.0, 12: 20.0}
 ALL_LOOPS = (*LOOPS, 12)
 
 
@@ -64,31 +62,24 @@ def reproduce(
     for number in distinct:
         if number not in FIGURES:
             raise InputError("the paper has no such figure", path="--figure", value=number, allowed="1 to 14")
-    # How long each takes, against the others: the first that shows the loops simulates them, and 12 those at sound margins.
-    simulating = {12, next((number for number in distinct if number in ALL_LOOPS), 12)}
-    weights = [WEIGHTS[12] if number in simulating else WEIGHTS.get(number, 1.0) for number in distinct]
-    completed, total = 0.0, sum(weights)
     figures, tracked = [], Tracked(folder / "set_a.toml", allow_code)
-    for number, weight in zip(distinct, weights, strict=True):
-        part = _part_of(progress, completed / total, weight / total, f"figure {number}")
+    for index, number in enumerate(distinct):
+        part = _part_of(progress, index / len(distinct), 1.0 / len(distinct), f"figure {number}")
         part(0.0, "")
-        if number in ALL_LOOPS:
-            tracked.report = part
-            if number != 12:
-                figures.append(LOOPS[number](tracked))
-            else:  # its own loop is simulated first, then those beside it
-                tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
-                loop, levels = folder / "set_c.toml", folder / "set_a_break_away.toml"
-                is_there = loop.exists() or levels.exists()  # a copy may have none of them
-                beside = Tracked(loop, allow_code, (BEFORE,), at_loop), Tracked(levels, allow_code, (), at_levels)
-                figures.append(figure_12(tracked, Sound(*beside) if is_there else None))
+        tracked.report = part
+        setting = None if number in ALL_LOOPS else read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
+        if number == 12:  # its own loop is simulated first, then those beside it
+            tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
+            loop, levels = folder / "set_c.toml", folder / "set_a_break_away.toml"
+            beside = Tracked(loop, allow_code, (BEFORE,), at_loop), Tracked(levels, allow_code, (), at_levels)
+            is_there = loop.exists() or levels.exists()  # a copy may have none of them
+            figures.append(figure_12(tracked, Sound(*beside) if is_there else None))
+        elif setting is None:
+            figures.append(LOOPS[number](tracked))
+        elif number == 6:
+            figures.append(figure_6(setting, part))
         else:
-            setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
-            if number == 6:
-                figures.append(figure_6(setting, part))
-            else:
-                figures.append(figure_7(tracked, setting) if number == 7 else CONTACTS[number](setting))
-        completed += weight
+            figures.append(figure_7(tracked, setting) if number == 7 else CONTACTS[number](setting))
     return figures
 
 

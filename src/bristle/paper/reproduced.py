@@ -31,6 +31,7 @@ class Words(NamedTuple):
     quotation: str
     differs: str
     alternative: str
+    short: str = ""
 
 
 _all_words = cache(lambda: read_toml(Path(__file__).with_name("words.toml")).data)

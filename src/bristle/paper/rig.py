@@ -56,27 +56,13 @@ def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -
     strength = (r / BREAK_AWAY) ** -0.75 * irregular * r
     nu = strength / strength.sum()
     k = nu * STATIC * ratio / r
-    forward, backward = 1.0 + asymmetry, 1.0 - asymmetry
-    viscous = VISCOUS * ratio**2
-    return friction.find("maxwell_stribeck+asymmetry")(
-        F_C_pos=forward * COULOMB * ratio,
-        F_C_neg=backward * COULOMB * ratio,
-        F_S_pos=forward * STATIC * ratio,
-        F_S_neg=backward * STATIC * ratio,
-        v_S=STRIBECK / ratio,
-        k_i=k,
-        nu_i=nu,
-        sigma_1=DAMPING * math.sqrt(float(k.sum()) * inertia) * ratio,
-        sigma_2_pos=viscous,
-        sigma_2_neg=viscous,
-        scatter=SCATTER,
-        v_r=SMALLEST_SPEED,
-        seed=1,
-        offset=offset * ratio,
-    )
-
-
-CUTOFF, DECIMATION = 15.0, 33  # [Hz], samples: the motion to be compensated is slow
+    levels = {}
+    for side, share in (("pos", 1.0 + asymmetry), ("neg", 1.0 - asymmetry)):
+        levels |= {f"F_C_{side}": share * COULOMB * ratio, f"F_S_{side}": share * STATIC * ratio, f"sigma_2_{side}": VISCOUS * ratio**2}
+    elements = {"k_i": k, "nu_i": nu, "sigma_1": DAMPING * math.sqrt(float(k.sum()) * inertia) * ratio}
+    scatter = {"scatter": SCATTER, "v_r": SMALLEST_SPEED, "seed": 1}
+    rig = friction.find("maxwell_stribeck+asymmetry")
+    return rig(**levels, **elements, **scatter, v_S=STRIBECK / ratio, offset=offset * ratio)
 
 
 class Rig(NamedTuple):
@@ -116,24 +102,14 @@ def logged(described: Experiment) -> Log:
     samples = np.arange(result.command.size)
     acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
     length, force = unit_of("length", described.kind), unit_of("force", described.kind)
-    return Log(
-        time=Channel(result.time, "s", "time"),
-        position=Channel(result.measured, length, "encoder"),
-        effort=Channel(acting, force, "command"),
-        sample_time=run.sample_time,
-        segments=(slice(0, samples.size),),
-        kind=described.kind,
-    )
+    time, position = Channel(result.time, "s", "time"), Channel(result.measured, length, "encoder")
+    effort, segments = Channel(acting, force, "command"), (slice(0, samples.size),)
+    return Log(time=time, position=position, effort=effort, sample_time=run.sample_time, segments=segments, kind=described.kind)
 
 
 def axis_of(described: Experiment) -> Axis:
     """Return what is known of the axis of an experiment before anything is identified from its log."""
     variant = described.variants[0]
-    return Axis(
-        kind=described.kind,
-        mass=variant.plant.values["M"],
-        held=True,
-        cutoff=CUTOFF,
-        decimation=DECIMATION,
-        resolution=variant.sensor.values["resolution"],
-    )
+    treated = {"cutoff": 15.0, "decimation": 33}  # [Hz], samples: the motion to be compensated is slow
+    resolution = variant.sensor.values["resolution"]
+    return Axis(kind=described.kind, mass=variant.plant.values["M"], held=True, resolution=resolution, **treated)

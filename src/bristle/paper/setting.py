@@ -71,23 +71,10 @@ SECTIONS: dict[str, dict[str, Key]] = {
         "torque_filter": Key(Variable("frequency", "cut-off of the torque sensor", min=1e-3)),
     },
     "path": {"turns": LENGTHS, "speed": SPEED},
-    "torque": {
-        "break_away": TORQUE,
-        "low": TORQUE,
-        "high": TORQUE,
-        "period": Key(Variable("time", "of one cycle", min=1e-6)),
-        "cycles": COUNT,
-    },
-    "measurement": {
-        "amplitudes": LENGTHS,
-        "speed": SPEED,
-        "repeats": COUNT,
-        "resolution": LENGTH,
-        "noise": Key(Variable("force", "standard deviation of the torque read", min=0.0), "rotational"),
-        "extent": LENGTH,
-        "branches": COUNTS,
-        "seeds": COUNT,
-    },
+    "torque": dict.fromkeys(("break_away", "low", "high"), TORQUE)
+    | {"period": Key(Variable("time", "of one cycle", min=1e-6)), "cycles": COUNT},
+    "measurement": {"amplitudes": LENGTHS, "speed": SPEED, "resolution": LENGTH, "extent": LENGTH, "branches": COUNTS}
+    | {"noise": Key(Variable("force", "standard deviation of the torque read", min=0.0), "rotational"), "repeats": COUNT, "seeds": COUNT},
     "transition_branches": {
         "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
         "f_p": Key(Variable("force", "force at saturation", min=1e-12)),

@@ -32,7 +32,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
-NAMES = {BEFORE: "no compensator", PRINTED: "(5)–(7) as printed", WITH_CONSTANT: "(5)–(7) and a constant", CALIBRATED: "calibrated, × 0.64"}
+PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)
+"""The loops that figures show."""
+NAMES = {
+    BEFORE: "no compensator",
+    PRINTED: "(5)–(7) as printed",
+    WITH_CONSTANT: "(5)–(7) and a constant",
+    CALIBRATED: "calibrated, × 0.64",
+    "lugre": "LuGre",
+    "gate": "(5)–(7) with a gate",
+    "identified": "model identified on the rig",
+    "observer": "observer, no model",
+    "observer_feedforward": "observer and identified model",
+}
 COMPENSATED = "compensated"
 IN_PAPER = {BEFORE: 1.46e-6, COMPENSATED: 0.69e-6}  # peak to peak [m]
 
@@ -78,8 +90,8 @@ class Tracked:
 
     @property
     def published(self) -> dict[str, VariantResult]:
-        """The loops that figures show, by name: those of `NAMES` that the experiment has."""
-        return {name: self.result.variants[name] for name in NAMES if name in self.result.variants}
+        """The loops that figures show, by name: those of `PUBLISHED` that the experiment has."""
+        return {name: self.result.variants[name] for name in PUBLISHED if name in self.result.variants}
 
     @property
     def pictured(self) -> dict[str, VariantResult]:
@@ -131,17 +143,6 @@ def quoted(loop: VariantResult, *keys: str, factor: float = 1e6, step: float = 0
     return with_spread(factor * value, factor * spread_of(loop, *keys), step)
 
 
-PART = {
-    BEFORE: "no compensator",
-    PRINTED: "(5)–(7) as printed",
-    WITH_CONSTANT: "(5)–(7) and a constant",
-    "paper": "operator × 0.64, calibrated",
-    "identified": "model identified on the rig",
-    "observer": "observer, no model",
-    "observer_feedforward": "observer and identified model",
-}
-
-
 @dataclass(frozen=True)
 class Sound:
     """Two experiments beside that of figures 11 to 14."""
@@ -166,14 +167,11 @@ class Sound:
     @property
     def numbers(self) -> dict[str, Any]:
         """What was found, for the summary."""
-        return {
-            "at_sound_margins": {name: loop.as_dict() for name, loop in self.loop.result.variants.items()},
-            "margins": {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()},
-            "over_break_away": [
-                {"break_away": level, "peak_to_peak": loop.following_error.peak_to_peak, "mean": loop.following_error.mean}
-                for level, loop in self.at_levels
-            ],
-        }
+        errors = [(level, loop.following_error) for level, loop in self.at_levels]
+        levels = [{"break_away": level, "peak_to_peak": error.peak_to_peak, "mean": error.mean} for level, error in errors]
+        margins = {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()}
+        loops = {name: loop.as_dict() for name, loop in self.loop.result.variants.items()}
+        return {"at_sound_margins": loops, "margins": margins, "over_break_away": levels}
 
 
 def sound_table(sound: Sound) -> Table:
@@ -182,14 +180,14 @@ def sound_table(sound: Sound) -> Table:
     for name, loop in sound.loop.result.variants.items():
         phase, gain = sound.margins[name]
         cells = [quoted(loop, key, "peak_to_peak") for key in ("following_error", "true_error")]
-        rows.append((name, PART.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
+        rows.append((name, NAMES.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
     heads = ("Variant", "Against friction works", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
     return Table("The same motion in a loop of sound margins", heads, rows)
 
 
 def sound_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     """Return the following error at sound margins: how to draw it, what it is, what to see in it."""
-    loops = {PART[name]: loop for name, loop in sound.loop.result.variants.items() if name in PART}
+    loops = {NAMES[name]: loop for name, loop in sound.loop.result.variants.items() if name in NAMES}
     least = min(phase for phase, _ in sound.margins.values())
     return (
         lambda: tracking_error(loops, sound.loop.settle),
@@ -203,16 +201,11 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     """Return the error over the break-away torque: how to draw it, what it is, what to see in it."""
 
     def draw() -> Figure:
-        errors = [loop.following_error.peak_to_peak for _, loop in sound.at_levels]
-        spreads = [spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels]
-        ends = [(error, error - spread, error + spread) for error, spread in zip(errors, np.nan_to_num(spreads), strict=True)]
-        return error_over(
-            [1e3 * level for level, _ in sound.at_levels],
-            {"found": 1e6 * np.array(ends)},
-            {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]},
-            "Break-away torque of (7) [mN·m]",
-            "Error, peak to peak [µm]",
-        )
+        errors = np.array([loop.following_error.peak_to_peak for _, loop in sound.at_levels])
+        spreads = np.nan_to_num([spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels])
+        errors_found = {"found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])}
+        reported, levels = {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]}, [1e3 * level for level, _ in sound.at_levels]
+        return error_over(levels, errors_found, reported, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]")
 
     return (
         draw,
@@ -248,12 +241,6 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
         ],
         draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
         origin=tracked.origin,
-        numbers={
-            "sample_time": run.sample_time,
-            "delay": run.delay,
-            "resolution": resolution,
-            "lead": lead,
-            "inertia": bench.J,
-            "inertia_before_sensor": bench.J_m,
-        },
+        numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution}
+        | {"lead": lead, "inertia": bench.J, "inertia_before_sensor": bench.J_m},
     )

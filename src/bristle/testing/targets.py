@@ -8,8 +8,6 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-
 from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
@@ -60,7 +58,6 @@ class _Trial:
 @cache
 def example_requests() -> Mapping[str, Request]:
     """Return what every target is tried with: models of both kinds of axis, with an axis file and without, by name."""
-    drawn = {name: np.linspace(low, low + 1.0, 20) for name, low in (("F_C", 7.5), ("F_v", 29.5))}
     source = Source({"model": "model.toml", "command": "bristle export model.toml"}, {"F_C": {"interval": (7.0, 9.0)}})
     cogging = with_terms(inertia, cogging={"motor": [6]})(
         kind="rotational", M=1e-3, motor_turn=2.0 * math.pi, motor_6_cos=1e-2, motor_6_sin=2e-2
@@ -70,7 +67,7 @@ def example_requests() -> Mapping[str, Request]:
     )
     lugre = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
     return {
-        "coulomb_viscous": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP, source, speed=0.2, drawn=drawn),
+        "coulomb_viscous": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP, source, speed=0.2),
         "stribeck+asymmetry with an axis file": Request(
             stribeck, "axis_x", STEP, axis=axis_from(AXIS), speed=0.2, points=10, plant=inertia(M=20.0)
         ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -196,7 +196,6 @@ def export_model_file(
     speed: str | None = None,
     points: int = 20,
     log: Any = None,
-    draws: int = 0,
     rest: str | None = None,
     accept_harm: bool = False,
     allow_code: bool = False,
@@ -206,16 +205,12 @@ def export_model_file(
     from bristle.exports.face import NAME, PERIOD, STEP
     from bristle.exports.targets import Request
     from bristle.exports.writing import files_for, name_for, target_named
-    from bristle.files.arrays import read_arrays
     from bristle.files.axis import read_axis
     from bristle.logs import read_log
 
     target, file, beside = target_named(to), content_of(model, limit=TOML_LIMIT), model.parent / "axis.toml"
     plant, exported, facts = _read(file, allow_code=allow_code)
     code = origins_of_code([exported.component]) if exported.component.family == "friction" else ()
-    drawn: Mapping[str, Any] = {}
-    if target.takes_draws:
-        drawn = read_arrays(model.parent, "draws") or (facts.get("bands") or {}).get("draws", {})
     described = read_axis(beside if axis is None else axis) if axis is not None or beside.is_file() else None
     recorded = None if log is None else read_log(log, described)
     source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
@@ -237,8 +232,6 @@ def export_model_file(
         plant,
         recorded,
         facts,
-        draws,
-        drawn,
         "" if rest is None else among(*RESTS)(rest, "--rest", None),
         loop,
     )

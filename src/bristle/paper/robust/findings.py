@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.paper.economy import WAYS
 from bristle.paper.robust.loops import CHOSEN, VARIANTS, setting
 from bristle.paper.robust.trial import Cell, Trial
 from bristle.paper.robust.truths import MEANINGS, NOMINAL, Truth
@@ -18,7 +17,7 @@ from bristle.report.table import Table
 
 LEVELS = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
 OBSERVER, TOGETHER = "observer", "observer_feedforward"
-AT_ALL_LEVELS, ON_ALL_TRUTHS = 0.45e-6, 0.50e-6  # [m]
+ON_ALL_TRUTHS = 0.50e-6  # [m]
 SET_A = "set_a"
 
 
@@ -65,14 +64,15 @@ def share_left(trial: Trial, place: str, truth: str, variant: str, family: str =
 
 def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False) -> str:
     """Return the family whose feedforward leaves least of the error of a truth; empty where none was fitted."""
-    friction = next(friction for friction in trial.plan.truths if friction.name == truth)
-    errors = {
-        family: loop_error.peak_to_peak
-        for family in trial.plan.compensators
-        if not (strangers and family in friction.families)
-        and (loop_error := error_of(trial, place, truth, "feedforward", family=family)) is not None
-    }
-    return min(errors, key=lambda family: errors[family]) if errors else ""
+    own = next(friction.families for friction in trial.plan.truths if friction.name == truth) if strangers else ()
+    families = [family for family in trial.plan.compensators if family not in own]
+    errors = _peaks({family: error_of(trial, place, truth, "feedforward", family=family) for family in families})
+    return min(errors, key=lambda family: errors[family], default="")
+
+
+def _peaks(errors: Mapping[str, Interval | None]) -> dict[str, float]:
+    """Return the means of the errors that are known."""
+    return {case: error.peak_to_peak for case, error in errors.items() if error is not None}
 
 
 def no_better(trial: Trial, place: str) -> list[str]:
@@ -106,83 +106,61 @@ class Claim(NamedTuple):
 
 def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
     """Return what is claimed of observer and feedforward together, as far as the trial has the cases."""
-    levels = {
-        condition: loop_error.peak_to_peak
-        for condition in LEVELS
-        if (loop_error := error_of(trial, place, FIRST, TOGETHER, condition)) is not None
-    }
-    strange = {
-        truth.name: loop_error.peak_to_peak
-        for truth in trial.plan.truths
-        if truth.name != FIRST and (loop_error := error_of(trial, place, truth.name, TOGETHER)) is not None
-    }
+    first, *strangers = "thirty_sliders", *(truth.name for truth in trial.plan.truths if truth.name != "thirty_sliders")
+    levels = _peaks({condition: error_of(trial, place, first, TOGETHER, condition) for condition in LEVELS})
+    strange = _peaks({name: error_of(trial, place, name, TOGETHER) for name in strangers})
     listed = [
-        Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit", AT_ALL_LEVELS, levels),
+        Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit", 0.45e-6, levels),
         Claim("observer and feedforward on every other truth, nothing changed", ON_ALL_TRUTHS, strange),
     ]
     return [claim for claim in listed if claim.errors]
 
 
-FIRST = "thirty_sliders"
-
-
 def numbers(trial: Trial) -> dict[str, Any]:
     """Return what came out for the summary, lengths in m."""
     plan = trial.plan
-    best = {truth.name: {place: _best(trial, place, truth.name) for place in plan.sets} for truth in plan.truths}
     return {
         **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in plan.sets},
         "families": {truth.name: _families(trial, truth) for truth in plan.truths},
-        "best_family": best,
-        "observer_alone_does_as_well": {place: no_better(trial, place) for place in trial.plan.sets},
+        "best_family": {truth.name: {place: _best(trial, place, truth.name) for place in plan.sets} for truth in plan.truths},
+        "observer_alone_does_as_well": {place: no_better(trial, place) for place in plan.sets},
         "claims": {
             place: [
-                {"claim": claim.words, "limit": claim.limit, "errors": dict(claim.errors), "holds": claim.holds}
+                {"claim": words, "limit": limit, "errors": errors, "holds": claim.holds}
                 for claim in claims(trial, place)
+                for words, limit, errors in [claim]
             ]
-            for place in trial.plan.sets
+            for place in plan.sets
         },
     }
 
 
 def _table(trial: Trial, place: str) -> dict[str, Any]:
-    return {
-        truth.name: {
-            condition: {
-                variant: loop_error._asdict()
-                for variant in VARIANTS
-                if (loop_error := error_of(trial, place, truth.name, variant, condition)) is not None
-            }
-            for condition in trial.plan.conditions
-        }
-        for truth in trial.plan.truths
-    }
+    table: dict[str, Any] = {}
+    for truth in trial.plan.truths:
+        for condition in trial.plan.conditions:
+            errors = {variant: error_of(trial, place, truth.name, variant, condition) for variant in VARIANTS}
+            simulated = {variant: error._asdict() for variant, error in errors.items() if error is not None}
+            table.setdefault(truth.name, {})[condition] = simulated
+    return table
 
 
 def _families(trial: Trial, truth: Truth) -> dict[str, Any]:
-    name = truth.name
-    return {
-        family: {
-            "own_structure": family in truth.families,
-            "reason": trial.fits[name, family].reason,
-            **{
-                place: loop_error._asdict() | {"share_left": share_left(trial, place, name, "feedforward", family)}
-                for place in trial.plan.sets
-                if (loop_error := error_of(trial, place, name, "feedforward", family=family)) is not None
-            },
-        }
-        for family in trial.plan.compensators
-    }
+    families: dict[str, Any] = {}
+    for family in trial.plan.compensators:
+        families[family] = {"own_structure": family in truth.families, "reason": trial.fits[truth.name, family].reason}
+        for place in trial.plan.sets:
+            error = error_of(trial, place, truth.name, "feedforward", family=family)
+            if error is not None:
+                share = share_left(trial, place, truth.name, "feedforward", family)
+                families[family][place] = error._asdict() | {"share_left": share}
+    return families
 
 
 def _best(trial: Trial, place: str, truth: str) -> dict[str, Any]:
-    family, stranger = best_family(trial, place, truth), best_family(trial, place, truth, strangers=True)
-    return {
-        "family": family,
-        "share_left": share_left(trial, place, truth, "feedforward", family),
-        "stranger": stranger,
-        "stranger_share_left": share_left(trial, place, truth, "feedforward", stranger),
-    }
+    family, stranger = (best_family(trial, place, truth, strangers=strangers) for strangers in (False, True))
+    own_left, stranger_left = (share_left(trial, place, truth, "feedforward", name) for name in (family, stranger))
+    return {"family": family, "share_left": own_left, "stranger": stranger, "stranger_share_left": stranger_left}
 
 
 SET_NAMES = {"set_a": "Set A", "set_c": "Set C"}
@@ -191,16 +169,19 @@ OWN = "*"
 DIVERGED = "diverged"
 
 
+def tenths(length: float) -> str:
+    """Return a length as text, in tenths of a micrometre."""
+    return number(1e6 * length, resolution=0.1)
+
+
 def micrometres(error: Interval | None) -> str:
     """Return an error with its 95 % interval [µm] as text."""
     if error is None:
         return "–"
     if not math.isfinite(error.peak_to_peak):
         return DIVERGED
-    mean = number(1e6 * error.peak_to_peak, resolution=0.1)
-    if math.isnan(error.low):
-        return mean
-    return f"{mean} ({number(1e6 * error.low, resolution=0.1)} to {number(1e6 * error.high, resolution=0.1)})"
+    mean, low, high = map(tenths, error[:3])
+    return mean if math.isnan(error.low) else f"{mean} ({low} to {high})"
 
 
 def error_table(trial: Trial, place: str) -> Table:
@@ -228,10 +209,8 @@ def claim_table(trial: Trial) -> Table:
     rows = []
     for place in trial.plan.sets:
         for claim in claims(trial, place):
-            worst = max(claim.errors, key=lambda case: claim.errors[case])
-            error = number(1e6 * claim.errors[worst], resolution=0.1)
-            limit = number(1e6 * claim.limit, resolution=0.1)
-            rows.append((f"{SET_NAMES[place]}: {claim.words}", limit, error, worst, "yes" if claim.holds else "no"))
+            worst, error = max(claim.errors.items(), key=lambda case: case[1])
+            rows.append((f"{SET_NAMES[place]}: {claim.words}", tenths(claim.limit), tenths(error), worst, "yes" if claim.holds else "no"))
     heads = ("What", "At most [µm]", "Largest mean [µm]", "On", "Holds")
     return Table("Following error peak to peak", heads, rows)
 
@@ -241,23 +220,13 @@ def best_table(trial: Trial) -> Table:
     rows = []
     for truth in trial.plan.truths:
         for place in trial.plan.sets:
-            cells = []
-            for strangers in (False, True):
-                family = best_family(trial, place, truth.name, strangers=strangers)
-                own = ("yes" if family in truth.families else "no",) if not strangers else ()
-                cells += [family or "–", *own, _percent(share_left(trial, place, truth.name, "feedforward", family))]
-            chosen = _percent(share_left(trial, place, truth.name, "feedforward", CHOSEN))
-            rows.append((truth.name, SET_NAMES[place], *cells, chosen))
-    heads = (
-        "Friction of the rig",
-        "Set",
-        "Best family",
-        "Of the truth’s structure",
-        "Leaves [%]",
-        "Best of another structure",
-        "It leaves [%]",
-        f"{CHOSEN} leaves [%]",
-    )
+            best, chosen = _best(trial, place, truth.name), share_left(trial, place, truth.name, "feedforward", CHOSEN)
+            left, stranger_left, chosen_left = map(_percent, (best["share_left"], best["stranger_share_left"], chosen))
+            own = best["family"]
+            is_own = "yes" if own in truth.families else "no"
+            rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
+    best_heads = ("Best family", "Of the truth’s structure", "Leaves [%]", "Best of another structure", "It leaves [%]")
+    heads = ("Friction of the rig", "Set", *best_heads, f"{CHOSEN} leaves [%]")
     return Table("Which family fed forward leaves least of the error without compensation", heads, rows)
 
 
@@ -287,14 +256,9 @@ def unfitted(trial: Trial) -> list[str]:
 
 def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, float]]]:
     """Return the smallest margins of the loops of each set, whatever friction does: what is fed forward has none."""
-    return {
-        place: {
-            name: dict(zip(("phase_deg", "gain"), least_margins(variant), strict=True))
-            for name, variant in setting(place).items()
-            if "feedforward" not in name
-        }
-        for place in sets
-    }
+    loops = {place: {name: loop for name, loop in setting(place).items() if "feedforward" not in name} for place in sets}
+    heads = ("phase_deg", "gain")
+    return {place: {name: dict(zip(heads, least_margins(loop), strict=True)) for name, loop in of.items()} for place, of in loops.items()}
 
 
 def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:
@@ -306,15 +270,3 @@ def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Ta
     ]
     heads = ("Set", "Against friction works", "Phase margin [°]", "Gain margin")
     return Table("Smallest margins of the loops; a model that is fed forward changes none", heads, rows)
-
-
-def economy_table(trial: Trial) -> Table:
-    """Return the error of models from few and more measured branches, truth by truth."""
-    rows = []
-    for truth, cost in trial.economy.items():
-        for row, count in enumerate(cost.counts):
-            means = (float(cost.errors[way][row].mean()) for way in WAYS)
-            cells = ("–" if math.isnan(mean) else number(mean, digits=2) for mean in means)
-            rows.append((truth, str(count), *cells, number(cost.floor, digits=2)))
-    heads = ("Contact", "Branches", *WAYS, "Scatter alone")
-    return Table("Error on motions that were not measured [%], of the largest force, mean over seeds", heads, rows)

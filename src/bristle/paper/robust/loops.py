@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,10 +15,9 @@ from bristle.core.status import Status
 from bristle.files.experiment import read_experiment
 from bristle.identification import identify
 from bristle.logs.log import Log
-from bristle.paper.economy import Economy, economy
 from bristle.paper.rig import axis_of, logged
 from bristle.paper.robust.truths import AMPLITUDE, Truth
-from bristle.paper.setting import EXPERIMENTS, read_setting
+from bristle.paper.setting import EXPERIMENTS
 from bristle.simulation import simulate
 
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
@@ -113,20 +111,3 @@ def fitted(family: str, log: Log, axis: Axis) -> Fitted:
         return Fitted(friction.with_values(transition="paper") if family == PRINTED else friction)
     except BristleError as error:
         return Fitted(None, told_by(error))
-
-
-COUNTS = (1, 10)
-"""Branches measured: fewest, and as many as a patient person measures."""
-
-
-def is_measurable(truth: Truth) -> bool:
-    """Return whether the branches of the paper, which go through a few micrometres, can be measured on a truth."""
-    return truth.amplitude == AMPLITUDE
-
-
-def economy_on(truth: Truth, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
-    """Return the errors of models made from few and more measured branches of a truth."""
-    setting = read_setting(EXPERIMENTS / "fig_06.toml")
-    measurement = dict(setting.numbers["measurement"]) | {"branches": list(COUNTS)}
-    setting = replace(setting, numbers=dict(setting.numbers) | {"measurement": measurement})
-    return economy(setting, truth.friction, seeds, progress)

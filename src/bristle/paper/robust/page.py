@@ -8,27 +8,7 @@ from typing import Any
 
 from bristle.core.typography import number
 from bristle.figures.errors import Spread, errors_by_truth
-from bristle.paper.robust.findings import (
-    LOOPS,
-    ON_ALL_TRUTHS,
-    SET_NAMES,
-    TOGETHER,
-    Interval,
-    best_table,
-    claim_table,
-    claims,
-    condition_table,
-    economy_table,
-    error_of,
-    error_table,
-    family_table,
-    margin_table,
-    margins_of_sets,
-    no_better,
-    numbers,
-    share_left,
-    unfitted,
-)
+from bristle.paper.robust import findings
 from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
@@ -45,7 +25,6 @@ FAMILIES = (
     "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
     "can count on."
 )
-SPARING = "Figure 6 of the paper on contacts of other kinds: errors of models made from few and from more measured branches."
 LIMITS = (
     "Truths are equations with chosen numbers; real contacts wear, warm up and are not alike along the axis.",
     "The measured contact is one record of one amplitude, one speed and one load. It does not react to another speed; "
@@ -61,14 +40,14 @@ def words_of(trial: Trial) -> list[str]:
     sentences = []
     for place in trial.plan.sets:
         lines = [
-            _taken_off(trial, place, "feedforward", CHOSEN, f"{LOOPS['feedforward']} takes"),
+            _taken_off(trial, place, "feedforward", CHOSEN, f"{findings.LOOPS['feedforward']} takes"),
             _taken_off(trial, place, "feedforward", PRINTED, "equations (5)–(7) as printed, fed forward, take"),
-            _taken_off(trial, place, TOGETHER, CHOSEN, f"{LOOPS[TOGETHER]} take"),
+            _taken_off(trial, place, findings.TOGETHER, CHOSEN, f"{findings.LOOPS[findings.TOGETHER]} take"),
         ]
-        sentences += [f"{SET_NAMES[place]}: {line}" for line in lines if line]
-        if names := no_better(trial, place):
+        sentences += [f"{findings.SET_NAMES[place]}: {line}" for line in lines if line]
+        if names := findings.no_better(trial, place):
             sentences.append(
-                f"{SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} truths the observer alone does as "
+                f"{findings.SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} truths the observer alone does as "
                 f"well as both: {', '.join(names)}."
             )
     return sentences
@@ -77,11 +56,11 @@ def words_of(trial: Trial) -> list[str]:
 def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str) -> str:
     """Return how much of the error a loop takes off, in a sentence; empty where it was not simulated."""
     names = [truth.name for truth in trial.plan.truths]
-    shares = [100.0 * (1.0 - share_left(trial, place, name, variant, family)) for name in names]
+    shares = [100.0 * (1.0 - findings.share_left(trial, place, name, variant, family)) for name in names]
     finite = [share for share in shares if math.isfinite(share)]
     if not finite:
         return ""
-    errors = [error_of(trial, place, name, variant, family=family) for name in names]
+    errors = [findings.error_of(trial, place, name, variant, family=family) for name in names]
     means = [1e6 * error.peak_to_peak for error in errors if error is not None]
     leaving = "leaves" if subject.endswith("takes") else "leave"
     return f"{subject} {_range(finite, 10.0)} % off, by truth, and {leaving} {_range(means, 0.1)} µm."
@@ -95,14 +74,14 @@ def _range(values: Sequence[float], resolution: float) -> str:
 
 def ruling_of(trial: Trial) -> Ruling:
     """Return whether what was to be shown is."""
-    listed = [(place, claim) for place in trial.plan.sets for claim in claims(trial, place)]
+    listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
     missed = [(place, claim) for place, claim in listed if not claim.holds]
     if not missed:
         return Ruling("usable", "Observer and feedforward hold on every truth that was tried")
     reasons = []
     for place, claim in missed:
-        errors = [f"{case} {number(1e6 * error, resolution=0.1)} µm" for case, error in claim.errors.items() if error > claim.limit]
-        reasons.append(f"{SET_NAMES[place]}, above {number(1e6 * claim.limit, resolution=0.1)} µm: {', '.join(errors)}")
+        errors = [f"{case} {findings.tenths(error)} µm" for case, error in claim.errors.items() if error > claim.limit]
+        reasons.append(f"{findings.SET_NAMES[place]}, above {findings.tenths(claim.limit)} µm: {', '.join(errors)}")
     level = "with_care" if len(missed) < len(listed) else "no"
     return Ruling(level, "Observer and feedforward do not hold everywhere", tuple(reasons))
 
@@ -116,17 +95,15 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
         command=command,
         banner=SIMULATED,
         front=_front(trial),
-        claims=claim_table(trial),
+        claims=findings.claim_table(trial),
         pipeline=PIPELINE,
-        tables=[error_table(trial, place) for place in plan.sets],
-        conditions=condition_table(trial),
-        margins=margin_table(margins_of_sets(plan.sets)),
+        tables=[findings.error_table(trial, place) for place in plan.sets],
+        conditions=findings.condition_table(trial),
+        margins=findings.margin_table(findings.margins_of_sets(plan.sets)),
         families_in_words=FAMILIES,
-        best=best_table(trial),
-        families=[family_table(trial, place) for place in plan.sets],
-        unfitted=unfitted(trial),
-        economy=economy_table(trial) if trial.economy else None,
-        economy_in_words=SPARING,
+        best=findings.best_table(trial),
+        families=[findings.family_table(trial, place) for place in plan.sets],
+        unfitted=findings.unfitted(trial),
         limits=LIMITS,
     )
 
@@ -150,8 +127,8 @@ def _front(trial: Trial) -> Front:
 def _picture(trial: Trial) -> Picture:
     """Return the error of each loop on each truth, and how far it goes under all conditions."""
     errors = {
-        SET_NAMES[place]: {
-            truth.name.replace("_", " "): {LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS}
+        findings.SET_NAMES[place]: {
+            truth.name.replace("_", " "): {findings.LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS}
             for truth in trial.plan.truths
         }
         for place in trial.plan.sets
@@ -163,7 +140,7 @@ def _picture(trial: Trial) -> Picture:
     )
     return picture(
         "robust",
-        lambda: errors_by_truth(errors, 1e6 * ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"),
+        lambda: errors_by_truth(errors, 1e6 * findings.ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"),
         alternative,
         caption,
         file="robust",
@@ -172,9 +149,9 @@ def _picture(trial: Trial) -> Picture:
 
 
 def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
-    errors = [error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
+    errors = [findings.error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
     means = [1e6 * error.peak_to_peak for error in errors if error is not None and math.isfinite(error.peak_to_peak)]
-    nominal = errors[0] or Interval(math.nan, math.nan, math.nan, math.nan, 0)
+    nominal = errors[0] or findings.Interval(math.nan, math.nan, math.nan, math.nan, 0)
     error, low, high, *_ = (1e6 * end for end in nominal)
     return Spread(error, low, high, min(means, default=math.nan), max(means, default=math.nan))
 
@@ -184,12 +161,8 @@ def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, 
     return {
         "verdict": ruling_of(trial).as_data(),
         "sentences": words_of(trial),
-        **numbers(trial),
-        "margins": margins_of_sets(trial.plan.sets),
-        "economy": {
-            truth: {"branches": list(cost.counts), "scatter_percent": cost.floor, "error_percent": cost.means}
-            for truth, cost in trial.economy.items()
-        },
+        **findings.numbers(trial),
+        "margins": findings.margins_of_sets(trial.plan.sets),
         "chosen_family": CHOSEN,
         "provenance": provenance,
     }

@@ -177,12 +177,6 @@ def recorded_contact(record: Record, factor: float = 1.0) -> Model:
     step = float(record.x[1] - record.x[0])
     window = max(round(STEEPEST_OVER * POINTS), 1)
     rises = [np.max(mean[window:] - mean[:-window]) for mean in (upper, lower)]
-    return slotted(MODEL, asymmetry=False)(
-        x_0=float(record.x[0]),
-        step=step,
-        k=float(max(rises)) / (window * step),
-        upper=upper,
-        lower=lower,
-        forward=(forward - upper).ravel(),
-        backward=(backward - lower).ravel(),
-    )
+    lists = {"upper": upper, "lower": lower, "forward": (forward - upper).ravel(), "backward": (backward - lower).ravel()}
+    k = float(max(rises)) / (window * step)
+    return slotted(MODEL, asymmetry=False)(x_0=float(record.x[0]), step=step, k=k, **lists)
