@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.content import NOWHERE, SIZE_LIMIT, Origin, Readable
-from bristle.core.edge import CURVE, TEXT, among, guarded, instance, many
+from bristle.core.edge import CURVE, TEXT, among, guarded, instance, many, taken
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import KINDS, Kind, unit_of
@@ -33,14 +33,7 @@ class Curve(NamedTuple):
     f: np.ndarray
 
 
-@guarded(
-    curves=many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1),
-    start=among(*("virgin", "saturated")),
-    kind=among(*KINDS, "magnetic", "piezo"),
-    source=instance(Path, "a path", read=Path),
-    origin=instance(Origin, "an Origin"),
-    notes=many(TEXT),
-)
+@guarded()
 @dataclass(frozen=True, eq=False)
 class Curves:
     """Hysteresis as it was recorded: no time, only the order of the samples.
@@ -62,12 +55,12 @@ class Curves:
         What was left out.
     """
 
-    curves: tuple[Curve, ...]
-    start: str = "virgin"
-    kind: Kind = "translational"
-    source: Path = Path()
-    origin: Origin = NOWHERE
-    notes: tuple[str, ...] = ()
+    curves: tuple[Curve, ...] = taken(many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1))
+    start: str = taken(among("virgin", "saturated"), "virgin")
+    kind: Kind = taken(among(*KINDS, "magnetic", "piezo"), "translational")
+    source: Path = taken(instance(Path, "a path", read=Path), Path())
+    origin: Origin = taken(instance(Origin, "an Origin"), NOWHERE)
+    notes: tuple[str, ...] = taken(many(TEXT), ())
 
     @cached_property
     def full_scale(self) -> float:

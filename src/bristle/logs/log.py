@@ -3,31 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 from bristle.core.axis import Axis
-from bristle.core.content import Origin
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import KIND, TEXT, amount, guarded, instance, many, mapping, optional
-from bristle.core.variable import Variable
-from bristle.logs.channel import CHANNELS, Channel, LogData, channel
+from bristle.core.edge import guarded
+from bristle.logs.channel import CHANNELS, Channel, LogData  # noqa: F401  (asked for here)
 from bristle.logs.columns import record_of_columns
 
 
-@guarded(
-    **{name: optional(channel(name)) for name in CHANNELS} | {name: channel(name) for name in ("time", "position")},
-    injected=many(channel("effort"), single=True),
-    regressors=many(channel("load"), single=True),
-    sample_time=amount(Variable("time", "time between samples", min=0.0)),
-    segments=many(instance(slice, "a slice")),
-    source=instance(Path, "a path", read=Path),
-    origin=instance(Origin, "an Origin"),
-    notes=many(TEXT),
-    kind=KIND,
-    findings=many(instance(Diagnostic, "a Diagnostic")),
-    further=mapping(instance(Channel, "a Channel")),
-)
+@guarded()
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
     """What was recorded of a motion axis, in SI of its kind, on a uniform grid of time.
