@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.axis import axis_from
 from bristle.files.components import FILL_IN, open_in
 from bristle.files.drive import EFFORTS, MOVEMENTS
+from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
@@ -69,9 +69,9 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     missing = missing_of(tables)
     if missing:
         lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
-    lines += ["schema = 1", f"name = {_quoted(tables['name'])}"]
+    lines += ["schema = 1", f"name = {quoted(tables['name'])}"]
     if "kind" in tables:
-        lines.append(f"kind = {_quoted(tables['kind'])}")
+        lines.append(f"kind = {quoted(tables['kind'])}")
     else:
         motion = "position" if "position" in columns else "velocity"
         lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
@@ -112,11 +112,11 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     role, is_open = roles.channels[channel], entry["unit"] == FILL_IN
     follows = channel in ("reference", "following_error") and is_open
     visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
-    body = ", ".join(f"{key} = {_quoted(value)}" for key, value in visible.items())
+    body = ", ".join(f"{key} = {quoted(value)}" for key, value in visible.items())
     remarks = [
         "" if role.reason == "its name" else role.reason,
         "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
-        f"the file says {_quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
+        f"the file says {quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
         HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
         "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
     ]
@@ -131,11 +131,7 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
         drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
         hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
-    return f"{key.rpartition('.')[2]} = {_quoted(value)}{hint}"
-
-
-def _quoted(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
 ASSUMED_UNIT = {
