@@ -333,8 +333,7 @@ def make_model(
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
         raw = values.get(name, component.defaults.get(name))
-        convert = partial(coerced, component, name, variable)
-        numbers[name] = looked_at(convert, raw, f"{prefix}{name}", chosen)
+        numbers[name] = looked_at(partial(coerced, component, name, variable), raw, f"{prefix}{name}", chosen)
         if validate:
             check_value(component, name, variable, numbers[name], chosen, f"{prefix}{name}")
     parameters = component.assemble(numbers)

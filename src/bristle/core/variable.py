@@ -117,8 +117,7 @@ class Variable:
             With the path, the value, and the range allowed. Infinity lies in a range without end, so it passes
             here: where only some parameters may be infinite, the caller refuses it.
         """
-        values = value if hasattr(value, "__len__") else (value,)
-        for index, number in enumerate(values):
+        for index, number in enumerate(value if hasattr(value, "__len__") else (value,)):
             place = f"{path}[{index}]" if hasattr(value, "__len__") else path
             if math.isnan(number):
                 raise InputError("is not a number", path=place, value=float(number), allowed=self.allowed(kind))

@@ -97,8 +97,7 @@ def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: Operator
         described = read(kernel, at)
     else:
         return entries
-    offset = {"offset": described.offset} if described.offset else {}
-    return offset | entries | {"kernel": described.operator}
+    return ({"offset": described.offset} if described.offset else {}) | entries | {"kernel": described.operator}
 
 
 def contact_over(described: OperatorFile) -> dict[str, Any]:

@@ -314,8 +314,7 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():
         if entry.get("unit") == FILL_IN:
-            channel = name if name in ASSUMED_UNIT else "position"
-            entry["unit"] = ASSUMED_UNIT[channel][kind]
+            entry["unit"] = ASSUMED_UNIT[name if name in ASSUMED_UNIT else "position"][kind]
     assumed = {**tables, "kind": kind, "columns": columns}
     force, drive = ASSUMED_UNIT["effort"][kind], units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
     for name, filled in (("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m")):

@@ -264,5 +264,4 @@ def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) 
         if recorded.kind != kind:
             raise InputError(f"is of a {recorded.kind} axis, and this one is {kind}", path=f"{path}.file", value=entries["file"])
         return recorded
-    own = sources.own(entries, Trajectory, path)
-    return model_from(entries, REFERENCES, kind=kind, path=path, own=own)
+    return model_from(entries, REFERENCES, kind=kind, path=path, own=sources.own(entries, Trajectory, path))

@@ -41,13 +41,12 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
         "seconds": int(SECONDS + len(data) / BYTES_A_SECOND),
     }
     code = "from bristle.logs.apart import serve; serve()"
-    environment = os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", code],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=environment,
+        env=os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
         # A group of its own: Ctrl-C goes to the program that waits, and that one ends the reader.
         start_new_session=sys.platform != "win32",
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),

@@ -240,8 +240,7 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> AnyLog:
     """Return a log with the places where rows are missing between its segments, so that nothing goes across them."""
-    resolution = (axis and axis.resolution) or log.position.step
-    return _parted(log, lost_in(log, resolution, settings.lost_step))
+    return _parted(log, lost_in(log, (axis and axis.resolution) or log.position.step, settings.lost_step))
 
 
 def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:

@@ -69,8 +69,7 @@ def read(data: bytes, request: Request) -> Table:
         lines = layout.beside.lines(lines, layout.delimiter)
         body, facts = "\n".join(lines[layout.first :]).encode(encoding), layout.beside.facts | facts
     body, notes = _without_open_end(body, layout, request.source, encoding)
-    above = units_of_labview(lines, layout)
-    layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
+    layout = replace(layout, units=tuple(map(units_of_labview(lines, layout).get, layout.names, layout.units)))
     program = "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts, format=program or apart.format)

@@ -51,9 +51,8 @@ def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[sli
         return []
     half = window // 2
     span = maximum_filter1d(position, 2 * half + 1) - minimum_filter1d(position, 2 * half + 1)
-    still = np.pad((span <= 2.0 * grain)[half:-half], half)
     # A rest reaches as far as its windows do.
-    counted = np.concatenate([[0], np.cumsum(np.pad(still, half))])
+    counted = np.concatenate([[0], np.cumsum(np.pad((span <= 2.0 * grain)[half:-half], 2 * half))])
     return runs(counted[2 * half + 1 :] > counted[: -2 * half - 1])
 
 

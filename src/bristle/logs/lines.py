@@ -74,8 +74,7 @@ class Line:
         left = np.linalg.solve(without, (right - rights)[..., None])[..., 0]
         deviations = np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
         residual, total = effort - scaled @ coefficients, float(np.var(effort))
-        explained = 1.0 - float(np.mean(residual**2)) / total if total > 0.0 else 0.0
-        return cls(coefficients / size, deviations / size, explained)
+        return cls(coefficients / size, deviations / size, 1.0 - float(np.mean(residual**2)) / total if total > 0.0 else 0.0)
 
     @property
     def last(self) -> tuple[float, float]:

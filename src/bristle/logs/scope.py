@@ -68,8 +68,7 @@ def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], a
             break
         described[key] = tuple(rows[line])
     facts = {rows[line][0]: " ".join(cell for cell in rows[line][1:] if cell) for line in above if len(rows[line]) > 1}
-    names = tuple("" if cell.lower() == NAME else cell for cell in rows[index])
-    return Head(delimiter, first, names, described, facts)
+    return Head(delimiter, first, tuple("" if cell.lower() == NAME else cell for cell in rows[index]), described, facts)
 
 
 def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:

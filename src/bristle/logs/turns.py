@@ -94,8 +94,7 @@ def with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """
     if rest.all():
         return np.zeros_like(velocity)
-    first = int(np.argmin(rest))
-    last = np.maximum.accumulate(np.where(rest, first, np.arange(velocity.size)))
+    last = np.maximum.accumulate(np.where(rest, int(np.argmin(rest)), np.arange(velocity.size)))
     return np.where(rest, np.copysign(0.0, velocity[last]), velocity)
 
 
@@ -143,5 +142,4 @@ def by_lag(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     lag = correlation_lags(x.size, y.size)
     first, last = np.maximum(lag, 0), np.minimum(x.size, y.size + lag)
     xx, yy = (np.concatenate([[0.0], np.cumsum(signal * signal)]) for signal in (x, y))
-    product = np.asarray(correlate(x, y, method="fft"))
-    return last - first, product, xx[last] - xx[first], yy[last - lag] - yy[first - lag]
+    return last - first, np.asarray(correlate(x, y, method="fft")), xx[last] - xx[first], yy[last - lag] - yy[first - lag]
