@@ -65,9 +65,6 @@ def read(data: bytes, request: Request) -> Table:
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
     body, facts = data[starts[layout.first] :], facts_above(lines, layout)
-    if layout.beside:
-        lines = layout.beside.lines(lines, layout.delimiter)
-        body, facts = "\n".join(lines[layout.first :]).encode(encoding), layout.beside.facts | facts
     body, notes = _without_open_end(body, layout, request.source, encoding)
     layout = replace(layout, units=tuple(map(units_of_labview(lines, layout).get, layout.names, layout.units)))
     program = "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
