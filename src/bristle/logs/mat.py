@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import zlib
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +13,7 @@ import numpy as np
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Series, table_of_series, tall
+from bristle.logs.tables import Series, flattened, table_of_series, tall
 
 MAT = b"MATLAB 5.0"
 HEADER_BYTES, TAG_BYTES = 128, 8
@@ -28,17 +27,28 @@ def read(data: bytes, request: Request) -> Table:
     import scipy.io
 
     series, constants, notes = [], {}, []
-    for name, value in scipy.io.loadmat(io.BytesIO(data), simplify_cells=True).items():
-        for full, values in _numbers(name, value) if not name.startswith("__") else ():
-            if values.size == 1:
-                constants[full] = float(values.reshape(()))
-            elif values.ndim > 2 and 1 not in values.shape:
-                notes.append(f"{full} has {values.ndim} dimensions and was left out")
-            else:  # time runs along the longer side of a matrix
-                vector = values.ndim == 1 or 1 in values.shape
-                columns = {full: values.reshape(-1)} if vector else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
-                series += [Series(c, numbers.astype(float) if request.choice(c) else None) for c, numbers in columns.items()]
-    return table_of_series(series, request.source, "MAT", constants=constants, notes=notes)
+    variables = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
+    for full, value in flattened(_with_lists(variables), depth=2 * DEEPEST):
+        values = np.asarray(value)
+        if values.dtype.kind not in "fiub" or not values.size or full.startswith("__"):
+            continue
+        if values.size == 1:
+            constants[full] = float(values.reshape(()))
+        elif values.ndim > 2 and 1 not in values.shape:
+            notes.append(f"{full} has {values.ndim} dimensions and was left out")
+        else:  # time runs along the longer side of a matrix
+            vector = values.ndim == 1 or 1 in values.shape
+            columns = {full: values.reshape(-1)} if vector else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
+            series += [Series(name, numbers) for name, numbers in columns.items()]
+    return table_of_series(series, request, "MAT", constants=constants, notes=notes)
+
+
+def _with_lists(value: Any) -> Any:
+    """Return structures and cells as tables and lists."""
+    if isinstance(value, dict):
+        return {name: _with_lists(inner) for name, inner in value.items()}
+    cells = isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1
+    return list(map(_with_lists, value)) if cells or isinstance(value, list) else value
 
 
 def _examine(data: bytes, source: Path, limit: int) -> None:
@@ -85,16 +95,3 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
         if len(ends) > DEEPEST:
             allowed = f"up to {DEEPEST} cells in one another"
             raise InputError("is nested too deeply", path=str(source), allowed=allowed, mend="Save the signals as vectors")
-
-
-def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield every real array in a variable, structures and cells included, with its full name."""
-    values = value if isinstance(value, (dict, list)) else np.asarray(value)
-    if isinstance(values, dict):
-        for field, inner in values.items():
-            yield from _numbers(f"{name}.{field}", inner)
-    elif isinstance(values, list) or (values.dtype == object and values.ndim == 1):
-        for index, inner in enumerate(values):
-            yield from _numbers(f"{name}[{index}]", inner)
-    elif values.dtype.kind in "fiub" and values.size:
-        yield name, values

@@ -58,8 +58,8 @@ def read(data: bytes, request: Request) -> Table:
     for (topic, field), (times, values) in chosen.items():
         name = field if len(topics) == 1 else f"{topic}/{field}"
         stamps = (np.array(times, dtype=np.int64) - origin) / SECOND
-        series.append(Series(name, np.array(values) if request.choice(name) else None, stamps, "", topic))
-    return table_of_series(series, request.source, "MCAP", notes=notes)
+        series.append(Series(name, np.array(values), stamps, "", topic))
+    return table_of_series(series, request, "MCAP", notes=notes)
 
 
 def _numbers(content: Any) -> Iterator[tuple[str, float]]:

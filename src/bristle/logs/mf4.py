@@ -45,5 +45,5 @@ def read(data: bytes, request: Request) -> Table:
             unit = signal.unit.strip() if isinstance(signal.unit, str) else ""
             about = " ".join(text for text in (signal.comment, content.groups[group].channel_group.acq_name) if text)
             if times.size and np.isfinite(times[-1]):
-                series.append(Series(name, values.astype(float) if request.choice(name) else None, times, unit, about[:200]))
-    return table_of_series(series, request.source, "MF4", notes=notes)
+                series.append(Series(name, values, times, unit, about[:200]))
+    return table_of_series(series, request, "MF4", notes=notes)

@@ -38,7 +38,7 @@ def read(data: bytes, request: Request) -> Table:
             metadata, is_time = part.metadata or {}, types.is_timestamp(part.type) or types.is_time(part.type)
             unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
             series.append(Series(name, values, unit=unit or ("s" if is_time else "")))
-    return table_of_series(series, request.source, "Parquet", notes=notes)
+    return table_of_series(series, request, "Parquet", notes=notes)
 
 
 def _numbers(column: Any) -> np.ndarray | None:

@@ -105,7 +105,7 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
         notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
     if cut:
         notes.append("the file does not end with a line break: its last row may be cut and was left out")
-    return table_of_series(series, request.source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
+    return table_of_series(series, request, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
 
 
 def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, source: Path) -> np.ndarray | None:
@@ -162,13 +162,10 @@ def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Reques
     origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
     series = []
     for name, (times, values) in signals.items():
-        if not request.choice(name):
-            series.append(Series(name, None))
-            continue
         stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
         series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
     notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
-    return table_of_series(series, request.source, "archive", notes=notes)
+    return table_of_series(series, request, "archive", notes=notes)
 
 
 def _date(text: str) -> datetime:

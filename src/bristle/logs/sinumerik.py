@@ -54,7 +54,7 @@ def read(data: bytes, request: Request) -> Table:
     indexed = (f"{n} {i}" if called.count(n) > 1 and not n.endswith(i) else n for n, i in zip(called, indices, strict=True))
     names, notes = distinct(indexed)
     series = [
-        Series(name, np.array(records[key][1]) if request.choice(name) else None, np.array(records[key][0]), unit, address)
+        Series(name, np.array(records[key][1]), np.array(records[key][0]), unit, address)
         for name, key, (_, unit, address) in zip(names, keys, heads, strict=True)
     ]
-    return table_of_series(series, request.source, "SINUMERIK trace", notes=notes)
+    return table_of_series(series, request, "SINUMERIK trace", notes=notes)

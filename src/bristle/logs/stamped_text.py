@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core import units
 from bristle.logs.layout import CLOCK, Layout, cells_of, without_comments
 from bristle.logs.names import listed, plain_unit
-from bristle.logs.table import Request, Table, split_unit
+from bristle.logs.table import ALL, Request, Table, split_unit
 from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import is_time, unit_in_name, unit_of_time
 
@@ -153,7 +153,7 @@ def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Requ
             filled &= np.isfinite(values)
         samples = values[filled] if request.choice(layout.names[index], index + 1) else None
         series.append(Series(layout.names[index], samples, times[filled], layout.units[index]))
-    table = table_of_series(series, request.source, "text", time_unit=unit, notes=notes)
+    table = table_of_series(series, request._replace(choice=ALL), "text", time_unit=unit, notes=notes)
     return replace(table, numbers={f"column_{i + 1}": layout.names[i] for i in columns})
 
 

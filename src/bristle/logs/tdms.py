@@ -42,7 +42,7 @@ def read(data: bytes, request: Request) -> Table:
             unit = next((str(channel.properties[key]).strip() for key in UNIT_PROPERTIES if channel.properties.get(key)), "")
             if numbers is not None and numbers.dtype.kind == "M":
                 numbers, unit = (numbers - numbers[:1]) / np.timedelta64(1, "s"), "s"
-            series.append(Series(name, None if numbers is None else numbers.astype(float), unit=unit))
+            series.append(Series(name, numbers, unit=unit))
     if remarks:
         raise InputError(f"is damaged ({remarks[0][:80]})", path=str(request.source), mend="Copy or record it again")
     if len(set(periods.values())) > 1:
@@ -50,7 +50,7 @@ def read(data: bytes, request: Request) -> Table:
             series = [c if c.values is None else c._replace(times=periods[c.name] * np.arange(c.values.size)) for c in series]
         else:
             notes.append("the channels differ in their sample time, which was ignored")
-    table = table_of_series(series, request.source, "TDMS", notes=notes)
+    table = table_of_series(series, request, "TDMS", notes=notes)
     return replace(table, sample_time=periods.popitem()[1]) if len(set(periods.values())) == 1 else table
 
 
