@@ -17,10 +17,9 @@ from bristle.files.axis import axis_from
 from bristle.files.curves import read_curve_columns
 from bristle.files.experiment import KEYS, experiment_from, merged, planned_in, with_models
 from bristle.files.model import friction_from
-from bristle.files.run import RUN
 from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
-from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
+from bristle.files.variant import FEEDFORWARD, LEARNING, RUN, SECTIONS
 from bristle.study import read_study_file
 from bristle.study.values import fitted_at
 

@@ -7,7 +7,7 @@ import pytest
 
 from bristle.core import Axis, Column, InputError
 from bristle.files.axis import axis_from
-from bristle.files.controller import controller_of
+from bristle.files.components import controller_of
 
 
 def axis(base: str, scale: float, kind="translational", **gains):

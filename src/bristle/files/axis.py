@@ -13,8 +13,7 @@ from bristle.core.content import Readable
 from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.files.components import check_schema, key_of, refuse_open
-from bristle.files.controller import controller_of
+from bristle.files.components import check_schema, controller_of, key_of, refuse_open
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
 from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import as_toml, read_toml

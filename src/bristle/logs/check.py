@@ -18,9 +18,8 @@ from bristle.logs.channel import LogData, clear_step
 from bristle.logs.legs import CHUNKS, CRUISING, FAST, graininess
 from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
-from bristle.logs.names import plain_unit
 from bristle.logs.turns import period_of
-from bristle.logs.words import other_unit_in
+from bristle.logs.words import other_unit_in, plain_unit
 
 Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)

@@ -24,12 +24,15 @@ from bristle.logs.layout import (
     why_no_number,
     without_comments,
 )
-from bristle.logs.scope import head_of, pattern_of, read_archive, read_scope
 from bristle.logs.stamped_text import (
     facts_above,
+    head_of,
     names_beside_times,
     partly_empty,
+    pattern_of,
     period_told,
+    read_archive,
+    read_scope,
     stamps_in,
     units_of_labview,
     with_own_times,

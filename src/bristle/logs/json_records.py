@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.names import names_and_units
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Series, flattened, no_such_table, table_of_series
-from bristle.logs.words import is_time, unit_of_time
+from bristle.logs.words import is_time, names_and_units, unit_of_time
 
 DEEPEST = 8
 MOST_NAMES, MOST_CELLS = 20_000, 20_000_000  # of records

@@ -12,8 +12,8 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.errors import InputError
-from bristle.logs.names import distinct, listed, plain_unit
 from bristle.logs.table import split_unit
+from bristle.logs.words import distinct, listed, plain_unit
 
 COMMENT = "#"
 COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'

@@ -12,9 +12,9 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Stored, table_from
+from bristle.logs.words import distinct
 
 MOST_ARRAYS = 100_000
 

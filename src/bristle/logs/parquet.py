@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.logs.names import distinct
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
+from bristle.logs.words import distinct
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 

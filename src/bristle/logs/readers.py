@@ -18,11 +18,10 @@ from bristle.logs.assembly import record_of
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
 from bristle.logs.gather import axis_of
 from bristle.logs.log import Log, log_of
-from bristle.logs.names import names_and_units, with_plain_names
 from bristle.logs.stamped_text import period_told
 from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
 from bristle.logs.tables import content_of_log
-from bristle.logs.words import is_time
+from bristle.logs.words import is_time, names_and_units, with_plain_names
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {

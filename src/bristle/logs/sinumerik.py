@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table, without_index
 from bristle.logs.tables import Series, table_of_series
+from bristle.logs.words import distinct
 
 NO_VALUE = 9.2e18  # a NaN, written as the whole number of its bits: the value before it holds
 ENTITY = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
