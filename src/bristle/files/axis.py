@@ -13,7 +13,7 @@ from bristle.core.content import Readable
 from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.files.components import check_schema, controller_of, key_of, refuse_open
+from bristle.files.components import check_schema, controller_from, key_of, refuse_open
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
 from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import as_toml, read_toml
@@ -132,7 +132,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         ends = getattr(axis, name)
         if ends is not None and ends[0] >= ends[1]:
             raise InputError("must rise", path=places[name], value=raw[name], allowed=allowed)
-    return replace(axis, controller=controller_of(file.controller, axis))
+    law = file.controller
+    return axis if law is None else replace(axis, controller=controller_from(law, kind=axis.kind, axis=axis, path="controller"))
 
 
 def _drive_of(file: AxisFile) -> Drive:

@@ -71,18 +71,18 @@ def model_from(
     own: Component | None = None,
 ) -> Model:
     """Return the component that a table names, with the parameters that it gives."""
-    entries = table_at(table, path)
-    named = entries.get("model", default)
-    if own is not None:
-        component = own
-    elif named == "" and "model" not in entries:
-        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]')
-    elif find is not None and isinstance(named, str) and "+" in named:
-        component = find(named, entries, f"{path}.model")
-    else:
-        component = component_named(named, registry, f"{path}.model")
-    values = parameters_in(entries, component, path, beside=("model" if own is None else "file",))
+    component = own or _component_in(table, registry, path, default, find)
+    values = parameters_in(table, component, path, beside=("model" if own is None else "file",))
     return make_model(component, values, kind=kind, validate=True, path=path)
+
+
+def _component_in(table: Any, registry: Mapping[str, Component], path: str, default: str = "", find: Any = None) -> Any:
+    named = table_at(table, path).get("model", default)
+    if named == "" and "model" not in table:
+        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]')
+    if find is not None and isinstance(named, str) and "+" in named:
+        return find(named, table, f"{path}.model")
+    return component_named(named, registry, f"{path}.model")
 
 
 def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
@@ -154,21 +154,13 @@ def kind_at(value: Any, path: str, kinds: Sequence[Kind] = KINDS) -> Kind:
 INTEGRAL_TIME = "T_n"
 
 
-def controller_of(table: Any, axis: Axis) -> Model | None:
-    """Return the control law that was running on an axis; None where its file names none."""
-    return None if table is None else controller_from(table, kind=axis.kind, axis=axis, path="controller")
-
-
 def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: str, own: Controller | None = None) -> Model:
     """Return the control law of a table.
 
     Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
     volts: the constant of the drive turns them into SI, and gear and lead those for an angle of the motor.
     """
-    entries = table_at(table, path)
-    if own is None and "model" not in entries:
-        raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
-    component = own or component_named(entries["model"], CONTROLLERS, f"{path}.model")
+    entries, component = table_at(table, path), own or _component_in(table, CONTROLLERS, path)
     by_time = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
     values = parameters_in(entries, component, path, beside=("model" if own is None else "file", *by_time))
     for name, value in values.items():

@@ -21,69 +21,32 @@ def listed(text: str) -> tuple[str, ...]:
     return tuple(text.split(" | " if " | " in text else None))
 
 
-def spelt(units: Mapping[str, str]) -> dict[str, str]:
-    """Spelling -> unit, of spellings that stand behind their unit."""
-    return {spelling: unit for unit, spellings in units.items() for spelling in spellings.split(" | ")}
+def spelt(units: str) -> dict[str, str]:
+    """Spelling -> unit, of spellings that stand behind their unit; a minus stands for no unit."""
+    entries = (entry.split(": ") for entry in units.split("; "))
+    return {spelling: unit.strip("-") for unit, spellings in entries for spelling in spellings.split(" | ")}
 
 
 # How units are written on screens and in exports -> how this package writes them.
 WRITTEN = spelt(
-    {
-        "rpm": "u/min | upm | 1/min | min-1 | min^-1 | min⁻¹ | r/min | rev/min | umdr/min | umin",
-        "rev/s": "u/s | rps",
-        "rev": "u | umdr | umdr. | umdrehungen | umdrehung | revs | revolutions | turns | r",
-        "deg": "grad | degree | degrees | deg. | ° | º",
-        "deg/s": "grad/s | degree/s | °/s | º/s | deg/sec | dps",
-        "rad": "radian | radians",
-        "rad/s": "rad/sec",
-        "count": "inc | incr | inkr | inkr. | inkremente | increments | increment | counts | cnt | cnts | count | ticks | tick | pulse | "
-        "pulses | lsb | digit | digits | digit(s) | lu | cts",
-        "count/s": "inc/s | counts/s | cnt/s | cts/s | inc/sec",
-        "‰": "%o | permille | per mille | promille | 0.1% | 0,1% | 0.1 % | 0,1 % | ‰ rated | 1/1000 | o/oo",
-        "%": "percent | prozent | % rated | %rated | % mn | %mn | pct | % nenn",
-        "N*m": "nm | n m | n.m | n-m | newtonmeter",
-        "N": "newton | newtons",
-        "mN*m": "mnm",
-        "kN*m": "knm",
-        "N*cm": "ncm | cnm",
-        "N*mm": "nmm",
-        "A": "arms | a_rms | a rms | aeff | a_eff | a eff | apk | amp | amps | ampere | a(rms)",
-        "mA": "marms",
-        "V": "volt | volts",
-        "s": "sek | sec | secs | second | seconds | sekunde | sekunden | sec.",
-        "ms": "msec | millisec | milliseconds | millisekunden",
-        "us": "usec | microseconds",
-        "m": "meter | metre | meters",
-        "mm": "millimeter",
-        "mm/s": "mm/sec",
-        "m/s": "m/sec",
-        "um": "micron | microns | mikrometer",
-        "inch": "inch | in",
-        "degC": "celsius | °c | deg c | degc",
-        "mm/min": "mm/min.",
-        "kg*m^2": "kgm²",
-        "s^2": "s²",
-        "m/s^2": "m/s²",
-        "mm/s^2": "mm/s²",
-    }
+    "rpm: u/min | upm | 1/min | min-1 | min^-1 | min⁻¹ | r/min | rev/min | umdr/min | umin; rev/s: u/s | rps; "
+    "rev: u | umdr | umdr. | umdrehungen | umdrehung | revs | revolutions | turns | r; deg: grad | degree | degrees | deg. | ° | º; "
+    "deg/s: grad/s | degree/s | °/s | º/s | deg/sec | dps; rad: radian | radians; rad/s: rad/sec; "
+    "count: inc | incr | inkr | inkr. | inkremente | increments | increment | counts | cnt | cnts | count | ticks | "
+    "tick | pulse | pulses | lsb | digit | digits | digit(s) | lu | cts; "
+    "count/s: inc/s | counts/s | cnt/s | cts/s | inc/sec; "
+    "‰: %o | permille | per mille | promille | 0.1% | 0,1% | 0.1 % | 0,1 % | ‰ rated | 1/1000 | o/oo; "
+    "%: percent | prozent | % rated | %rated | % mn | %mn | pct | % nenn; N*m: nm | n m | n.m | n-m | newtonmeter; "
+    "N: newton | newtons; mN*m: mnm; kN*m: knm; N*cm: ncm | cnm; N*mm: nmm; "
+    "A: arms | a_rms | a rms | aeff | a_eff | a eff | apk | amp | amps | ampere | a(rms); mA: marms; V: volt | volts; "
+    "s: sek | sec | secs | second | seconds | sekunde | sekunden | sec.; ms: msec | millisec | milliseconds | millisekunden; "
+    "us: usec | microseconds; m: meter | metre | meters; mm: millimeter; mm/s: mm/sec; m/s: m/sec; "
+    "um: micron | microns | mikrometer; inch: inch | in; degC: celsius | °c | deg c | degc; mm/min: mm/min.; kg*m^2: kgm²; s^2: s²; "
+    "m/s^2: m/s²; mm/s^2: mm/s²"
 )
 NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
 CASED = spelt(
-    {
-        "N*m": "Nm",
-        "nm": "nm",
-        "mN*m": "mNm",
-        "MN*m": "MNm",
-        "rev": "U | r | R",
-        "": "u | a | v | n | k",
-        "A": "A",
-        "s": "s | S",
-        "m": "m",
-        "V": "V",
-        "N": "N",
-        "inch": "IN",
-        "K": "K",
-    }
+    "N*m: Nm; nm: nm; mN*m: mNm; MN*m: MNm; rev: U | r | R; -: u | a | v | n | k; A: A; s: s | S; m: m; V: V; N: N; inch: IN; K: K"
 )
 
 
@@ -281,34 +244,9 @@ def is_time(name: str) -> bool:
 
 NANOMETERS, LENGTHS = "nm", ("position", "error")  # or newton meters; roles that are lengths
 ENDINGS = spelt(
-    {
-        "s": "s | sec | seconds",
-        "ms": "ms | msec",
-        "us": "us | usec",
-        "ns": "ns | nanosec",
-        "m": "m",
-        "mm": "mm",
-        "um": "um",
-        "N*m": "nm",
-        "rad": "rad",
-        "mrad": "mrad",
-        "deg": "deg | grad",
-        "rev": "rev",
-        "mm/s": "mms",
-        "rpm": "rpm | umin",
-        "rad/s": "rads",
-        "deg/s": "degs | dps",
-        "N": "n",
-        "kN": "kn",
-        "A": "a | amps",
-        "mA": "ma",
-        "V": "v",
-        "%": "percent | pct",
-        "‰": "permille",
-        "count": "inc | counts | cnt",
-        "m/s": "mps",
-        "mN*m": "mnm",
-    }
+    "s: s | sec | seconds; ms: ms | msec; us: us | usec; ns: ns | nanosec; m: m; mm: mm; um: um; N*m: nm; rad: rad; mrad: mrad; "
+    "deg: deg | grad; rev: rev; mm/s: mms; rpm: rpm | umin; rad/s: rads; deg/s: degs | dps; N: n; kN: kn; A: a | amps; mA: ma; V: v; "
+    "%: percent | pct; ‰: permille; count: inc | counts | cnt; m/s: mps; mN*m: mnm"
 )
 
 
