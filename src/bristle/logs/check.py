@@ -15,10 +15,9 @@ from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.edge import guarded, instance, optional
 from bristle.logs.channel import LogData, clear_step
-from bristle.logs.legs import CHUNKS, CRUISING, FAST, graininess
 from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
-from bristle.logs.turns import period_of
+from bristle.logs.turns import CHUNKS, CRUISING, FAST, graininess, period_of
 from bristle.logs.words import other_unit_in, plain_unit
 
 Numbers = Mapping[str, Number]

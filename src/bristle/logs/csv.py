@@ -50,7 +50,7 @@ _ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in 
 PIECE = 2**20
 
 
-def read(data: bytes, request: Request) -> Table:
+def read_csv(data: bytes, request: Request) -> Table:
     """Return the columns of a text file.
 
     Cells are separated by comma, semicolon, tab or blanks; what follows a ``#`` at the start of a line or behind a

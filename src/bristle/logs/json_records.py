@@ -31,7 +31,7 @@ def looks_like_json(head: bytes) -> bool:
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 
 
-def read(data: bytes, request: Request) -> Table:
+def read_json_records(data: bytes, request: Request) -> Table:
     """Return the columns of a JSON file."""
     content, source = _parsed(data, request.source), request.source
     try:

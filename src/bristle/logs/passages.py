@@ -11,8 +11,8 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.edge import guarded, instance, optional
-from bristle.logs.legs import Leg, graininess, legs_of, rests_of
 from bristle.logs.log import Log
+from bristle.logs.turns import Leg, graininess, legs_of, rests_of
 
 
 @guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from bristle.core.axis import Axis
@@ -68,8 +68,8 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
 
         if find_spec(log_format.package) is None:
             raise MissingExtraError.of(f"{content.source}: reading {log_format.title}", log_format.extra)
-        return read_apart(log_format.name, content.data, request)
-    read: Callable[..., Table] = log_format.read or import_module(f"bristle.logs.{log_format.name}").read
+        return read_apart(log_format.place, content.data, request)
+    read: Callable[..., Table] = log_format.read or resolve_name(log_format.place)
     try:
         with damage_refused(content.source):
             return _as_table(read(content.data, request), log_format, content)
