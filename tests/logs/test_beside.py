@@ -42,7 +42,7 @@ def test_no_row_is_lost_in_silence_for_a_table_beside_the_first_ones(count, fill
 
 
 def test_rows_with_more_beside_them_are_named_with_what_to_do():
-    with pytest.raises(InputError, match=r"line 6: is a row of numbers with more in it; .* Delete what stands beside these rows"):
+    with pytest.raises(InputError, match=r"line 6: has 5 cells instead of 2; .* Delete what stands beside the rows of numbers"):
         read_table(log(PARAMETERS, filled=False).encode())
 
 

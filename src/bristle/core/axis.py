@@ -9,7 +9,7 @@ from typing import Any
 from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, taken, whole
 from bristle.core.errors import InputError, located
 from bristle.core.motion import RECORDED
-from bristle.core.values import looked_at, shown
+from bristle.core.values import shown
 from bristle.core.variable import KINDS, Kind, Variable
 
 CHANNELS = {
@@ -45,12 +45,6 @@ def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
     variable = Variable("force", "constant part of the friction force")
     with located(allowed=f'"identify", or a value in {variable.unit(kind or KINDS[0])}'):
         return amount(variable)(value, path, kind)
-
-
-def _thresholds(thresholds: Any, path: str, kind: Kind | None) -> dict[str, float]:
-    if not isinstance(thresholds, Mapping):
-        raise InputError("must be a dictionary of thresholds", path=path, value=thresholds)
-    return {name: looked_at(_NUMBER, value, f"{path}.{name}", kind) for name, value in thresholds.items()}
 
 
 @guarded()
@@ -291,7 +285,7 @@ class Axis:
     method: str = taken(among("inverse_dynamics", "output_error"), "inverse_dynamics")
     loop: str | None = taken(optional(among("open", "closed")), None)
     global_search: bool = _flag()
-    settings: Mapping[str, float] = taken(_thresholds, default_factory=dict)
+    settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
     gravity: bool = _flag()
     cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "a Cogging"), single=True), ())

@@ -295,9 +295,6 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     if "effort_limit" in entries:
         entries["effort_limit"] = in_effort(entries["effort_limit"], RUN["effort_limit"].quantity, kind, axis, f"{path}.effort_limit")
     values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), integers=("substeps", "delay", "seeds"))
-    if "substeps" in values and values.get("tolerance"):
-        message, place = "stands beside a tolerance, which chooses the steps itself", f"{path}.substeps"
-        raise InputError(message, path=place, value=table["substeps"], mend="Leave one of both out")
     duration, settle = values["duration"], values.get("settle", 0.0)
     samples = duration / values["sample_time"]
     if not 3.0 <= samples <= SAMPLES_MAX:
@@ -305,7 +302,10 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         raise InputError(message, path=f"{path}.duration", value=duration, allowed=allowed, mend="Change duration or sample_time")
     if settle >= duration:
         raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s")
-    return Run(**values)
+    try:
+        return Run(**values)
+    except InputError as error:
+        raise error.at(path=f"{path}.{error.path}") from None
 
 
 # The functions of time that references are, with an effort for each length.

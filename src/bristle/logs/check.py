@@ -24,16 +24,9 @@ Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
-PAIRS = (
-    ("2", "1/2", 2.0),
-    ("pi", "1/pi", np.pi),
-    ("2 pi", "1/(2 pi)", 2.0 * np.pi),
-    ("60", "1/60", 60.0),
-    ("30/pi", "pi/30", 30.0 / np.pi),
-    ("180/pi", "pi/180", 180.0 / np.pi),
-    ("1000", "1/1000", 1000.0),
-)
-GEARS = {name: value for ahead, back, ratio in PAIRS for name, value in ((ahead, ratio), (back, 1.0 / ratio))}
+RATIOS = {"2": 2.0, "pi": np.pi, "2 pi": 2.0 * np.pi, "60": 60.0, "30/pi": 30.0 / np.pi, "180/pi": 180.0 / np.pi, "1000": 1000.0}
+INVERSES = ("1/2", "1/pi", "1/(2 pi)", "1/60", "pi/30", "pi/180", "1/1000")
+GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.values(), strict=True)}
 """Ratios that gears, leads and units have, when two numbers that should be one differ by such a factor."""
 
 

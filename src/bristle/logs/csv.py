@@ -39,7 +39,6 @@ from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.words import is_time
 
 HEAD_BYTES = 2**17
-TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are in plain text
 LONGEST_LINE = 4 * 2**20
 UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
@@ -123,10 +122,7 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
         except UnicodeDecodeError:
             raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again") from None
     elif b"\0" in data:
-        order = _order_of_bytes(data[:HEAD_BYTES])
-        if not order:
-            raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV")
-        data = data[: len(data) // 2 * 2].decode(order, "replace").encode("utf-8", "replace")
+        raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV, in UTF-8")
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -140,15 +136,6 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
     except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ where Latin-1 has none
         return data, "latin-1" if any(sign in data for sign in UNUSED) else "cp1252"
     return data, "utf-8"
-
-
-def _order_of_bytes(head: bytes) -> str:
-    """Return the encoding of text in two bytes a letter that does not say so; empty where it is no such text."""
-    for order, zeros, letters in (("utf-16-le", head[1::2], head[::2]), ("utf-16-be", head[::2], head[1::2])):
-        plain = sum(byte in b"\t\r\n" or 32 <= byte < 127 for byte in letters)
-        if zeros.count(0) > TEXT_SHARE * len(zeros) and plain > TEXT_SHARE * len(letters):
-            return order
-    return ""
 
 
 def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:

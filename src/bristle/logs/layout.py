@@ -173,18 +173,19 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     rows = [cells_above for _, cells_above in above if len(cells_above) == count]
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
     numbered = np.flatnonzero(layout.numeric).tolist()
-    if numbered[-1] < len(cells) and all(kinds[k] for k in numbered):
-        mend = "Delete what stands beside these rows: those below do not have it"
-        raise InputError("is a row of numbers with more in it", path=place, value=lines[index], mend=mend)
+    is_row, mend = numbered[-1] < len(cells) and all(kinds[k] for k in numbered), "Delete what stands beside the rows of numbers"
     if len(cells) != count:
-        if (rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True)):
-            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
-    elif rows and any(kinds):
-        odd = next(column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column])
+        if is_row or ((rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))):
+            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index], mend=mend if is_row else "")
+        return
+    odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
+    if rows and any(kinds) and odd is not None:
         message, mend = ("is a number, and below it stands text", "") if kinds[odd] else why_no_number(cells[odd])
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
+    if is_row:
+        raise InputError("is a row of numbers with more in it", path=place, value=lines[index], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
