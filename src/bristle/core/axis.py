@@ -81,9 +81,8 @@ def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
     columns = mapping(instance(Column, "a Column"))(columns, path, kind)
     for name, column in columns.items():
         if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
-            raise InputError(
-                "has an unknown name", path=path, value=shown(name), allowed=f"{', '.join(COLUMNS)}, or a further channel, with its unit"
-            )
+            allowed = f"{', '.join(COLUMNS)}, or a further channel, with its unit"
+            raise InputError("has an unknown name", path=path, value=shown(name), allowed=allowed)
     return columns
 
 

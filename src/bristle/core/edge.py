@@ -25,7 +25,7 @@ import math
 import numbers
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, field
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -109,9 +109,8 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
                 raise
             number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
-            raise InputError(
-                "is out of any range", path=path, value=value, allowed=f"0, or {SMALLEST:g} and more in SI", mend="Is the unit right?"
-            )
+            allowed = f"0, or {SMALLEST:g} and more in SI"
+            raise InputError("is out of any range", path=path, value=value, allowed=allowed, mend="Is the unit right?")
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0:
@@ -290,9 +289,8 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
             raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
-            raise InputError(
-                "is not finite throughout", path=path, value=f"{numbers.flat[place]} at {place}", mend="Remove NaN and infinity first"
-            )
+            value, mend = f"{numbers.flat[place]} at {place}", "Remove NaN and infinity first"
+            raise InputError("is not finite throughout", path=path, value=value, mend=mend)
         return numbers
 
     return convert

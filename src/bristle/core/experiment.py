@@ -74,21 +74,13 @@ class Run:
 
     def __post_init__(self) -> None:
         if self.tolerance and self.substeps:
-            raise InputError(
-                "stands beside a tolerance, which chooses the steps itself",
-                path="substeps",
-                value=self.substeps,
-                mend="Leave one of both out",
-            )
+            message = "stands beside a tolerance, which chooses the steps itself"
+            raise InputError(message, path="substeps", value=self.substeps, mend="Leave one of both out")
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration / self.sample_time > SAMPLES_MAX:
-            raise InputError(
-                f"asks for {self.duration / self.sample_time:.3g} samples",
-                path="duration",
-                value=self.duration,
-                allowed=f"up to {SAMPLES_MAX} samples",
-            )
+            message, allowed = f"asks for {self.duration / self.sample_time:.3g} samples", f"up to {SAMPLES_MAX} samples"
+            raise InputError(message, path="duration", value=self.duration, allowed=allowed)
 
 
 RUN = variables_in(Run)
@@ -274,30 +266,17 @@ class Variant:
         return replace(self, run=run, disturbance=disturbance, injected=injected)
 
     def __post_init__(self) -> None:
-        if not self.run.tolerance:
-            return
-        if self.effort is None:
-            raise InputError(
-                "is for open loops: a controller acts at equal steps, and they end there",
-                path="run.tolerance",
-                value=self.run.tolerance,
-                mend="Write substeps, or drive the plant by [effort] without a [controller]",
-            )
-        if self.plant.component.screw is not None:
-            raise InputError(
-                f"needs a plant of one mass, and {self.plant.name} has a table behind a screw",
-                path="run.tolerance",
-                value=self.run.tolerance,
-                mend="Write substeps instead, or take an inertia with the sum of both",
-            )
-        for name in ("delay", "current_lag"):
-            if value := getattr(self.run, name):
-                raise InputError(
-                    "stands beside a tolerance, and no drive is part of what that integrates",
-                    path=f"run.{name}",
-                    value=value,
-                    mend="Write substeps instead of the tolerance",
-                )
+        run, mend = self.run, "Write substeps instead of the tolerance"
+        screw = f"needs a plant of one mass, and {self.plant.name} has a table behind a screw"
+        drive = "stands beside a tolerance, and no drive is part of what that integrates"
+        for name, refused, message in (
+            ("tolerance", self.effort is None, "is for open loops: a controller acts at equal steps, and they end there"),
+            ("tolerance", self.plant.component.screw is not None, screw),
+            ("delay", run.delay, drive),
+            ("current_lag", run.current_lag, drive),
+        ):
+            if run.tolerance and refused:
+                raise InputError(message, path=f"run.{name}", value=getattr(run, name), mend=mend)
 
 
 @guarded()

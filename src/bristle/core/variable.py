@@ -66,13 +66,9 @@ class Variable:
         except InputError as error:
             raise error.at(f"quantity of {self.description!r}") from None
         if self.excitation not in EXCITATIONS:
-            raise InputError(
-                "is no excitation",
-                path=f"excitation of {self.description!r}",
-                value=self.excitation,
-                allowed=f"{', '.join(EXCITATIONS[1:])}, or empty",
-                mend=did_you_mean(self.excitation, EXCITATIONS[1:]),
-            )
+            place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty"
+            mend = did_you_mean(self.excitation, EXCITATIONS[1:])
+            raise InputError("is no excitation", path=place, value=self.excitation, allowed=allowed, mend=mend)
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""
