@@ -25,7 +25,7 @@ import math
 import numbers
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, field
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
