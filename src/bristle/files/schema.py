@@ -56,7 +56,6 @@ EXPECTED = {
 
 
 MISSING = {
-    "schema": "Write schema = 1 on the first line",
     "kind": 'Write kind = "translational" or kind = "rotational" on the second line',
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }

@@ -169,15 +169,19 @@ class Leg:
     from_rest: bool
 
 
+def noise_of(values: np.ndarray) -> float:
+    """Return the standard deviation of what changes from sample to sample as no motion does: of second differences."""
+    bends = np.abs(np.diff(values, 2))
+    return DEVIATION_OVER_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
+
+
 def graininess(position: np.ndarray, resolution: float | None) -> float:
     """Return the smallest motion that a recorded position shows [m or rad]."""
     if resolution is None:
         steps = np.abs(np.diff(position))
         resolution = float(np.min(steps[steps > 0.0], initial=np.inf))
         resolution = resolution if np.isfinite(resolution) else 0.0
-    bends = np.abs(np.diff(position, 2))
-    noise = DEVIATION_OVER_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
-    return max(2.5 * resolution, 4.0 * noise)  # of the encoder, of its noise: no motion is smaller
+    return max(2.5 * resolution, 4.0 * noise_of(position))  # of the encoder, of its noise: no motion is smaller
 
 
 def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[slice]:
