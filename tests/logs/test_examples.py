@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bristle.logs.columns import is_table
 from bristle.logs.json_records import looks_like_json
 from bristle.logs.layout import why_no_number
+from bristle.logs.log import is_table
 from bristle.logs.passages import nesting
 from bristle.logs.stamped_text import amount_in, names_beside_times, period_told
 from bristle.logs.table import axis_in, some_of, split_unit, without_index

@@ -76,7 +76,7 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
         motion = "position" if "position" in columns else "velocity"
         lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
     lines += ["", "[columns]"]
-    if roles.implied_time:
+    if table.stamps:
         lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
     lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
@@ -287,7 +287,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
         key = "rated" if units.compatible(effort.unit, "rated") else "constant"
         tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
-    if "time" not in columns and not roles.implied_time and table.sample_time is None:
+    if "time" not in columns and not table.stamps and table.sample_time is None:
         tables["timing"] = {"sample_time": FILL_IN}
     # Position and effort are measured on both sides of a screw.
     if kind is not None and (turns := _turns(tables)) is not None and turns != (kind == KINDS[1]):

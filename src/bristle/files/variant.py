@@ -249,13 +249,10 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
-    own, place, friction = entries.get("plant", "none"), f"{path}.plant", entries.get("friction", "none")
-    if own not in ("none", "own"):
-        allowed = '"none", or "own": those of [plant]'
-        raise InputError("is no plant whose gravity and cogging are fed forward", path=place, value=own, allowed=allowed)
+    own = choice_at(entries, "plant", ("none", "own"), path, "is no plant whose gravity and cogging are fed forward")
     along: Any = choice_at(entries, "along", ALONG, path, "is no motion that a compensator follows")
     rest: Any = choice_at(entries, "rest", RESTS, path, "is no rule for the force at rest")
-    place = tables.path("controller", "feedforward", "friction")
+    place, friction = tables.path("controller", "feedforward", "friction"), entries.get("friction", "none")
     if isinstance(friction, str) and friction != "none":
         mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
         allowed = '"none", or a friction model as in [friction]'

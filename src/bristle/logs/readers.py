@@ -81,7 +81,7 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     """Return what a reader gives, of one of a person's own too, which may give any table of columns."""
     if isinstance(read, Table):
         return read
-    from bristle.logs.columns import is_table, table_of
+    from bristle.logs.log import is_table, table_of
 
     if not is_table(read):
         message = f"is read by {log_format.name}, which gives a {type(read).__name__}"

@@ -184,7 +184,6 @@ class Roles:
     """The channels that a table has."""
 
     channels: dict[str, Role] = field(default_factory=dict)
-    implied_time: bool = False
     rivals: tuple[str, ...] = ()
 
 
@@ -208,7 +207,7 @@ def roles_of(table: Table) -> Roles:
             reason = _reason(velocity, "its unit")
             channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)
             channels |= _effort(table, [column for column in moving if column is not velocity and not column.is_apart_from(way)], way)
-        return Roles(channels, bool(table.stamps))
+        return Roles(channels)
     stamps = _stamps(table, position.name, time)
     left = [column for column in moving if column is not position and not column.is_apart_from(position)]
     velocity = _velocity(left, position, stamps)
@@ -240,7 +239,7 @@ def roles_of(table: Table) -> Roles:
             own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     channels |= _effort(table, [column for column in left if column is not error], position)
-    return Roles(channels, bool(table.stamps), rivals)
+    return Roles(channels, rivals)
 
 
 def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:
