@@ -16,7 +16,7 @@ from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.values import looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.logs.assembly import record_of
-from bristle.logs.channel import LogData
+from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
 # What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
