@@ -9,17 +9,11 @@ from typing import Any
 from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, taken, whole
 from bristle.core.errors import InputError, located
 from bristle.core.motion import RECORDED
+from bristle.core.tabular import SIGNALS
 from bristle.core.values import shown
 from bristle.core.variable import KINDS, Kind, Variable
 
-CHANNELS = {
-    "time": "time",
-    "position": "length",
-    "velocity": "length/time",
-    "effort": "force",
-    "reference": "length",
-    **{name: variable.quantity for name, variable in RECORDED.items()},
-}
+CHANNELS = {name: SIGNALS[name].quantity for name in ("time", "position", "velocity", "effort", "reference", *RECORDED)}
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
 """What a column may be: a channel, or the following error, which makes the reference with the position."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core import units
-from bristle.core.axis import Axis
+from bristle.core.axis import COLUMNS, Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, unit_of
@@ -134,12 +134,6 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
     return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
-ASSUMED_UNIT = {
-    "time": dict.fromkeys(KINDS, "s"),
-    "position": {KINDS[0]: "m", KINDS[1]: "rad"},
-    "velocity": {KINDS[0]: "m/s", KINDS[1]: "rad/s"},
-    "effort": {KINDS[0]: "N", KINDS[1]: "N*m"},
-}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 # What stands above the columns of some exports -> where it belongs in an axis file.
@@ -314,10 +308,10 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():
         if entry.get("unit") == FILL_IN:
-            entry["unit"] = ASSUMED_UNIT[name if name in ASSUMED_UNIT else "position"][kind]
+            entry["unit"] = unit_of(COLUMNS[name], kind)
     assumed = {**tables, "kind": kind, "columns": columns}
-    force, drive = ASSUMED_UNIT["effort"][kind], units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
-    for name, filled in (("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m")):
+    force, drive = unit_of("force", kind), units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
+    for name, filled in (("effort", force), ("encoder", unit_of("length", kind)), ("timing", "s"), ("transmission", "m")):
         if name in tables:
             assumed[name] = {
                 key: f"1 {filled}{f'/{drive}' * (key == 'constant')}" if value == FILL_IN else value for key, value in tables[name].items()

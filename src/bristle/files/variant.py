@@ -53,21 +53,22 @@ from bristle.plants import find as find_plant
 from bristle.references import REFERENCES, chirp, recorded, s_curve, sine, triangle
 from bristle.sensors import SENSORS
 
-SECTIONS = (
-    "axis",
-    "plant",
-    "friction",
-    "table_friction",
-    "controller",
-    "effort",
-    "sensor",
-    "reference",
-    "disturbance",
-    "injected",
-    "start",
-    "run",
+SECTIONS = tuple(
+    [
+        "axis",
+        "plant",
+        "friction",
+        "table_friction",
+        "controller",
+        "effort",
+        "sensor",
+        "reference",
+        "disturbance",
+        "injected",
+        "start",
+        "run",
+    ]
 )
-
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
 
 
