@@ -53,21 +53,9 @@ from bristle.plants import find as find_plant
 from bristle.references import REFERENCES, chirp, recorded, s_curve, sine, triangle
 from bristle.sensors import SENSORS
 
-SECTIONS = tuple(
-    [
-        "axis",
-        "plant",
-        "friction",
-        "table_friction",
-        "controller",
-        "effort",
-        "sensor",
-        "reference",
-        "disturbance",
-        "injected",
-        "start",
-        "run",
-    ]
+SECTIONS = (
+    *("axis", "plant", "friction", "table_friction", "controller", "effort"),
+    *("sensor", "reference", "disturbance", "injected", "start", "run"),
 )
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
 
