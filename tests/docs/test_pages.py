@@ -123,7 +123,7 @@ def test_parts_of_axis_files_in_pages_are_read(block):
 @each("toml hysteresis")
 def test_files_of_curves_in_pages_are_read(block, tmp_path):
     (tmp_path / "axis.toml").write_text(block.text)
-    assert read_curve_columns(tmp_path / "axis.toml").start == "saturated"
+    assert read_curve_columns(tmp_path / "axis.toml").curves.start == "saturated"
 
 
 @each("toml study")
