@@ -270,7 +270,7 @@ class Variant:
         screw = f"needs a plant of one mass, and {self.plant.name} has a table behind a screw"
         drive = "stands beside a tolerance, and no drive is part of what that integrates"
         for name, refused, message in (
-            ("tolerance", self.effort is None, "is for open loops: a controller acts at equal steps, and they end there"),
+            ("tolerance", self.effort is None, "is for open loops, which [effort] drives: a controller acts at equal steps"),
             ("tolerance", self.plant.component.screw is not None, screw),
             ("delay", run.delay, drive),
             ("current_lag", run.current_lag, drive),
