@@ -97,7 +97,7 @@ def test_what_is_allowed_is_needed(arrows):
 
 def test_all_files_are_looked_at(arrows):
     assert len(arrows) == len(list(ROOT.rglob("*.py")))
-    assert "bristle.logs.columns" in arrows["bristle.logs.log"]
+    assert "bristle.logs.assembly" in arrows["bristle.logs.log"]
     assert "bristle.files.user_model" in arrows["bristle.files.model"]  # inside a function
 
 

@@ -23,7 +23,7 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.cli.main.main": "the command",
     "bristle.files.results.remove_unfinished": "taken from `sys.modules`: what ends the program imports nothing",
     "bristle.cli.*.EXAMPLE": "the end of the help of each command",
-    "bristle.logs.*.read": "the reader of a format, in the module that has its name",
+    "bristle.logs.*.read_*": "the reader of a format, by the name of the format",
     "bristle.logs.apart.serve": "begun in a process of its own",
     "bristle.paper.surface.reaching_time": "named in the line of an equation of the paper, in `equations.toml`",
     "bristle.study.workers.simulated": "asked for by name of a worker of a cluster",

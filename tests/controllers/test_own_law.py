@@ -8,7 +8,7 @@ import pytest
 from bristle import friction, sensors
 from bristle.core import Axis, Column, Controller, InputError, Variable, kernel
 from bristle.engine import run_closed_loop
-from bristle.files.controller import in_effort
+from bristle.files.components import in_effort
 from bristle.plants import inertia
 
 DT = 1e-3

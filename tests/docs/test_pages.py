@@ -17,10 +17,9 @@ from bristle.files.axis import axis_from
 from bristle.files.curves import read_curve_columns
 from bristle.files.experiment import KEYS, experiment_from, merged, planned_in, with_models
 from bristle.files.model import friction_from
-from bristle.files.run import RUN
 from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
-from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
+from bristle.files.variant import FEEDFORWARD, LEARNING, RUN, SECTIONS
 from bristle.study import read_study_file
 from bristle.study.values import fitted_at
 
@@ -124,7 +123,7 @@ def test_parts_of_axis_files_in_pages_are_read(block):
 @each("toml hysteresis")
 def test_files_of_curves_in_pages_are_read(block, tmp_path):
     (tmp_path / "axis.toml").write_text(block.text)
-    assert read_curve_columns(tmp_path / "axis.toml").start == "saturated"
+    assert read_curve_columns(tmp_path / "axis.toml").curves.start == "saturated"
 
 
 @each("toml study")

@@ -7,12 +7,16 @@ import pytest
 
 from bristle.core import Axis, Column, InputError
 from bristle.files.axis import axis_from
-from bristle.files.controller import controller_of
+from bristle.files.components import controller_from
 
 
 def axis(base: str, scale: float, kind="translational", **gains):
     column = Column("u", base, base, scale)
     return {"model": "cascade", "k_p": 160.18, **gains}, Axis(kind=kind, columns={"effort": column})
+
+
+def controller_of(table, of_axis):
+    return controller_from(table, kind=of_axis.kind, axis=of_axis, path="controller")
 
 
 @pytest.mark.parametrize(
@@ -84,10 +88,6 @@ def test_an_integral_time_is_a_gain():
         axis_from(tomllib.loads(text.replace("T_n =", "k_i = 5.0, T_n =")))
     off = axis_from(tomllib.loads(text.replace('"20 ms"', "0.0"))).controller.values
     assert off["k_i"] == 0.0
-
-
-def test_an_axis_without_a_controller_has_none():
-    assert controller_of(None, Axis()) is None
 
 
 def test_a_unit_of_neither_is_refused():

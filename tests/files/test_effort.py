@@ -113,7 +113,7 @@ def test_a_tolerance_in_a_loop_is_refused(tmp_path):
         '[effort]\nmodel = "constant"',
         '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1',
     )
-    with pytest.raises(InputError, match=r"run.tolerance: is for open loops.*\[effort\]"):
+    with pytest.raises(InputError, match=r"run.tolerance: is for open loops, which \[effort\] drives"):
         read(tmp_path, loop)
 
 

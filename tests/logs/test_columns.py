@@ -12,8 +12,7 @@ import pytest
 
 import bristle as br
 from bristle.core import Axis, Column, InputError
-from bristle.logs.columns import table_of
-from bristle.logs.log import CHANNELS, Channel, Log
+from bristle.logs.log import CHANNELS, Channel, Log, table_of
 
 COUNT = 400
 T = np.arange(COUNT) * 2e-3

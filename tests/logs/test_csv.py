@@ -18,7 +18,7 @@ HERE = Path("log.csv")
 
 
 def read_csv(data: bytes, source: Path) -> Table:
-    return csv.read(data, Request(source, None, ALL, SIZE_LIMIT))
+    return csv.read_csv(data, Request(source, None, ALL, SIZE_LIMIT))
 
 
 T = np.arange(30) * 0.5
@@ -236,4 +236,4 @@ def test_channels_with_times_of_their_own_are_no_larger_than_is_allowed_either()
     data = ("\n".join(lines) + "\n").encode()
     assert read_csv(data, HERE).columns["b"].size == 20
     with pytest.raises(InputError, match="more than is read unasked"):
-        csv.read(data, Request(HERE, None, ALL, 100))
+        csv.read_csv(data, Request(HERE, None, ALL, 100))

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from bristle.logs.columns import is_table
 from bristle.logs.json_records import looks_like_json
 from bristle.logs.layout import why_no_number
-from bristle.logs.names import distinct, names_and_units, plain_unit
+from bristle.logs.log import is_table
 from bristle.logs.passages import nesting
 from bristle.logs.stamped_text import amount_in, names_beside_times, period_told
 from bristle.logs.table import axis_in, some_of, split_unit, without_index
 from bristle.logs.turns import turning_points
-from bristle.logs.words import is_time, meaning_of, unit_in_name, without_part, words_of
+from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, plain_unit, unit_in_name, without_part, words_of
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,8 @@ from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
 from bristle.logs import Log
-from bristle.logs.legs import graininess
 from bristle.logs.passages import nesting, passages, passages_along
-from bristle.logs.turns import turning_points
+from bristle.logs.turns import graininess, turning_points
 
 EXPECTED = {
     "decaying loops": "loops",

@@ -13,10 +13,12 @@ import bristle as br
 from bristle import controllers, engine, friction, hysteresis, logs, plants, prediction, references, sensors
 from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, Variant
 from bristle.core.experiment import Learning
-from bristle.logs.curves import Curve, CurveColumns, Curves, SignalColumn
+from bristle.logs.curves import Curve, Curves
 from bristle.logs.log import Channel, Log
 
 MASS = 12.0
+
+OF_CURVE = {"schema": 1, "kind": "translational", "columns": {"input": "u", "output": "f"}}
 
 
 @dataclass(frozen=True)
@@ -170,7 +172,11 @@ def calls() -> dict[str, Call]:
         "read_model": Call(br.read_model, {"path": None}),
         "read_curves": Call(
             br.read_curves,
-            {"path": b"u [m],f [N]\n0,0\n1,1\n2,1\n1,0\n", "axis": CurveColumns(SignalColumn("u"), SignalColumn("f")), "size_limit": 10**6},
+            {
+                "path": b"u [m],f [N]\n0,0\n1,1\n2,1\n1,0\n",
+                "axis": {"schema": 1, "kind": "translational", "columns": {"input": "u", "output": "f"}},
+                "size_limit": 10**6,
+            },
         ),
         "run_open_loop": Call(engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}),
         "run_adaptive": Call(

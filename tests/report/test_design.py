@@ -12,7 +12,7 @@ from tests.report.test_pages import COMMON
 
 from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
-from bristle.files.controller import controller_from
+from bristle.files.components import controller_from
 from bristle.loop import design
 from bristle.report.design import design_report, design_ruling, design_sentences, design_summary
 from bristle.report.design_tables import budget_table, margin_table

@@ -16,8 +16,7 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS
 from bristle.identification.preprocessing import differentiated, shifted, treat
-from bristle.logs.columns import is_table
-from bristle.logs.log import Channel, Log
+from bristle.logs.log import Channel, Log, is_table
 from bristle.workflow import identify
 
 if TYPE_CHECKING:

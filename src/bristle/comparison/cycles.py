@@ -15,9 +15,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.identification.preprocessing import CUTOFF_SHARE, treat
-from bristle.logs.legs import graininess
 from bristle.logs.log import Log
-from bristle.logs.turns import turning_points
+from bristle.logs.turns import graininess, turning_points
 
 SAME_PERIOD = 1e-3  # relative difference of sample times that is none
 PHASES = 33  # at which the positions of two cycles are compared

@@ -6,20 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bristle.core.edge import FLAG, KIND, TEXT, Converter, among, amount, guarded, instance, many, mapping, model, optional, whole
+from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, taken, whole
 from bristle.core.errors import InputError, located
 from bristle.core.motion import RECORDED
-from bristle.core.values import looked_at, shown
+from bristle.core.tabular import SIGNALS
+from bristle.core.values import shown
 from bristle.core.variable import KINDS, Kind, Variable
 
-CHANNELS = {
-    "time": "time",
-    "position": "length",
-    "velocity": "length/time",
-    "effort": "force",
-    "reference": "length",
-    **{name: variable.quantity for name, variable in RECORDED.items()},
-}
+CHANNELS = {name: SIGNALS[name].quantity for name in ("time", "position", "velocity", "effort", "reference", *RECORDED)}
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
 """What a column may be: a channel, or the following error, which makes the reference with the position."""
@@ -27,12 +21,16 @@ COLUMNS = CHANNELS | {"following_error": "length"}
 _NUMBER = amount(Variable("1", "factor"))
 
 
-def _positive(quantity: str, meaning: str) -> Converter:
-    return optional(amount(Variable(quantity, meaning, min=0.0), exclusive=True))
+def _flag(*, default: bool = False) -> Any:
+    return taken(FLAG, default)
 
 
-def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Converter:
-    return optional(many(amount(Variable(quantity, meaning), endless=endless), least=2, most=2))
+def _positive(quantity: str, meaning: str, **options: Any) -> Any:
+    return taken(optional(amount(Variable(quantity, meaning, min=0.0), exclusive=True)), None, **options)
+
+
+def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Any:
+    return taken(optional(many(amount(Variable(quantity, meaning), endless=endless), least=2, most=2)), None)
 
 
 def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
@@ -43,13 +41,7 @@ def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
         return amount(variable)(value, path, kind)
 
 
-def _thresholds(thresholds: Any, path: str, kind: Kind | None) -> dict[str, float]:
-    if not isinstance(thresholds, Mapping):
-        raise InputError("must be a dictionary of thresholds", path=path, value=thresholds)
-    return {name: looked_at(_NUMBER, value, f"{path}.{name}", kind) for name, value in thresholds.items()}
-
-
-@guarded(name=TEXT, unit=TEXT, base=TEXT, scale=_NUMBER, optional=FLAG, shift=_NUMBER)
+@guarded()
 @dataclass(frozen=True)
 class Column:
     """One column of a log and how its numbers become SI of the axis.
@@ -70,12 +62,12 @@ class Column:
         What is added after scaling, for temperatures.
     """
 
-    name: str
-    unit: str
-    base: str
-    scale: float = 1.0
-    optional: bool = False
-    shift: float = 0.0
+    name: str = taken(TEXT)
+    unit: str = taken(TEXT)
+    base: str = taken(TEXT)
+    scale: float = taken(_NUMBER, 1.0)
+    optional: bool = _flag()
+    shift: float = taken(_NUMBER, 0.0)
 
 
 def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
@@ -83,13 +75,12 @@ def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
     columns = mapping(instance(Column, "a Column"))(columns, path, kind)
     for name, column in columns.items():
         if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
-            raise InputError(
-                "has an unknown name", path=path, value=shown(name), allowed=f"{', '.join(COLUMNS)}, or a further channel, with its unit"
-            )
+            allowed = f"{', '.join(COLUMNS)}, or a further channel, with its unit"
+            raise InputError("has an unknown name", path=path, value=shown(name), allowed=allowed)
     return columns
 
 
-@guarded(column=TEXT, gain=_NUMBER, optional=FLAG)
+@guarded()
 @dataclass(frozen=True)
 class Injected:
     """A known input added to the controller's output.
@@ -104,12 +95,12 @@ class Injected:
         Whether a log may lack it.
     """
 
-    column: str
-    gain: float
-    optional: bool = False
+    column: str = taken(TEXT)
+    gain: float = taken(_NUMBER)
+    optional: bool = _flag()
 
 
-@guarded(column=TEXT, name=TEXT, optional=FLAG)
+@guarded()
 @dataclass(frozen=True)
 class KnownColumn:
     """A column of a log that an identified coefficient makes an effort of.
@@ -124,16 +115,12 @@ class KnownColumn:
         Whether a log may lack it; it is zero there.
     """
 
-    column: str
-    name: str
-    optional: bool = False
+    column: str = taken(TEXT)
+    name: str = taken(TEXT)
+    optional: bool = _flag()
 
 
-@guarded(
-    turner=among("motor", "screw"),
-    turn=amount(Variable("length", "movement for one turn", min=1e-12)),
-    harmonics=optional(many(whole(1, 10_000), single=True)),
-)
+@guarded()
 @dataclass(frozen=True)
 class Cogging:
     """Efforts that come back a whole number of times in a turn, the same in both directions.
@@ -148,55 +135,12 @@ class Cogging:
         How often in a turn; None where the log is to tell.
     """
 
-    turner: str
-    turn: float
-    harmonics: tuple[int, ...] | None = None
+    turner: str = taken(among("motor", "screw"))
+    turn: float = taken(amount(Variable("length", "movement for one turn", min=1e-12)))
+    harmonics: tuple[int, ...] | None = taken(optional(many(whole(1, 10_000), single=True)), None)
 
 
-@guarded(
-    name=TEXT,
-    kind=KIND,
-    columns=_columns,
-    injected=many(instance(Injected, "an Injected"), single=True),
-    table=optional(TEXT),
-    gravity=FLAG,
-    cogging=many(instance(Cogging, "a Cogging"), single=True),
-    regressors=many(instance(KnownColumn, "a KnownColumn"), single=True),
-    sample_time=_positive("time", "sample time"),
-    delay=amount(Variable("time", "delay of the effort")),
-    seeks_delay=FLAG,
-    mass=_positive("mass", "moving mass or inertia"),
-    plant=among("inertia", "oscillator"),
-    stiffness=optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))),
-    damping=optional(amount(Variable("force*time/length", "damping to the ground", min=0.0))),
-    offset=_offset,
-    resolution=_positive("length", "step of the encoder"),
-    effort_limit=_positive("force", "largest effort"),
-    held=optional(FLAG),
-    hold=optional(among("zero", "linear", "band_limited")),
-    lag=amount(Variable("time", "lag of the drive", min=0.0)),
-    seeks_lag=FLAG,
-    periodic=optional(FLAG),
-    at_rest=FLAG,
-    in_cycle=FLAG,
-    span=_pair("time", "from when to when", endless=True),
-    velocity_limit=_positive("length/time", "largest velocity"),
-    acceleration_limit=_positive("length/time^2", "largest acceleration"),
-    jerk_limit=_positive("length/time^3", "largest jerk"),
-    stroke=_pair("length", "where the stroke ends"),
-    controller=optional(model("controller")),
-    pitch=_positive("length", "movement for a turn"),
-    arm=_positive("length", "movement for a radian of the motor"),
-    rated=_positive("force", "effort at 100 % of rated"),
-    presliding=_positive("length", "pre-sliding distance"),
-    cutoff=_positive("frequency", "cut-off"),
-    decimation=optional(whole(1, 10_000)),
-    keeps_rests=FLAG,
-    method=among("inverse_dynamics", "output_error"),
-    loop=optional(among("open", "closed")),
-    global_search=FLAG,
-    settings=_thresholds,
-)
+@guarded()
 @dataclass(frozen=True)
 class Axis:
     """A motion axis, in SI of its kind.
@@ -296,46 +240,46 @@ class Axis:
         Columns of the log that an identified coefficient makes efforts of.
     """
 
-    name: str = "axis"
-    kind: Kind = "translational"
-    columns: Mapping[str, Column] = field(default_factory=dict)
-    injected: tuple[Injected, ...] = ()
-    table: str | None = None
-    sample_time: float | None = None
-    delay: float = 0.0
-    seeks_delay: bool = True
-    mass: float | None = None
-    plant: str = "inertia"
-    stiffness: float | None = None
-    damping: float | None = None
-    offset: float | str = "identify"
-    resolution: float | None = None
-    effort_limit: float | None = None
-    held: bool | None = None
-    hold: str | None = None
-    lag: float = 0.0
-    seeks_lag: bool = False
-    periodic: bool | None = None
-    at_rest: bool = False
-    in_cycle: bool = False
-    span: tuple[float, float] | None = None
-    velocity_limit: float | None = None
-    acceleration_limit: float | None = None
-    jerk_limit: float | None = None
-    stroke: tuple[float, float] | None = None
-    controller: Any = None
-    pitch: float | None = None
-    arm: float | None = field(default=None, compare=False)
-    rated: float | None = field(default=None, compare=False)
-    presliding: float | None = None
-    cutoff: float | None = None
-    decimation: int | None = None
-    keeps_rests: bool = False
-    method: str = "inverse_dynamics"
-    loop: str | None = None
-    global_search: bool = False
-    settings: Mapping[str, float] = field(default_factory=dict)
+    name: str = taken(TEXT, "axis")
+    kind: Kind = taken(KIND, "translational")
+    columns: Mapping[str, Column] = taken(_columns, default_factory=dict)
+    injected: tuple[Injected, ...] = taken(many(instance(Injected, "an Injected"), single=True), ())
+    table: str | None = taken(optional(TEXT), None)
+    sample_time: float | None = _positive("time", "sample time")
+    delay: float = taken(amount(Variable("time", "delay of the effort")), 0.0)
+    seeks_delay: bool = _flag(default=True)
+    mass: float | None = _positive("mass", "moving mass or inertia")
+    plant: str = taken(among("inertia", "oscillator"), "inertia")
+    stiffness: float | None = taken(optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))), None)
+    damping: float | None = taken(optional(amount(Variable("force*time/length", "damping to the ground", min=0.0))), None)
+    offset: float | str = taken(_offset, "identify")
+    resolution: float | None = _positive("length", "step of the encoder")
+    effort_limit: float | None = _positive("force", "largest effort")
+    held: bool | None = taken(optional(FLAG), None)
+    hold: str | None = taken(optional(among("zero", "linear", "band_limited")), None)
+    lag: float = taken(amount(Variable("time", "lag of the drive", min=0.0)), 0.0)
+    seeks_lag: bool = _flag()
+    periodic: bool | None = taken(optional(FLAG), None)
+    at_rest: bool = _flag()
+    in_cycle: bool = _flag()
+    span: tuple[float, float] | None = _pair("time", "from when to when", endless=True)
+    velocity_limit: float | None = _positive("length/time", "largest velocity")
+    acceleration_limit: float | None = _positive("length/time^2", "largest acceleration")
+    jerk_limit: float | None = _positive("length/time^3", "largest jerk")
+    stroke: tuple[float, float] | None = _pair("length", "where the stroke ends")
+    controller: Any = taken(optional(model("controller")), None)
+    pitch: float | None = _positive("length", "movement for a turn")
+    arm: float | None = _positive("length", "movement for a radian of the motor", compare=False)
+    rated: float | None = _positive("force", "effort at 100 % of rated", compare=False)
+    presliding: float | None = _positive("length", "pre-sliding distance")
+    cutoff: float | None = _positive("frequency", "cut-off")
+    decimation: int | None = taken(optional(whole(1, 10_000)), None)
+    keeps_rests: bool = _flag()
+    method: str = taken(among("inverse_dynamics", "output_error"), "inverse_dynamics")
+    loop: str | None = taken(optional(among("open", "closed")), None)
+    global_search: bool = _flag()
+    settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
-    gravity: bool = False
-    cogging: tuple[Cogging, ...] = ()
-    regressors: tuple[KnownColumn, ...] = ()
+    gravity: bool = _flag()
+    cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "a Cogging"), single=True), ())
+    regressors: tuple[KnownColumn, ...] = taken(many(instance(KnownColumn, "a KnownColumn"), single=True), ())

@@ -135,15 +135,11 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
     if size > limit:
         fixed, words = isinstance(limit, FixedLimit), size_in_words(size)
         words = f"more than {words}" if words == size_in_words(limit) else words
-        raise InputError(
-            f"holds {words}, which is more than is read{'' if fixed else ' unasked'}",
-            path=str(place),
-            allowed=f"up to {size_in_words(limit)}",
-            mend="Is it the right file?"
-            if fixed
-            else f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
-            " (size_limit in Python); reading takes several times as much memory",
-        )
+        message, mend = f"holds {words}, which is more than is read{'' if fixed else ' unasked'}", "Is it the right file?"
+        if not fixed:
+            mend = f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
+            mend += " (size_limit in Python); reading takes several times as much memory"
+        raise InputError(message, path=str(place), allowed=f"up to {size_in_words(limit)}", mend=mend)
     return True
 
 

@@ -324,17 +324,13 @@ def make_model(
         raise InputError("unknown kind of axis", path=f"{prefix}kind", value=kind, allowed=" or ".join(kinds))
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
-        raise InputError(
-            f"{component.name} needs {', '.join(missing)}",
-            path=path or component.name,
-            mend=f"Give {missing[0]}, {variables[missing[0]].description} [{variables[missing[0]].unit(kind or 'translational')}]",
-        )
+        mend = f"Give {missing[0]}, {variables[missing[0]].description} [{variables[missing[0]].unit(kind or 'translational')}]"
+        raise InputError(f"{component.name} needs {', '.join(missing)}", path=path or component.name, mend=mend)
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
         raw = values.get(name, component.defaults.get(name))
-        convert = partial(coerced, component, name, variable)
-        numbers[name] = looked_at(convert, raw, f"{prefix}{name}", chosen)
+        numbers[name] = looked_at(partial(coerced, component, name, variable), raw, f"{prefix}{name}", chosen)
         if validate:
             check_value(component, name, variable, numbers[name], chosen, f"{prefix}{name}")
     parameters = component.assemble(numbers)
@@ -348,12 +344,8 @@ def _over_operator(
     """Return a friction model over the operator that is given for its kernel, with the values of both."""
     path, operator = f"{prefix}kernel", values["kernel"]
     if kind is not None and kind != operator.kind:
-        raise InputError(
-            f"is {operator.kind}, and this friction is {kind}",
-            path=path,
-            value=operator.name,
-            mend="Take an operator of the same kind of axis",
-        )
+        mend = "Take an operator of the same kind of axis"
+        raise InputError(f"is {operator.kind}, and this friction is {kind}", path=path, value=operator.name, mend=mend)
     composed, fixed = component.over(operator, path)
     for name in fixed:
         if name in values and name != "kernel":

@@ -101,8 +101,7 @@ def _canonical(quantity: str) -> str:
 @lru_cache(maxsize=512)
 def exponents_of(quantity: str) -> Mapping[str, float]:
     """Return the power of each name that is short for no other in a quantity; those of power 0 are left out."""
-    products = {name: entry.product or name for name, entry in NAMES.items()}
-    return MappingProxyType(_expanded(_names_in(quantity), products))
+    return MappingProxyType(_expanded(_names_in(quantity), {name: entry.product or name for name, entry in NAMES.items()}))
 
 
 @lru_cache(maxsize=512)

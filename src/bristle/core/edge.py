@@ -23,7 +23,8 @@ import functools
 import inspect
 import math
 import numbers
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, Field, field
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -42,15 +43,26 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 def guarded(**arguments: Converter) -> Callable[[T], T]:
-    """Return what puts converters in front of a function, or of the fields of a dataclass."""
+    """Return what puts converters in front of a function, or of the fields of a dataclass: those that `taken` made, too."""
 
     def guard(target: Any) -> Any:
         if isinstance(target, type):
-            target.__init__ = _in_front(target.__init__, arguments)
+            of_fields = {name: entry.metadata["taken"] for name, entry in fields_of(target).items() if "taken" in entry.metadata}
+            target.__init__ = _in_front(target.__init__, of_fields | arguments)
             return target
         return _in_front(target, arguments)
 
     return guard
+
+
+def fields_of(cls: type) -> dict[str, Field[Any]]:
+    """Return the fields of a dataclass, by name."""
+    return getattr(cls, "__dataclass_fields__", {})
+
+
+def taken(converter: Converter, default: Any = MISSING, **options: Any) -> Any:
+    """Return the field of a dataclass that is `guarded`, and takes what a converter makes of a value."""
+    return field(default=default, metadata={"taken": converter} | options.pop("metadata", {}), **options)
 
 
 def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
@@ -97,9 +109,8 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
                 raise
             number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
-            raise InputError(
-                "is out of any range", path=path, value=value, allowed=f"0, or {SMALLEST:g} and more in SI", mend="Is the unit right?"
-            )
+            allowed = f"0, or {SMALLEST:g} and more in SI"
+            raise InputError("is out of any range", path=path, value=value, allowed=allowed, mend="Is the unit right?")
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0:
@@ -110,16 +121,17 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
     return convert
 
 
-def of_variables(
-    variables: Mapping[str, Variable], *, whole_ones: Collection[str] = (), none: Collection[str] = (), endless: Collection[str] = ()
-) -> dict[str, Converter]:
-    """Return the converters of several quantities; of whole numbers, 0 stands for none in those of `none`."""
-    return {
-        name: whole(int(variable.min), int(variable.max), none=name in none)
-        if name in whole_ones
-        else amount(variable, endless=name in endless)
-        for name, variable in variables.items()
-    }
+def quantity_of(variable: Variable, default: Any = MISSING, *, count: bool = False, endless: bool = False) -> Any:
+    """Return the field of a guarded dataclass that is a quantity; of a `count` a default below its range stands for none."""
+    converter = amount(variable, endless=endless)
+    if count:
+        converter = whole(int(variable.min), int(variable.max), none=default is not MISSING and default < variable.min)
+    return taken(converter, default, metadata={"variable": variable})
+
+
+def variables_in(cls: type) -> dict[str, Variable]:
+    """Return the quantities that fields of a dataclass are."""
+    return {name: entry.metadata["variable"] for name, entry in fields_of(cls).items() if "variable" in entry.metadata}
 
 
 def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Converter:
@@ -277,9 +289,8 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
             raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
-            raise InputError(
-                "is not finite throughout", path=path, value=f"{numbers.flat[place]} at {place}", mend="Remove NaN and infinity first"
-            )
+            value, mend = f"{numbers.flat[place]} at {place}", "Remove NaN and infinity first"
+            raise InputError("is not finite throughout", path=path, value=value, mend=mend)
         return numbers
 
     return convert

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.content import Origin
 from bristle.core.contracts import Model
-from bristle.core.edge import KIND, TEXT, among, amount, array, guarded, instance, many, model, of_variables, optional
+from bristle.core.edge import KIND, TEXT, among, amount, array, guarded, instance, many, model, optional, quantity_of, taken, variables_in
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 
@@ -26,49 +26,11 @@ ALONG = ("desired", "measured")
 RESTS = ("held", "middle")
 """Rules for the force of a memoryless friction model at rest; the first one is that of feedforward."""
 
-RUN = {
-    "duration": Variable("time", "simulated time", min=1e-9),
-    "sample_time": Variable("time", "sample time of the controller", min=1e-9),
-    "settle": Variable("time", "time at the start that the statistics leave out", min=0.0),
-    "effort_limit": Variable("force", "largest effort of the drive", min=0.0),
-    "substeps": Variable("1", "integration steps in a sample", min=1.0, max=10_000.0),
-    "current_lag": Variable("time", "time constant of the current control of the drive", min=0.0),
-    "seeds": Variable("1", "runs, each with other noise", min=1.0, max=1000.0),
-    "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=LONGEST_DELAY),
-    "tolerance": Variable("length", "largest error of the position, of an open loop", min=0.0),
-}
-FEEDFORWARD = {
-    "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
-    "gain": Variable("1", "factor on the friction"),
-    "offset": Variable("force", "constant that is added to it"),
-    "asymmetry": Variable("1", "share by which positive friction is raised and negative lowered", min=-1.0, max=1.0),
-    "limit": Variable("force", "largest friction fed forward", min=0.0),
-    "rate_limit": Variable("force/time", "fastest change of it", min=0.0),
-    "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
-}
-START = {
-    "position": Variable("length", "position at the first sample"),
-    "velocity": Variable("length/time", "velocity at the first sample"),
-    "acceleration": Variable("length/time^2", "acceleration at the first sample"),
-}
-LEARNING = {
-    "trials": Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0),
-    "k_e": Variable("force/length", "effort learned from the following error", min=0.0),
-    "k_d": Variable("force*time/length", "effort learned from its derivative", min=0.0),
-    "cutoff": Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3),
-}
-
 OF_A_SAMPLE = 1e-6  # within which times are the same: those told in decimals, or as a mean of differences, are not exact
 FEWEST_STEPS = 4  # in a sample
 
 
-@guarded(sample_time=amount(RUN["sample_time"]))
-def substeps_for(sample_time: float) -> int:
-    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
-    return max(FEWEST_STEPS, math.ceil(sample_time / 2.5e-4 - OF_A_SAMPLE))  # of the integration [s]
-
-
-@guarded(**of_variables(RUN, whole_ones=("substeps", "delay", "seeds"), none=("substeps",), endless=("effort_limit",)))
+@guarded()
 @dataclass(frozen=True)
 class Run:
     """How long and how finely to simulate.
@@ -98,43 +60,39 @@ class Run:
         may; 0 for `substeps` of equal length.
     """
 
-    duration: float
-    sample_time: float
-    substeps: int = 0
-    delay: int = 0
-    effort_limit: float = float("inf")
-    settle: float = 0.0
-    current_lag: float = 0.0
-    seeds: int = 1
-    tolerance: float = 0.0
+    duration: float = quantity_of(Variable("time", "simulated time", min=1e-9))
+    sample_time: float = quantity_of(Variable("time", "sample time of the controller", min=1e-9))
+    substeps: int = quantity_of(Variable("1", "integration steps in a sample", min=1.0, max=10_000.0), 0, count=True)
+    delay: int = quantity_of(
+        Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=LONGEST_DELAY), 0, count=True
+    )
+    effort_limit: float = quantity_of(Variable("force", "largest effort of the drive", min=0.0), math.inf, endless=True)
+    settle: float = quantity_of(Variable("time", "time at the start that the statistics leave out", min=0.0), 0.0)
+    current_lag: float = quantity_of(Variable("time", "time constant of the current control of the drive", min=0.0), 0.0)
+    seeds: int = quantity_of(Variable("1", "runs, each with other noise", min=1.0, max=1000.0), 1, count=True)
+    tolerance: float = quantity_of(Variable("length", "largest error of the position, of an open loop", min=0.0), 0.0)
 
     def __post_init__(self) -> None:
         if self.tolerance and self.substeps:
-            raise InputError(
-                "stands beside a tolerance, which chooses the steps itself",
-                path="substeps",
-                value=self.substeps,
-                mend="Leave one of both out",
-            )
+            message = "stands beside a tolerance, which chooses the steps itself"
+            raise InputError(message, path="substeps", value=self.substeps, mend="Leave one of both out")
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration / self.sample_time > SAMPLES_MAX:
-            raise InputError(
-                f"asks for {self.duration / self.sample_time:.3g} samples",
-                path="duration",
-                value=self.duration,
-                allowed=f"up to {SAMPLES_MAX} samples",
-            )
+            message, allowed = f"asks for {self.duration / self.sample_time:.3g} samples", f"up to {SAMPLES_MAX} samples"
+            raise InputError(message, path="duration", value=self.duration, allowed=allowed)
 
 
-@guarded(
-    **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")),
-    friction=optional(model("friction")),
-    along=among(*ALONG),
-    rest=among(*RESTS),
-    plant=optional(model("plant")),
-    carries=optional(model("plant")),
-)
+RUN = variables_in(Run)
+
+
+@guarded(sample_time=amount(RUN["sample_time"]))
+def substeps_for(sample_time: float) -> int:
+    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
+    return max(FEWEST_STEPS, math.ceil(sample_time / 2.5e-4 - OF_A_SAMPLE))  # of the integration [s]
+
+
+@guarded()
 @dataclass(frozen=True)
 class Feedforward:
     """What is fed forward: inertia along the desired trajectory, gravity and cogging, and friction.
@@ -167,22 +125,25 @@ class Feedforward:
         forward or not; where not given, what is fed forward does.
     """
 
-    mass: float = 0.0
-    friction: Model | None = None
-    gain: float = 1.0
-    offset: float = 0.0
-    asymmetry: float = 0.0
-    limit: float = math.inf
-    rate_limit: float = math.inf
-    conditioning: float = 0.0
-    along: Literal["desired", "measured"] = "desired"
-    rest: Literal["held", "middle"] = "held"
+    mass: float = quantity_of(Variable("mass", "mass or inertia times the desired acceleration", min=0.0), 0.0)
+    friction: Model | None = taken(optional(model("friction")), None)
+    gain: float = quantity_of(Variable("1", "factor on the friction"), 1.0)
+    offset: float = quantity_of(Variable("force", "constant that is added to it"), 0.0)
+    asymmetry: float = quantity_of(Variable("1", "share by which positive friction is raised and negative lowered", min=-1.0, max=1.0), 0.0)
+    limit: float = quantity_of(Variable("force", "largest friction fed forward", min=0.0), math.inf, endless=True)
+    rate_limit: float = quantity_of(Variable("force/time", "fastest change of it", min=0.0), math.inf, endless=True)
+    conditioning: float = quantity_of(Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0), 0.0)
+    along: Literal["desired", "measured"] = taken(among(*ALONG), "desired")
+    rest: Literal["held", "middle"] = taken(among(*RESTS), "held")
     fitted_to: str = ""
-    plant: Model | None = None
-    carries: Model | None = None
+    plant: Model | None = taken(optional(model("plant")), None)
+    carries: Model | None = taken(optional(model("plant")), None)
 
 
-@guarded(**of_variables(LEARNING, whole_ones=("trials",)))
+FEEDFORWARD = variables_in(Feedforward)
+
+
+@guarded()
 @dataclass(frozen=True)
 class Learning:
     """How a motion that is repeated is learned.
@@ -199,10 +160,13 @@ class Learning:
         Cut-off of the zero-phase low-pass on what is learned [Hz].
     """
 
-    trials: int
-    k_e: float
-    k_d: float
-    cutoff: float
+    trials: int = quantity_of(Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0), count=True)
+    k_e: float = quantity_of(Variable("force/length", "effort learned from the following error", min=0.0))
+    k_d: float = quantity_of(Variable("force*time/length", "effort learned from its derivative", min=0.0))
+    cutoff: float = quantity_of(Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3))
+
+
+LEARNING = variables_in(Learning)
 
 
 @guarded(values=array(least=1), description=TEXT)
@@ -222,7 +186,7 @@ class Effort:
     description: str = "given sample by sample"
 
 
-@guarded(**of_variables(START), effort=optional(amount(FEEDFORWARD["offset"])))
+@guarded(effort=optional(amount(FEEDFORWARD["offset"])))
 @dataclass(frozen=True)
 class Start:
     """Where a loop begins that takes over a motion.
@@ -236,30 +200,16 @@ class Start:
         it is not known: the integral is empty.
     """
 
-    position: float
-    velocity: float = 0.0
-    acceleration: float = 0.0
+    position: float = quantity_of(Variable("length", "position at the first sample"))
+    velocity: float = quantity_of(Variable("length/time", "velocity at the first sample"), 0.0)
+    acceleration: float = quantity_of(Variable("length/time^2", "acceleration at the first sample"), 0.0)
     effort: float | None = None
 
 
-@guarded(
-    name=TEXT,
-    plant=model("plant"),
-    friction=model("friction"),
-    controller=model("controller"),
-    sensor=model("sensor"),
-    reference=model("reference"),
-    feedforward=instance(Feedforward, "a Feedforward"),
-    run=instance(Run, "a Run"),
-    disturbance=optional(array()),
-    injected=optional(array()),
-    learning=optional(instance(Learning, "a Learning")),
-    table=optional(model("friction")),
-    sensor_at=among(*SIDES),
-    axis=optional(instance(Axis, "an Axis")),
-    effort=optional(instance(Effort, "an Effort")),
-    start=optional(instance(Start, "a Start")),
-)
+START = variables_in(Start)
+
+
+@guarded()
 @dataclass(frozen=True)
 class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
@@ -292,22 +242,22 @@ class Variant:
         Where the loop begins; None for where its reference does, with an empty integral.
     """
 
-    name: str
-    plant: Model
-    friction: Model
-    controller: Model
-    sensor: Model
-    reference: Model
-    feedforward: Feedforward
-    run: Run
-    disturbance: np.ndarray | None = None
-    injected: np.ndarray | None = None
-    learning: Learning | None = None
-    table: Model | None = None
-    sensor_at: str = "load"
-    axis: Axis | None = None
-    effort: Effort | None = None
-    start: Start | None = None
+    name: str = taken(TEXT)
+    plant: Model = taken(model("plant"))
+    friction: Model = taken(model("friction"))
+    controller: Model = taken(model("controller"))
+    sensor: Model = taken(model("sensor"))
+    reference: Model = taken(model("reference"))
+    feedforward: Feedforward = taken(instance(Feedforward, "a Feedforward"))
+    run: Run = taken(instance(Run, "a Run"))
+    disturbance: np.ndarray | None = taken(optional(array()), None)
+    injected: np.ndarray | None = taken(optional(array()), None)
+    learning: Learning | None = taken(optional(instance(Learning, "a Learning")), None)
+    table: Model | None = taken(optional(model("friction")), None)
+    sensor_at: str = taken(among(*SIDES), "load")
+    axis: Axis | None = taken(optional(instance(Axis, "an Axis")), None)
+    effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
+    start: Start | None = taken(optional(instance(Start, "a Start")), None)
 
     def first(self, count: int) -> Variant:
         """Return the loop over its first samples."""
@@ -316,39 +266,20 @@ class Variant:
         return replace(self, run=run, disturbance=disturbance, injected=injected)
 
     def __post_init__(self) -> None:
-        if not self.run.tolerance:
-            return
-        if self.effort is None:
-            raise InputError(
-                "is for open loops: a controller acts at equal steps, and they end there",
-                path="run.tolerance",
-                value=self.run.tolerance,
-                mend="Write substeps, or drive the plant by [effort] without a [controller]",
-            )
-        if self.plant.component.screw is not None:
-            raise InputError(
-                f"needs a plant of one mass, and {self.plant.name} has a table behind a screw",
-                path="run.tolerance",
-                value=self.run.tolerance,
-                mend="Write substeps instead, or take an inertia with the sum of both",
-            )
-        for name in ("delay", "current_lag"):
-            if value := getattr(self.run, name):
-                raise InputError(
-                    "stands beside a tolerance, and no drive is part of what that integrates",
-                    path=f"run.{name}",
-                    value=value,
-                    mend="Write substeps instead of the tolerance",
-                )
+        run, mend = self.run, "Write substeps instead of the tolerance"
+        screw = f"needs a plant of one mass, and {self.plant.name} has a table behind a screw"
+        drive = "stands beside a tolerance, and no drive is part of what that integrates"
+        for name, refused, message in (
+            ("tolerance", self.effort is None, "is for open loops, which [effort] drives: a controller acts at equal steps"),
+            ("tolerance", self.plant.component.screw is not None, screw),
+            ("delay", run.delay, drive),
+            ("current_lag", run.current_lag, drive),
+        ):
+            if run.tolerance and refused:
+                raise InputError(message, path=f"run.{name}", value=getattr(run, name), mend=mend)
 
 
-@guarded(
-    name=TEXT,
-    kind=KIND,
-    variants=many(instance(Variant, "a Variant"), single=True),
-    source=optional(instance(Path, "a path", read=Path)),
-    origins=instance(Mapping, "a mapping"),
-)
+@guarded()
 @dataclass(frozen=True)
 class Experiment:
     """One or more variants side by side.
@@ -367,11 +298,11 @@ class Experiment:
         The files that it was made from, by what they are.
     """
 
-    name: str
-    kind: Kind
-    variants: tuple[Variant, ...]
-    source: Path | None = None
-    origins: Mapping[str, tuple[Origin, ...]] = field(default_factory=dict)
+    name: str = taken(TEXT)
+    kind: Kind = taken(KIND)
+    variants: tuple[Variant, ...] = taken(many(instance(Variant, "a Variant"), single=True))
+    source: Path | None = taken(optional(instance(Path, "a path", read=Path)), None)
+    origins: Mapping[str, tuple[Origin, ...]] = taken(instance(Mapping, "a mapping"), default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [variant.name for variant in self.variants]

@@ -63,13 +63,9 @@ class Slot(Documented):
         if isinstance(self.channel, str) and self.channel in CHANNELS:
             object.__setattr__(self, "channel", CHANNELS[self.channel])
         if not isinstance(self.channel, Surrounding):
-            raise InputError(
-                "is no channel of a log",
-                path=f"channel of {self.name}",
-                value=self.channel,
-                allowed=f"{', '.join(CHANNELS)}, or one of your own",
-                mend='Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
-            )
+            place, allowed = f"channel of {self.name}", f"{', '.join(CHANNELS)}, or one of your own"
+            mend = 'Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)'
+            raise InputError("is no channel of a log", path=place, value=self.channel, allowed=allowed, mend=mend)
         if self.of not in (FRICTION, LEVEL):
             raise InputError("is none of the choices", path=f"of, of {self.name}", value=self.of, allowed=f"{FRICTION}, {LEVEL}")
 
@@ -88,24 +84,16 @@ def refuse_unfit(slot: Slot) -> None:
     """Refuse a slot that has not the form of one: no model runs."""
     for name, variable in slot.variables.items():
         if name not in slot.defaults:
-            raise InputError(
-                "has no default", path=f"Parameters.{name}", mend="Give each parameter the default with which friction does not vary"
-            )
+            mend = "Give each parameter the default with which friction does not vary"
+            raise InputError("has no default", path=f"Parameters.{name}", mend=mend)
         if slot.is_array(name) or variable.choices:
             raise InputError("is no number", path=f"Parameters.{name}", mend="A slot takes numbers")
         if variable.excitation not in ("", EXCITATION):
-            raise InputError(
-                "is not what a slot of your own needs of a log",
-                path=f"excitation of {name}",
-                value=variable.excitation,
-                allowed=f'"{EXCITATION}", or empty',
-            )
+            message, place, allowed = "is not what a slot needs of a log", f"excitation of {name}", f'"{EXCITATION}", or empty'
+            raise InputError(message, path=place, value=variable.excitation, allowed=allowed)
     if not slot.identified:
-        raise InputError(
-            "has no parameter that a log could tell",
-            path="Parameters",
-            mend=f'Write Variable(..., excitation="{EXCITATION}") for what is to be identified',
-        )
+        mend = f'Write Variable(..., excitation="{EXCITATION}") for what is to be identified'
+        raise InputError("has no parameter that a log could tell", path="Parameters", mend=mend)
     if slot.factor not in kernels():
         raise InputError("is not a kernel", path="factor", mend="Decorate it with @kernel from bristle.core")
     count = len(inspect.signature(slot.factor).parameters)

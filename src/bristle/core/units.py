@@ -107,25 +107,19 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
 
 def refuse_absurd(number: float, path: str, value: Any = None) -> None:
     """Refuse what is no finite number, and what is so large that no quantity of an axis is it."""
+    value = number if value is None else value
     if not math.isfinite(number):
-        raise InputError("must be a finite number", path=path, value=number if value is None else value)
+        raise InputError("must be a finite number", path=path, value=value)
     if abs(number) > LARGEST:
-        raise InputError(
-            "is out of any range",
-            path=path,
-            value=number if value is None else value,
-            allowed=f"up to {LARGEST:g} in SI",
-            mend="Is the unit right?",
-        )
+        raise InputError("is out of any range", path=path, value=value, allowed=f"up to {LARGEST:g} in SI", mend="Is the unit right?")
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
     """Return text with a unit as a number in `unit`."""
     number, source_unit = split(text, path)
+    allowed = "a plain number" if unit == "1" else f"a value in {unit}"
     if not source_unit and unit != "1":
-        raise InputError(
-            "has no unit", path=path, value=text, allowed="a plain number" if unit == "1" else f"a value in {unit}", mend=_EXAMPLE
-        )
+        raise InputError("has no unit", path=path, value=text, allowed=allowed, mend=_EXAMPLE)
     if source_unit in _SHARES and unit == "1":
         return float(Decimal(number).scaleb(_SHARES[source_unit]))
     source, target = _decimal(source_unit), _decimal(unit)
@@ -134,13 +128,7 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     if source_unit in ("", "1"):
         return float(number)
     if not compatible(source_unit, unit, path=path) or _misnamed(source_unit, unit):
-        raise InputError(
-            "has the wrong unit",
-            path=path,
-            value=text,
-            allowed="a plain number" if unit == "1" else f"a value in {unit}",
-            mend=_mend(source_unit, unit),
-        )
+        raise InputError("has the wrong unit", path=path, value=text, allowed=allowed, mend=_mend(source_unit, unit))
     return float(_registry().Quantity(float(number), _unit(source_unit)).to(_unit(unit)).magnitude)
 
 

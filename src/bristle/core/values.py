@@ -29,8 +29,7 @@ def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> A
     except BristleError:
         raise
     except Exception as error:  # noqa: BLE001
-        reason = f"cannot be read ({type(error).__name__}: {told_by(error)})"
-        raise InputError(reason, path=path, value=value) from None
+        raise InputError(f"cannot be read ({type(error).__name__}: {told_by(error)})", path=path, value=value) from None
 
 
 def shown(value: Any) -> Any:

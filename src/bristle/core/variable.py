@@ -66,13 +66,9 @@ class Variable:
         except InputError as error:
             raise error.at(f"quantity of {self.description!r}") from None
         if self.excitation not in EXCITATIONS:
-            raise InputError(
-                "is no excitation",
-                path=f"excitation of {self.description!r}",
-                value=self.excitation,
-                allowed=f"{', '.join(EXCITATIONS[1:])}, or empty",
-                mend=did_you_mean(self.excitation, EXCITATIONS[1:]),
-            )
+            place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty"
+            mend = did_you_mean(self.excitation, EXCITATIONS[1:])
+            raise InputError("is no excitation", path=place, value=self.excitation, allowed=allowed, mend=mend)
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""
@@ -117,8 +113,7 @@ class Variable:
             With the path, the value, and the range allowed. Infinity lies in a range without end, so it passes
             here: where only some parameters may be infinite, the caller refuses it.
         """
-        values = value if hasattr(value, "__len__") else (value,)
-        for index, number in enumerate(values):
+        for index, number in enumerate(value if hasattr(value, "__len__") else (value,)):
             place = f"{path}[{index}]" if hasattr(value, "__len__") else path
             if math.isnan(number):
                 raise InputError("is not a number", path=place, value=float(number), allowed=self.allowed(kind))

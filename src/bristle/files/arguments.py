@@ -14,8 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
 from bristle.logs import readers
-from bristle.logs.columns import is_table
-from bristle.logs.log import Log
+from bristle.logs.log import Log, is_table
 
 # Readers bring what checks files, which a call that hands in the thing itself need not wait for.
 AXIS: Converter = instance(Axis, "an axis or its file", read=lambda source: files.read_axis(source))  # noqa: PLW0108

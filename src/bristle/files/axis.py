@@ -7,19 +7,16 @@ import re
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from bristle.core import units
 from bristle.core.axis import Axis, Cogging, Column, Injected, KnownColumn
 from bristle.core.content import Readable
 from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.files.components import check_schema, key_of, refuse_open
-from bristle.files.controller import controller_of
+from bristle.files.components import check_schema, controller_from, key_of, refuse_open
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
 from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
-from bristle.files.toml import read_toml
+from bristle.files.toml import as_toml, read_toml
 
 PLACES = {
     "table": "log.table",
@@ -135,7 +132,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         ends = getattr(axis, name)
         if ends is not None and ends[0] >= ends[1]:
             raise InputError("must rise", path=places[name], value=raw[name], allowed=allowed)
-    return replace(axis, controller=controller_of(file.controller, axis))
+    law = file.controller
+    return axis if law is None else replace(axis, controller=controller_from(law, kind=axis.kind, axis=axis, path="controller"))
 
 
 def _drive_of(file: AxisFile) -> Drive:
@@ -264,75 +262,44 @@ def axis_text(axis: Axis) -> bytes | None:
 
 
 def _text_of(axis: Axis) -> bytes:
-    import tomlkit
-
     linear, effort, unit = axis.kind == "translational", axis.columns.get("effort"), unit_of("force", axis.kind)
-    constant = {}  # what turns the unit of the effort column into a force or a torque, where it is neither
-    if effort is not None and effort.base != unit:
-        constant = {"force_constant" if linear else "torque_constant": f"{abs(effort.scale)!r} {unit}/{effort.base}"}
     law = {} if axis.controller is None else axis.controller.values  # of which what has no end is left to its default
     endless = [name for name, value in law.items() if isinstance(value, float) and math.isinf(value)]
-    gains = {key_of(name): np.asarray(value).tolist() for name, value in law.items() if name not in endless}
-    tables = {
-        "columns": {
-            name: _entry(column, column=column.name, unit=column.unit or None, sign=-1 if column.scale < 0.0 else None)
-            for name, column in axis.columns.items()
-        },
-        "log": {
-            "table": axis.table,
-            "span": list(axis.span) if axis.span else None,
-            "start": "rest" if axis.at_rest else "cycle" if axis.in_cycle else "moving",
-        },
-        "effort": {
-            "limit": axis.effort_limit,
-            "held": axis.held,
-            "hold": axis.hold,
-            "periodic": axis.periodic,
-            "lag": "identify" if axis.seeks_lag else axis.lag or None,
-        }
-        | constant,
-        "plant": {
-            "model": axis.plant,
-            "mass" if linear else "inertia": axis.mass,
-            "stiffness": axis.stiffness,
-            "damping": axis.damping,
-            "offset": axis.offset,
-            "presliding": axis.presliding,
-            "gravity": "link" if axis.gravity else None,
-        },
-        "transmission": {"lead": axis.pitch},
-        "encoder": {"resolution": axis.resolution},
-        "timing": {"sample_time": axis.sample_time, "delay": None if axis.seeks_delay else axis.delay},
-        "limits": {
-            "velocity": axis.velocity_limit,
-            "acceleration": axis.acceleration_limit,
-            "jerk": axis.jerk_limit,
-            "stroke": list(axis.stroke) if axis.stroke else None,
-        },
-        "identification": {
-            "cutoff": axis.cutoff,
-            "decimation": axis.decimation,
-            "rests": "keep" if axis.keeps_rests else None,
-            "method": axis.method,
-            "loop": axis.loop,
-            "global_search": axis.global_search or None,
-            "settings": dict(axis.settings) or None,
-        },
-        "controller": {} if axis.controller is None else {"model": axis.controller.name} | gains,
+    gains = {key_of(name): value for name, value in law.items() if name not in endless}
+    values = {place: getattr(axis, name) for name, place in PLACES.items()} | {
+        "log.start": "rest" if axis.at_rest else "cycle" if axis.in_cycle else "moving",
+        "effort.limit": axis.effort_limit,
+        "effort.held": axis.held,
+        "effort.lag": "identify" if axis.seeks_lag else axis.lag or None,
+        "plant.mass" if linear else "plant.inertia": axis.mass,
+        "plant.gravity": "link" if axis.gravity else None,
+        "transmission.lead": axis.pitch,
+        "encoder.resolution": axis.resolution,
+        "timing.delay": None if axis.seeks_delay else axis.delay,
+        "identification.rests": "keep" if axis.keeps_rests else None,
+        "identification.global_search": axis.global_search or None,
     }
-    document = {
+    if effort is not None and effort.base != unit:  # what turns the unit of its column into a force or a torque
+        values["effort.force_constant" if linear else "effort.torque_constant"] = f"{abs(effort.scale)!r} {unit}/{effort.base}"
+    document: dict[str, Any] = {
         "schema": 1,
         "name": axis.name,
         "kind": axis.kind,
         "injected": [_entry(column, column=column.column, gain=column.gain) for column in axis.injected],
         "known": [_entry(column, column=column.column, name=column.name) for column in axis.regressors],
-        "cogging": [
-            {"turn": term.turner, "harmonics": "identify" if term.harmonics is None else list(term.harmonics)} for term in axis.cogging
-        ],
+        "cogging": [{"turn": term.turner, "harmonics": "identify" if term.harmonics is None else term.harmonics} for term in axis.cogging],
+        "columns": {
+            name: _entry(column, column=column.name, unit=column.unit or None, sign=-1 if column.scale < 0.0 else None)
+            for name, column in axis.columns.items()
+        },
     }
-    document |= {name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()}
+    for place, value in values.items():
+        table, key = place.split(".")
+        if value is not None:
+            document.setdefault(table, {})[key] = value
+    document["controller"] = {} if axis.controller is None else {"model": axis.controller.name} | gains
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
-    return ("# The axis that these results were made with, in SI.\n" + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
+    return ("# The axis that these results were made with, in SI.\n" + as_toml(filled)).encode("utf-8", "backslashreplace")
 
 
 def _entry(column: Column | Injected | KnownColumn, /, **keys: Any) -> dict[str, Any]:

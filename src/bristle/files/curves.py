@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import fnmatch
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from bristle.core import units
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.errors import located
+from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind, unit_of
 from bristle.files.components import check_schema
-from bristle.files.schema import ColumnName, Signal, Strict, validated
+from bristle.files.schema import ColumnName, Signal, SignalEntry, Strict, validated
 from bristle.files.toml import read_toml
-from bristle.logs.curves import CurveColumns, Curves, SignalColumn
-from bristle.logs.curves import read_curves as curves_in
+from bristle.logs.curves import Curve, Curves
+from bristle.logs.problems import LARGEST, SMALLEST
+from bristle.logs.readers import read_table
+from bristle.logs.table import Table
 
 
 class Columns(Strict):
@@ -57,32 +61,28 @@ def describes_curves(path: Readable | dict[str, Any]) -> bool:
     return named or data.get("kind") in ("magnetic", "piezo")
 
 
-def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:
+def read_curve_columns(path: HysteresisFile | Readable | dict[str, Any]) -> HysteresisFile:
     """Return where the curves are, as a file says it."""
+    if isinstance(path, HysteresisFile):
+        return path
     data, source, _ = read_toml(path, path="axis", what="a file that says where the curves are")
     with located(source):
         check_schema(data)
         file = validated(HysteresisFile, data)
-        signals = {}
         for name, quantity in (("input", "length"), ("output", "force")):
-            entry = getattr(file.columns, name)
-            if entry.unit is not None:
-                units.factor(entry.unit, unit_of(quantity, file.kind), path=f"columns.{name}.unit")
-            signals[name] = SignalColumn(entry.column, entry.unit or "", float(entry.sign))
-        begun, log, curve = file.curves, file.log, file.columns.curve
-        return CurveColumns(
-            **signals, kind=file.kind, start=begun.start, tables=log.tables, curve=curve, shortest=begun.shortest, name=file.name
-        )
+            if (unit := getattr(file.columns, name).unit) is not None:
+                units.factor(unit, unit_of(quantity, file.kind), path=f"columns.{name}.unit")
+        return file
 
 
-def read_curves(path: Readable, axis: CurveColumns | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT) -> Curves:
+def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT) -> Curves:
     """Return recorded hysteresis: curves of input and output, in SI.
 
     Parameters
     ----------
     path : path-like, bytes or file object
         Any file that a log can be in.
-    axis : CurveColumns, path-like or dict
+    axis : HysteresisFile, path-like or dict
         Where the curves are in it, or the file that says so.
     size_limit : int or str
         Largest file [byte], or text such as ``"2 GB"``.
@@ -92,5 +92,50 @@ def read_curves(path: Readable, axis: CurveColumns | Readable | dict[str, Any], 
     InputError
         If the files cannot be used; the message names file, key or column, and the mend.
     """
-    columns = axis if isinstance(axis, CurveColumns) else read_curve_columns(axis)
-    return curves_in(path, columns, size_limit=size_of(size_limit))
+    file = read_curve_columns(axis)
+    table = read_table(path, size_limit=size_of(size_limit))
+    tables, columns, shortest = file.log.tables, file.columns, file.curves.shortest
+    notes, place, candidates = list(table.notes), str(table.source), []
+    names = [name for name in table.tables if fnmatch.fnmatchcase(name, tables)]
+    if tables and not names:
+        allowed = (", ".join(table.tables[:5]) or "one table only") + (" and more" if len(table.tables) > 5 else "")
+        raise InputError("fits the name of no table of the log", path="log.tables", value=tables, allowed=allowed)
+    for part in [f"{name}/" for name in names] if tables else [""]:
+        u = _signal(table, part, columns.input, "input", "length", file.kind)
+        f = _signal(table, part, columns.output, "output", "force", file.kind)
+        number = _column(table, part, columns.curve, "curve") if columns.curve else np.zeros(u.size)
+        if u.size != f.size:
+            raise InputError(f"has an input of {u.size} samples and an output of {f.size}", path=place)
+        if number.size != u.size:
+            raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{place}: curve")
+        starts = np.flatnonzero(np.diff(number)) + 1
+        candidates += [Curve(*pair) for pair in zip(np.split(u, starts), np.split(f, starts), strict=True)]
+    chosen = [curve for curve in candidates if curve.u.size >= shortest]
+    if not chosen:
+        allowed = f"at least {shortest} samples"
+        raise InputError("holds no curve that is long enough", path=place, value=f"{len(candidates)} curves", allowed=allowed)
+    if len(chosen) < len(candidates):
+        notes.append(f"{len(candidates) - len(chosen)} curves of less than {shortest} samples were left out")
+    if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
+        raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Which column is the input?")
+    return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes))
+
+
+def _signal(table: Table, part: str, column: SignalEntry, key: str, quantity: str, kind: Kind) -> np.ndarray:
+    values = _column(table, part, column.column, key)
+    place = f"{table.source}: column {part}{column.column}"
+    unit = column.unit or table.units.get(table.name_of(part + column.column) or "", "")
+    values = column.sign * (units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0) * values
+    bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
+    if bad.size:
+        message = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
+        mend = "Cut the curve before that sample, or repair it"
+        raise InputError(message, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend=mend)
+    return values
+
+
+def _column(table: Table, part: str, name: str, key: str) -> np.ndarray:
+    stored_name = table.name_of(part + name)
+    if stored_name is None:
+        raise table.missing(part + name, key)
+    return np.asarray(table.columns[stored_name], dtype=float)

@@ -150,13 +150,8 @@ CELSIUS = ("degC", "°C", "celsius")
 
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
     """Return the columns of load and temperature that an axis file names, and those of further channels."""
-    columns = {}
-    for name, entry in (file.columns.model_extra or {}).items():
-        if name == "load":
-            columns[name] = _load(entry, file)
-        else:
-            columns[name] = _in_kelvin(entry, "columns.temperature.unit") if name == "temperature" else _further(name, entry)
-    return columns
+    entries = (file.columns.model_extra or {}).items()
+    return {name: _load(entry, file) if name == "load" else _further(name, entry) for name, entry in entries}
 
 
 def refuse_misspelt(columns: object) -> None:
@@ -180,26 +175,18 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
 
 
 def _further(name: str, entry: ColumnEntry) -> Column:
-    """Return the column of a channel that bristle knows nothing of; a misspelt one is told from it by its unit."""
-    path = f"columns.{name}.unit"
-    if entry.unit is None or not name.isidentifier():
+    """Return the column of a temperature, or of a channel that bristle knows nothing of: its unit tells it from a misspelt one."""
+    path, is_temperature = f"columns.{name}.unit", name == "temperature"
+    if not is_temperature and (entry.unit is None or not name.isidentifier()):
         mend = f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
         mend = did_you_mean(name, COLUMNS) or mend
         raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=mend)
     if entry.unit in CELSIUS:
-        return _in_kelvin(entry, path)
-    base = units.si_of(entry.unit, path=path)
-    # No factor makes one unit of another whose zero is not that of its SI unit.
-    if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
-        raise InputError("has a zero of its own", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
-    return Column(entry.column, entry.unit, base, float(entry.sign), entry.optional)
-
-
-def _in_kelvin(entry: ColumnEntry, path: str) -> Column:
-    if entry.unit in CELSIUS:
         return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
+    base = "K" if is_temperature else units.si_of(entry.unit or "", path=path)
     if entry.unit is not None:
-        units.factor(entry.unit, "K", path=path)
-        if units.convert(f"0 {entry.unit}", "K", path=path) != 0.0:
-            raise InputError("has a zero of its own", path=path, value=entry.unit, allowed="degC, or a multiple of K")
-    return Column(entry.column, entry.unit or "", "K", 1.0, entry.optional)
+        units.factor(entry.unit, base, path=path)
+        # No factor makes one unit of another whose zero is not that of its SI unit.
+        if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
+            raise InputError("has a zero of its own", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
+    return Column(entry.column, entry.unit or "", base, 1.0 if is_temperature else float(entry.sign), entry.optional)

@@ -191,8 +191,7 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
     sources = Sources(source.parent, allow_code, size_of(size_limit))
     with located(source):
         experiment = experiment_from(with_models(data, source, sources), source, sources)
-    own = {"experiment": (content.origin,)} if content is not None else {}
-    return replace(experiment, origins=own | sources.origins)
+    return replace(experiment, origins=({"experiment": (content.origin,)} if content is not None else {}) | sources.origins)
 
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 import os
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import LOOP_VARIANTS, OF_A_SAMPLE, START, Variant
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
+from bristle.files.toml import quoted
 from bristle.logs.log import Log
 
 COLUMNS = 3
@@ -99,7 +99,7 @@ def next_experiment(
 ) -> NextExperiment:
     """Return the experiment file that lies beside the model file of an axis."""
     has_law, gains = axis.controller is not None, {} if axis.controller is None else axis.controller.values
-    title = f"schema = 1\nname = {json.dumps((axis.name or 'the axis') + ', without and with compensation')}\n"
+    title = f"schema = 1\nname = {quoted((axis.name or 'the axis') + ', without and with compensation')}\n"
     # Without an axis file the kind stands above all tables. The variants: as it is, with what the motion takes, with friction.
     mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
     follows, fed = "k_ff = 1.0\n" if not has_law or "k_ff" in gains else "", f'{mass}plant = "own"'
@@ -169,7 +169,7 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
         settle = min(0.05 * log.sample_time * log.reference.values.size, 0.5)  # of the duration, and in seconds
         head = '[reference]\nmodel = "recorded"            # the reference of the log\n'
         judged = f'[run]\nsettle = "{settle:.3g} s"           # at the start, left out of the statistics\n'
-        return f"{head}file = {json.dumps(file)}\n", judged
+        return f"{head}file = {quoted(file)}\n", judged
     position, unit = log.position.values, unit_of("length", log.kind)
     low, high = float(position.min()), float(position.max())
     speed = float(np.quantile(np.abs(np.gradient(position, log.sample_time)), 0.95))

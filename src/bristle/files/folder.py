@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bristle.core.content import CHUNK
+from bristle.core.errors import InputError
 
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
 _BINARY = getattr(os, "O_BINARY", 0)
@@ -160,6 +161,25 @@ def rename_new(old: Path, new: Path) -> None:
 def exchange(first: Path, second: Path) -> bool:
     """Exchange the names of two folders in one step; False, and nothing done, where the system cannot."""
     return _rename(first, second, _EXCHANGE)
+
+
+def folder_wanted(out: str | os.PathLike[str]) -> Path:
+    """Return a folder to be written, without links: where the path is a link, the folder that it leads to."""
+    text = os.fspath(out)
+    if "\0" in text:
+        raise InputError("holds a NUL character and names no folder", path="--out", value=text, mend="Name a new folder")
+    try:
+        path = Path(text)
+        ends = path.name not in ("", "..") and not path.is_symlink()
+        plain = path.parent.resolve() / path.name if ends else path.resolve()
+        if plain.name == "" or plain == plain.parent:
+            raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
+        if not plain.parent.is_dir():
+            raise InputError("the folder that is to hold it does not exist", path=str(plain), mend=f"Make {plain.parent} first")
+    except (OSError, RuntimeError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InputError(f"cannot be written: {reason}", path=text, mend="Name a folder elsewhere") from None
+    return Path(extended(str(plain))) if os.name == "nt" else plain
 
 
 def extended(path: str) -> str:

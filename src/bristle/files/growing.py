@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from bristle.core.errors import InputError, InputWarning
+from bristle.files.folder import folder_wanted
 from bristle.files.owned import (
     NOTE,
     UNFINISHED,
@@ -146,7 +147,9 @@ def growing_folder(
     used: Callable[[str], bool] = lambda name: True,
 ) -> Iterator[tuple[Growing, list[str]]]:
     """Give a folder to write into, new or of an earlier start, to this process alone, and the damaged files in it."""
-    path = _place(out)
+    path = folder_wanted(out)
+    if os.path.lexists(path) and not path.is_dir():
+        raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
     try:
         if not os.path.lexists(path):
             os.mkdir(path)
@@ -203,21 +206,6 @@ def verified(path: Path, names: list[str]) -> None:
 
 DAMAGED_NOTE = "is damaged or was changed, and tells no more what was written"
 MEND_NOTE = "Take out what was added to it; or name another folder, and the command writes all anew"
-
-
-def _place(out: str | os.PathLike[str]) -> Path:
-    text = os.fspath(out)
-    if "\0" in text:
-        raise InputError("holds a NUL character and names no folder", path="--out", value=text, mend="Name a folder")
-    try:
-        path = Path(text).resolve()
-        if not path.parent.is_dir():
-            raise InputError("the folder that is to hold it does not exist", path=str(path), mend=f"Make {path.parent} first")
-        if os.path.lexists(path) and not path.is_dir():
-            raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
-    except (OSError, RuntimeError) as error:
-        raise InputError(f"names no folder: {error}", path=text, mend="Name another one") from None
-    return path
 
 
 def _looked_through(

@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 import inspect
-import math
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.content import Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.edge import guarded, model, optional
+from bristle.core.edge import array, guarded, model, optional
 from bristle.core.errors import InputError, located
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, numbers_in, parameters_in, table_at
-from bristle.files.operator import OperatorRead, operator_beside, with_operator
+from bristle.files.operator import OperatorRead, described, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_named
 from bristle.files.single import write_whole
-from bristle.files.toml import read_toml
+from bristle.files.toml import Said, as_toml, read_toml
 from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
 from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
-
-if TYPE_CHECKING:
-    from tomlkit.items import Table
-
 
 # Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
 FITTED_TO = "fitted to"
@@ -45,6 +40,16 @@ TREATMENT = {
     "position_smoothing": Variable("time", "time constant of a filter that the position passed", min=0.0),
     "slow": Variable("frequency", "cut-off of the instruments that the channels were looked at with", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
+}
+
+NUMBERS = {
+    "scatter": Variable("1", "of the level of friction from reversal to reversal, a share of it", min=0.0),
+    "noise": Variable("force", "of the effort, sample by sample", min=0.0),
+    "unexplained": Variable("force", "left over beyond noise, encoder and scatter", min=0.0),
+    "lasting": Variable("time", "s over which that keeps its side", min=0.0),
+    "inflation": Variable("1", "factor set on blocks that were held out", min=0.0),
+    "left_in_closed_loop": Variable("length", "of the position in a simulation, beyond all that", min=0.0),
+    "left_in_open_loop": Variable("length", "of the position in a simulation, beyond all that", min=0.0),
 }
 
 
@@ -106,61 +111,34 @@ def write_model(
     InputError
         If the friction model is neither one of bristle's own nor read from a file.
     """
-    import tomlkit
-
     target = Path(path)
-    document = tomlkit.document()
-    lists: dict[str, str] = {}
-    document.add("schema", tomlkit.item(1))
-    document.add("kind", tomlkit.item(friction.kind))
-    if provenance:
-        document.add("provenance", tomlkit.item(dict(provenance)))
-    if treatment:
-        table = tomlkit.table()
-        for name, variable in TREATMENT.items():
-            if name in treatment:
-                is_count = name == "decimation"
-                item = tomlkit.item(int(treatment[name]) if is_count else float(treatment[name]))
-                item.comment(variable.description if is_count else f"{variable.unit(friction.kind)}: {variable.description}")
-                table.add(name, item)
-        document.add("treatment", table)
+    tables: dict[str, Any] = {"schema": 1, "kind": friction.kind, "provenance": provenance or {}, "treatment": {}}
+    for name, variable in TREATMENT.items():
+        if name in (treatment or {}):
+            is_count, value = name == "decimation", (treatment or {})[name]
+            unit = "" if is_count else f"{variable.unit(friction.kind)}: "
+            tables["treatment"][name] = Said(int(value) if is_count else float(value), f"{unit}{variable.description}")
     if plant is not None:
-        document.add("plant", _table(plant, {"model": plant.name}, lists))
-    document.add("friction", _table(friction, _name_of(friction, target.parent), lists))
-    uncertain = [estimate for estimate in estimates if estimate.std is not None or estimate.status != "identified"]
-    if uncertain:
-        uncertainty = tomlkit.table(is_super_table=True)
-        for estimate in uncertain:
+        tables["plant"] = described(plant)
+    values = described(friction)
+    del values["model"]
+    tables["friction"] = _name_of(friction, target.parent) | values
+    tables["uncertainty"] = {}
+    for estimate in estimates:
+        if estimate.std is not None or estimate.status != "identified":
             entry = {"std": estimate.std, "robust_std": estimate.robust_std, "status": estimate.status}
-            entry["note"] = (notes or {}).get(estimate.name)
-            entry["interval"] = list(estimate.interval) if estimate.interval else None
-            uncertainty.add(key_of(estimate.name), tomlkit.item({key: value for key, value in entry.items() if value}))
-        document.add("uncertainty", uncertainty)
+            entry |= {"note": (notes or {}).get(estimate.name), "interval": estimate.interval}
+            tables["uncertainty"][key_of(estimate.name)] = {key: value for key, value in entry.items() if value}
     if bands is not None:
-        document.add("bands", _bands_table(bands))
-    text = tomlkit.dumps(document)
-    for mark, numbers in lists.items():
-        text = text.replace(f'"{mark}"', numbers, 1)
-    write_whole(target, text)
+        numbers = {name: Said(float(getattr(bands, name)), said.description) for name, said in NUMBERS.items()}
+        # Of as many sets of parameters as a band is drawn from, in seven digits.
+        draws = {key_of(name): _short(np.asarray(values)[:40].tolist()) for name, values in bands.draws.items()}
+        tables["bands"] = numbers | {"draws": draws}
+    write_whole(target, as_toml(tables))
 
 
-def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Table:
-    """Return a model as a table; of a long list a mark, and the list as text in `tables`."""
-    import tomlkit
-
-    table = tomlkit.table()
-    for key, value in head.items():
-        table.add(key, value)
-    for name, value in model.values.items():
-        variable = model.component.variables[name]
-        plain = value.tolist() if hasattr(value, "tolist") else value
-        if isinstance(plain, list) and len(plain) > 256:
-            mark = f"numbers {len(tables)} of {model.name}"
-            plain, tables[mark] = mark, f"[{', '.join(map(repr, plain))}]"
-        item = tomlkit.item(plain)
-        item.comment(f"{variable.unit(model.kind)}: {' '.join(variable.description.split())}")
-        table.add(key_of(name), item)
-    return table
+def _short(value: Any) -> Any:
+    return list(map(_short, value)) if isinstance(value, list) else float(f"{value:.7g}")
 
 
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
@@ -227,7 +205,7 @@ def read_model(path: Readable, *, related: bool = True, allow_code: bool = False
         check_keys(info["uncertainty"], [key_of(name) for name in parameters], "uncertainty")
         check_keys(info["treatment"], TREATMENT, "treatment")
         info["treatment"] = numbers_in(info["treatment"], TREATMENT, kind, "treatment", integers=("decimation",))
-        return ModelFile(plant, friction, info | {"bands": _bands_at(data.get("bands"), parameters)})
+        return ModelFile(plant, friction, info | {"bands": _bands_at(data.get("bands"), parameters, kind)})
 
 
 def friction_from(
@@ -270,63 +248,19 @@ def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> F
     return with_slots(find(base, place).inner, slots_in(slots, place, read_code), place)
 
 
-NUMBERS = {
-    "scatter": "of the level of friction from reversal to reversal, a share of it",
-    "noise": "of the effort, sample by sample",
-    "unexplained": "left over beyond noise, encoder and scatter",
-    "lasting": "s over which that keeps its side",
-    "inflation": "factor set on blocks that were held out",
-    "left_in_closed_loop": "of the position in a simulation, beyond all that",
-    "left_in_open_loop": "of the position in a simulation, beyond all that",
-}
-
-
-def _bands_table(bands: Any) -> Table:
-    """Return the table of a model file, with as many sets of parameters as a band is drawn from."""
-    import tomlkit
-
-    def short(value: Any) -> Any:
-        return [short(entry) for entry in value] if np.ndim(value) else float(f"{float(value):.7g}")
-
-    table, draws = tomlkit.table(), tomlkit.table()
-    for name, comment in NUMBERS.items():
-        table.add(name, float(getattr(bands, name)))
-        table[name].comment(comment)
-    for name, values in bands.draws.items():
-        draws.add(key_of(name), tomlkit.item([short(draw) for draw in values[:40]]))
-    table.add("draws", draws)
-    return table
-
-
-def _bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
+def _bands_at(value: Any, parameters: Collection[str], kind: Kind) -> dict[str, Any] | None:
     """Return the table as `bristle.identification.simulated_bands.Bands` takes it; None where there is none."""
     if value is None:
         return None
-    table = table_at(value, "bands")
+    table, names = table_at(value, "bands"), {key_of(name): name for name in parameters}
     check_keys(table, (*NUMBERS, "draws"), "bands")
-    bands: dict[str, Any] = {}
-    for name in NUMBERS:
-        number, path = table.get(name), f"bands.{name}"
-        if name not in table:
-            raise InputError(
-                "is missing, as from an earlier version", path=path, mend="Identify again, or leave [bands] out to predict without bands"
-            )
-        if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
-            mend = "Leave [bands] out to predict without bands"
-            raise InputError("must be a number", path=path, value=number, allowed=">= 0", mend=mend)
-        bands[name] = float(number)
-    names = {key_of(name): name for name in parameters}
+    if missing := [name for name in NUMBERS if name not in table]:
+        mend = "Identify again, or leave [bands] out to predict without bands"
+        raise InputError("is missing, as from an earlier version", path=f"bands.{missing[0]}", mend=mend)
     draws = table_at(table.get("draws", {}), "bands.draws")
     check_keys(draws, names, "bands.draws")
-    bands["draws"] = {}
-    for key, draw in draws.items():
-        try:
-            numbers = np.array(draw, dtype=float)
-        except (TypeError, ValueError):
-            numbers = np.zeros(())
-        if numbers.ndim not in (1, 2) or not np.all(np.isfinite(numbers)):
-            raise InputError("must be a list of numbers, or of lists of one length", path=f"bands.draws.{key}")
-        bands["draws"][names[key]] = numbers
-    if len({len(draw) for draw in bands["draws"].values()}) > 1:
+    rows = array(ndim=2, least=1, single=True)
+    drawn = {names[key]: np.atleast_1d(rows(draw, f"bands.draws.{key}", kind)) for key, draw in draws.items()}
+    if len(set(map(len, drawn.values()))) > 1:
         raise InputError("must have as many numbers for each parameter", path="bands.draws")
-    return bands
+    return numbers_in(table, NUMBERS, kind, "bands") | {"draws": drawn}

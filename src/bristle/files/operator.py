@@ -13,7 +13,7 @@ from bristle.core.errors import InputError, located
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, number_at, table_at
 from bristle.files.single import write_whole
-from bristle.files.toml import TOML_LIMIT, read_toml
+from bristle.files.toml import TOML_LIMIT, Said, as_toml, read_toml
 from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
 
@@ -32,24 +32,22 @@ def write_operator(
     path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
 ) -> None:
     """Write a model file of an operator; numbers come back to the bit."""
-    import tomlkit
+    tables = {
+        "provenance": provenance or {},
+        "operator": described(operator),
+        "output": {"offset": Said(float(offset), _said_of(OFFSET, operator))},
+    }
+    write_whole(path, as_toml({"schema": 1, "kind": operator.kind} | tables))
 
-    def written(value: Any) -> str:  # a library would take seconds for a table of fifty thousand numbers
-        if isinstance(value, str):
-            return tomlkit.item(value).as_string()
-        value = value.tolist() if hasattr(value, "tolist") else value
-        return f"[{', '.join(map(repr, value))}]" if isinstance(value, list) else repr(value)
 
-    lines = ["schema = 1", f"kind = {written(operator.kind)}", ""]
-    if provenance:
-        lines += ["[provenance]", *(f"{key_of(name)} = {written(text)}" for name, text in provenance.items()), ""]
-    lines += ["[operator]", f"model = {written(operator.name)}"]
-    for name, value in operator.values.items():
-        variable = operator.component.variables[name]
-        lines += [f"# {variable.unit(operator.kind)}: {variable.description}", f"{key_of(name)} = {written(value)}"]
-    unit = OFFSET.unit(operator.kind)
-    lines += ["", "[output]", f"# {unit}: {OFFSET.description}", f"offset = {written(float(offset))}", ""]
-    write_whole(path, "\n".join(lines))
+def described(model: Model) -> dict[str, Any]:
+    """Return the table of a model: its name and values, with unit and meaning of each."""
+    variables = model.component.variables
+    return {"model": model.name} | {key_of(name): Said(value, _said_of(variables[name], model)) for name, value in model.values.items()}
+
+
+def _said_of(variable: Variable, model: Model) -> str:
+    return f"{variable.unit(model.kind)}: {' '.join(variable.description.split())}"
 
 
 def holds_operator(path: Readable) -> bool:
@@ -99,8 +97,7 @@ def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: Operator
         described = read(kernel, at)
     else:
         return entries
-    offset = {"offset": described.offset} if described.offset else {}
-    return offset | entries | {"kernel": described.operator}
+    return ({"offset": described.offset} if described.offset else {}) | entries | {"kernel": described.operator}
 
 
 def contact_over(described: OperatorFile) -> dict[str, Any]:

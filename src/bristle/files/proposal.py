@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core import units
-from bristle.core.axis import Axis
+from bristle.core.axis import COLUMNS, Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.axis import axis_from
 from bristle.files.components import FILL_IN, open_in
 from bristle.files.drive import EFFORTS, MOVEMENTS
+from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
@@ -69,14 +69,14 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     missing = missing_of(tables)
     if missing:
         lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
-    lines += ["schema = 1", f"name = {_quoted(tables['name'])}"]
+    lines += ["schema = 1", f"name = {quoted(tables['name'])}"]
     if "kind" in tables:
-        lines.append(f"kind = {_quoted(tables['kind'])}")
+        lines.append(f"kind = {quoted(tables['kind'])}")
     else:
         motion = "position" if "position" in columns else "velocity"
         lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
     lines += ["", "[columns]"]
-    if roles.implied_time:
+    if table.stamps:
         lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
     lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
@@ -112,11 +112,11 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     role, is_open = roles.channels[channel], entry["unit"] == FILL_IN
     follows = channel in ("reference", "following_error") and is_open
     visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
-    body = ", ".join(f"{key} = {_quoted(value)}" for key, value in visible.items())
+    body = ", ".join(f"{key} = {quoted(value)}" for key, value in visible.items())
     remarks = [
         "" if role.reason == "its name" else role.reason,
         "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
-        f"the file says {_quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
+        f"the file says {quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
         HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
         "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
     ]
@@ -131,19 +131,9 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
         drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
         hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
-    return f"{key.rpartition('.')[2]} = {_quoted(value)}{hint}"
+    return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
-def _quoted(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
-
-
-ASSUMED_UNIT = {
-    "time": dict.fromkeys(KINDS, "s"),
-    "position": {KINDS[0]: "m", KINDS[1]: "rad"},
-    "velocity": {KINDS[0]: "m/s", KINDS[1]: "rad/s"},
-    "effort": {KINDS[0]: "N", KINDS[1]: "N*m"},
-}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 # What stands above the columns of some exports -> where it belongs in an axis file.
@@ -291,7 +281,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
         key = "rated" if units.compatible(effort.unit, "rated") else "constant"
         tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
-    if "time" not in columns and not roles.implied_time and table.sample_time is None:
+    if "time" not in columns and not table.stamps and table.sample_time is None:
         tables["timing"] = {"sample_time": FILL_IN}
     # Position and effort are measured on both sides of a screw.
     if kind is not None and (turns := _turns(tables)) is not None and turns != (kind == KINDS[1]):
@@ -318,11 +308,10 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():
         if entry.get("unit") == FILL_IN:
-            channel = name if name in ASSUMED_UNIT else "position"
-            entry["unit"] = ASSUMED_UNIT[channel][kind]
+            entry["unit"] = unit_of(COLUMNS[name], kind)
     assumed = {**tables, "kind": kind, "columns": columns}
-    force, drive = ASSUMED_UNIT["effort"][kind], units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
-    for name, filled in (("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m")):
+    force, drive = unit_of("force", kind), units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
+    for name, filled in (("effort", force), ("encoder", unit_of("length", kind)), ("timing", "s"), ("transmission", "m")):
         if name in tables:
             assumed[name] = {
                 key: f"1 {filled}{f'/{drive}' * (key == 'constant')}" if value == FILL_IN else value for key, value in tables[name].items()

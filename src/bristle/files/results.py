@@ -22,7 +22,7 @@ from typing import Literal
 
 from bristle.core.content import Readable, noting_what_is_read, read_in
 from bristle.core.errors import InputError, InputWarning
-from bristle.files.folder import exchange, extended, rename_new
+from bristle.files.folder import exchange, folder_wanted, rename_new
 from bristle.files.owned import (
     NOTE,
     Folder,
@@ -107,7 +107,9 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: I
 
     What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
     """
-    target = _target_of(out)
+    target = folder_wanted(out)
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise InputError("no permission to write there", path=str(target), mend="Name a folder of your own")
     for path, note, state in () if os.path.lexists(target) else _unfinished_in(target.parent):
         # Results whose name a program had taken away as it was killed, to put others in their place, get it back.
         if path.suffix == ".replaced" and state == "dead" and note.target == target.name:
@@ -144,27 +146,6 @@ def remove_unfinished() -> None:
     # The thread that writes may be about to do the same.
     if _removing.acquire(timeout=PATIENCE):
         _removing.release()
-
-
-def _target_of(out: str | os.PathLike[str]) -> Path:
-    """Return the folder wanted, without links: where the path is a link, the folder that it leads to."""
-    text = os.fspath(out)
-    if "\0" in text:
-        raise InputError("holds a NUL character and names no folder", path="--out", value=text, mend="Name a new folder")
-    try:
-        path = Path(text)
-        ends = path.name not in ("", "..") and not path.is_symlink()
-        plain = path.parent.resolve() / path.name if ends else path.resolve()
-        parent = plain.parent
-        if plain.name == "" or plain == parent:
-            raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
-        if not parent.is_dir():
-            raise InputError("the folder that is to hold it does not exist", path=str(plain), mend=f"Make {parent} first")
-    except (OSError, RuntimeError) as error:
-        raise _unwritable(Path(text), error) from None
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise InputError("no permission to write there", path=str(plain), mend="Name a folder of your own")
-    return Path(extended(str(plain))) if os.name == "nt" else plain
 
 
 def _check_free(target: Path, force: bool) -> None:

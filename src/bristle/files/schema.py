@@ -56,7 +56,6 @@ EXPECTED = {
 
 
 MISSING = {
-    "schema": "Write schema = 1 on the first line",
     "kind": 'Write kind = "translational" or kind = "rotational" on the second line',
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }
@@ -80,8 +79,7 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
         tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
-        elsewhere = f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
-        mend = did_you_mean(key, keys) or elsewhere or more
+        mend = did_you_mean(key, keys) or (f"It belongs under [{tables[0]}]" if len(tables) == 1 else "") or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
         return InputError("is missing", path=path, mend=MISSING.get(path, more))

@@ -44,7 +44,7 @@ class Sources:
 
     def axis(self, file: Any, path: str) -> Axis:
         """Return the axis in a file."""
-        return self._once(("axis", self._file(file, path)), path, read_axis)
+        return self._once("axis", file, path, read_axis)
 
     def model(self, file: Any, path: str) -> ModelFile:
         """Return the identified model in a file; of an operator, that of a contact which is one on the position."""
@@ -59,11 +59,11 @@ class Sources:
             self._origins.setdefault("code", []).extend(origins_of_code([file.friction.component]))
             return file
 
-        return self._once(("model", self._file(file, path)), path, read)
+        return self._once("model", file, path, read)
 
     def operator(self, file: Any, path: str) -> OperatorFile:
         """Return the hysteresis operator in a file."""
-        return self._once(("operator", self._file(file, path)), path, read_operator)
+        return self._once("operator", file, path, read_operator)
 
     def log(self, file: Any, axis: Axis | None, path: str) -> Log:
         """Return the log in a file, or the motion."""
@@ -72,7 +72,7 @@ class Sources:
             return read_log(content, axis_of_motion(content, axis) or axis, size_limit=self.size_limit)
 
         described_by = next((key[1] for key, value in self._read.items() if value is axis), None)
-        return self._once(("log", self._file(file, path), described_by), path, read, content_of_log)
+        return self._once("log", file, path, read, content_of_log, described_by)
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
         """Return the plant (where a model file gives one) and the friction model of a table."""
@@ -112,8 +112,7 @@ class Sources:
         """Return the reference that a log holds, or a motion in which nothing was recorded."""
         check_keys(table, ("model", "file", "axis"), path)
         file, place = table["file"], f"{path}.file"
-        if "axis" in table:
-            axis = self.axis(table["axis"], f"{path}.axis")
+        axis = self.axis(table["axis"], f"{path}.axis") if "axis" in table else axis
         source = self._file(file, place)
         # The loop of a log that an identification left, or else a log.
         is_loop = source.suffix == ".csv" and source.is_file() and kind_of_loop(content_of_log(source, limit=self.size_limit)) is not None
@@ -134,17 +133,18 @@ class Sources:
 
     def loop_record(self, file: Any, path: str) -> LoopRecord:
         """Return the loop of a log: its motion, and what pushes besides."""
-        return self._once(("loop", self._file(file, path)), path, read_loop, content_of_log)
+        return self._once("loop", file, path, read_loop, content_of_log)
 
     def _file(self, file: Any, path: str) -> Path:
         if not isinstance(file, str) or not file:
             raise InputError("must be the name of a file", path=path, value=file)
         return self.folder / file
 
-    def _once(self, key: tuple[Any, ...], path: str, read: Callable[[Content], Any], opened: Callable[..., Content] = content_of) -> Any:
+    def _once(self, role: str, file: Any, path: str, read: Callable[..., Any], opened: Any = content_of, beside: Any = None) -> Any:
+        key = (role, self._file(file, path), beside)
         if key not in self._read:
             with located(path):
                 content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)
                 self._read[key] = read(content)
-            self._origins.setdefault("log" if key[0] == "loop" else key[0], []).append(content.origin)
+            self._origins.setdefault("log" if role == "loop" else role, []).append(content.origin)
         return self._read[key]

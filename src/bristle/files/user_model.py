@@ -39,6 +39,7 @@ WORDS: dict[type[Documented], str] = {
 """What a component is called, by its descriptor."""
 
 Own = TypeVar("Own", bound=Component)
+Declared = TypeVar("Declared")
 
 
 @dataclass(frozen=True)
@@ -89,16 +90,21 @@ def load_model_file(path: Readable) -> FrictionModel:
     return load_code(path)
 
 
+def declared_in(path: Readable, name: str, *families: type[Declared], title: str, mend: str) -> Declared:
+    """Return what a Python file defines under a name."""
+    content = code_at(path)
+    declared = getattr(SourceText(content).module(), name, None)
+    if isinstance(declared, families):
+        return declared
+    message = f"defines no {title}" if declared is None else f"{name} is not a {families[0].__name__}"
+    raise InputError(message, path=str(content.source), mend=mend, value=None if declared is None else type(declared).__name__)
+
+
 def load_component_file(path: Readable, *families: type[Own]) -> Own:
     """Return what a Python file defines as ``MODEL``."""
-    content = code_at(path)
-    source = content.source
-    model = getattr(SourceText(content).module(), "MODEL", None)
-    family = next((family for family in families if isinstance(model, family)), families[0])
-    if not isinstance(model, family):
-        message = f"defines no {WORDS[family]}" if model is None else f"MODEL is not a {family.__name__}"
-        mend = f"End the file with MODEL = {_as_written(family)}"
-        raise InputError(message, path=str(source), value=None if model is None else type(model).__name__, mend=mend)
+    content, first = code_at(path), families[0]
+    model = declared_in(content, "MODEL", *families, title=WORDS[first], mend=f"End the file with MODEL = {_as_written(first)}")
+    family, source = type(model), content.source
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
         allowed, mend = "a name without + and comma", f'Write another name in {family.__name__}(name="...")'
         raise InputError("gives its model a name that cannot be asked for", path=str(source), value=model.name, allowed=allowed, mend=mend)
@@ -148,14 +154,10 @@ def load_slot_file(path: Readable) -> Slot:
         If the file cannot be read or run, defines no ``SLOT``, or one that no model can be given.
     """
     content = code_at(path)
-    source, module = content.source, SourceText(content).module()
-    slot = getattr(module, "SLOT", None)
-    if not isinstance(slot, Slot):
-        mend = f"End the file with SLOT = {_as_written(Slot)}"
-        if isinstance(getattr(module, "MODEL", None), FrictionModel):
-            mend = f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry"
-        message, value = ("defines no slot", None) if slot is None else ("SLOT is not a Slot", type(slot).__name__)
-        raise InputError(message, path=str(source), value=value, mend=mend)
+    source, mend = content.source, f"End the file with SLOT = {_as_written(Slot)}"
+    if isinstance(getattr(SourceText(content).module(), "MODEL", None), FrictionModel):
+        mend = f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry"
+    slot = declared_in(content, "SLOT", Slot, title=WORDS[Slot], mend=mend)
     if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
         message, allowed = "gives its slot a name that cannot be asked for", f"a word that is none of {', '.join(SLOTS)}"
         raise InputError(message, path=str(source), value=slot.name, allowed=allowed, mend='Write another name in Slot(name="...")')
@@ -268,19 +270,6 @@ def _place(error: BaseException, source: Path) -> str:
             line = frame.tb_lineno
         frame = frame.tb_next
     return f"{source}, line {line}" if line else str(source)
-
-
-Declared = TypeVar("Declared")
-
-
-def declared_in(path: Readable, name: str, family: type[Declared], *, title: str, mend: str) -> Declared:
-    """Return what a Python file defines under a name."""
-    content = code_at(path)
-    declared = getattr(SourceText(content).module(), name, None)
-    if isinstance(declared, family):
-        return declared
-    value = None if declared is None else type(declared).__name__
-    raise InputError(f"defines no {title}", path=str(content.source), mend=mend, value=value)
 
 
 MEND = "End the file with FORMAT = LogFormat(name=..., title=..., recognises=recognises, read=read)"

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 
@@ -30,7 +31,7 @@ ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NU
 
 
 def read_apart(reader: str, data: bytes, request: Request) -> Table:
-    """Return the table in a binary file, read in a process of its own by the module `reader` of `bristle.logs`."""
+    """Return the table in a binary file, read in a process of its own by the function `reader`, ``module:name``."""
     head = {
         "reader": reader,
         "source": str(request.source),
@@ -41,13 +42,12 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
         "seconds": int(SECONDS + len(data) / BYTES_A_SECOND),
     }
     code = "from bristle.logs.apart import serve; serve()"
-    environment = os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", code],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=environment,
+        env=os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
         # A group of its own: Ctrl-C goes to the program that waits, and that one ends the reader.
         start_new_session=sys.platform != "win32",
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
@@ -98,9 +98,7 @@ def serve() -> None:
             with suppress(AttributeError, ValueError, OSError):
                 resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (soft, hard))
     data = sys.stdin.buffer.read()
-    from importlib import import_module
-
-    read: Callable[..., Table] = import_module(f"bristle.logs.{head['reader']}").read
+    read: Callable[..., Table] = resolve_name(head["reader"])
     choice = Choice(None if head["names"] is None else frozenset(head["names"]), head["usual"])
     try:
         with damage_refused(Path(head["source"])):

@@ -19,8 +19,8 @@ import numpy as np
 
 from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
-from bristle.logs.legs import Leg
 from bristle.logs.passages import Stretch
+from bristle.logs.turns import Leg
 
 TURNED = 0.9  # of the change of force: where the contact counts as turned over
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,12 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from bristle.core.axis import CHANNELS
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import TEXT, Converter, array, guarded
+from bristle.core.edge import KIND, TEXT, Converter, amount, array, guarded, instance, many, mapping, optional, taken
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
 from bristle.core.typography import with_unit
-from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
 ROUNDING = 1e-12  # of the largest value: less is no step
 FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
@@ -130,23 +130,23 @@ _PART = re.compile(r"columns (.*), (\S+) to (\S+) s", re.DOTALL)
 class LogData(Tabular):
     """The data of a log, which nobody has handed in from outside; `bristle.logs.log.Log` says what each is."""
 
-    time: Channel
-    position: Channel
-    velocity: Channel | None = None
-    effort: Channel | None = None
-    reference: Channel | None = None
-    load: Channel | None = None
-    temperature: Channel | None = None
-    injected: tuple[Channel, ...] = ()
-    sample_time: float = 0.0
-    segments: tuple[slice, ...] = ()
-    source: Path = Path()
-    origin: Origin = NOWHERE
-    notes: tuple[str, ...] = ()
-    kind: Kind = "translational"
-    findings: tuple[Diagnostic, ...] = ()
-    regressors: tuple[Channel, ...] = ()
-    further: Mapping[str, Channel] = field(default_factory=dict)
+    time: Channel = taken(channel("time"))
+    position: Channel = taken(channel("position"))
+    velocity: Channel | None = taken(optional(channel("velocity")), None)
+    effort: Channel | None = taken(optional(channel("effort")), None)
+    reference: Channel | None = taken(optional(channel("reference")), None)
+    load: Channel | None = taken(optional(channel("load")), None)
+    temperature: Channel | None = taken(optional(channel("temperature")), None)
+    injected: tuple[Channel, ...] = taken(many(channel("effort"), single=True), ())
+    sample_time: float = taken(amount(Variable("time", "time between samples", min=0.0)), 0.0)
+    segments: tuple[slice, ...] = taken(many(instance(slice, "a slice")), ())
+    source: Path = taken(instance(Path, "a path", read=Path), Path())
+    origin: Origin = taken(instance(Origin, "an Origin"), NOWHERE)
+    notes: tuple[str, ...] = taken(many(TEXT), ())
+    kind: Kind = taken(KIND, "translational")
+    findings: tuple[Diagnostic, ...] = taken(many(instance(Diagnostic, "a Diagnostic")), ())
+    regressors: tuple[Channel, ...] = taken(many(channel("load"), single=True), ())
+    further: Mapping[str, Channel] = taken(mapping(instance(Channel, "a Channel")), default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():

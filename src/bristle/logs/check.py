@@ -15,27 +15,18 @@ from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.edge import guarded, instance, optional
 from bristle.logs.channel import LogData, clear_step
-from bristle.logs.legs import CHUNKS, CRUISING, FAST, graininess
 from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
-from bristle.logs.names import plain_unit
-from bristle.logs.turns import period_of
-from bristle.logs.words import other_unit_in
+from bristle.logs.turns import CHUNKS, CRUISING, FAST, graininess, period_of
+from bristle.logs.words import other_unit_in, plain_unit
 
 Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
-PAIRS = (
-    ("2", "1/2", 2.0),
-    ("pi", "1/pi", np.pi),
-    ("2 pi", "1/(2 pi)", 2.0 * np.pi),
-    ("60", "1/60", 60.0),
-    ("30/pi", "pi/30", 30.0 / np.pi),
-    ("180/pi", "pi/180", 180.0 / np.pi),
-    ("1000", "1/1000", 1000.0),
-)
-GEARS = {name: value for ahead, back, ratio in PAIRS for name, value in ((ahead, ratio), (back, 1.0 / ratio))}
+RATIOS = {"2": 2.0, "pi": np.pi, "2 pi": 2.0 * np.pi, "60": 60.0, "30/pi": 30.0 / np.pi, "180/pi": 180.0 / np.pi, "1000": 1000.0}
+INVERSES = ("1/2", "1/pi", "1/(2 pi)", "1/60", "pi/30", "pi/180", "1/1000")
+GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.values(), strict=True)}
 """Ratios that gears, leads and units have, when two numbers that should be one differ by such a factor."""
 
 
@@ -240,8 +231,7 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> AnyLog:
     """Return a log with the places where rows are missing between its segments, so that nothing goes across them."""
-    resolution = (axis and axis.resolution) or log.position.step
-    return _parted(log, lost_in(log, resolution, settings.lost_step))
+    return _parted(log, lost_in(log, (axis and axis.resolution) or log.position.step, settings.lost_step))
 
 
 def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:

@@ -188,8 +188,7 @@ class Clock:
     @property
     def segments(self) -> tuple[slice, ...]:
         """The segments as slices of the grid."""
-        ends = np.cumsum([0, *(grid.size for _, grid in self.pieces)])
-        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(np.cumsum([0, *(grid.size for _, grid in self.pieces)])))
 
     def sampled(self, values: np.ndarray, lag: float = 0.0, *, smooth: bool = True) -> np.ndarray:
         """Return recorded values on the grid, as they were recorded `lag` later [s]."""
@@ -261,8 +260,7 @@ def clock_of(
             "Mend the unit of the time column, or sample_time in [timing]",
         )
         raise InputError(message, path=place, allowed=f"{sample_time:g} s", mend=mend)
-    bounds = [0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size]
-    raws = [slice(a, b) for a, b in pairwise(bounds)]
+    raws = [slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
     notes, jitter = list(order.notes), None
     if len(raws) > 1:

@@ -24,12 +24,13 @@ from bristle.logs.layout import (
     why_no_number,
     without_comments,
 )
-from bristle.logs.scope import head_of, pattern_of, read_archive, read_scope
 from bristle.logs.stamped_text import (
     facts_above,
+    head_of,
     names_beside_times,
     partly_empty,
     period_told,
+    read_scope,
     stamps_in,
     units_of_labview,
     with_own_times,
@@ -38,7 +39,6 @@ from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.words import is_time
 
 HEAD_BYTES = 2**17
-TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are in plain text
 LONGEST_LINE = 4 * 2**20
 UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
@@ -47,7 +47,7 @@ _ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in 
 PIECE = 2**20
 
 
-def read(data: bytes, request: Request) -> Table:
+def read_csv(data: bytes, request: Request) -> Table:
     """Return the columns of a text file.
 
     Cells are separated by comma, semicolon, tab or blanks; what follows a ``#`` at the start of a line or behind a
@@ -59,18 +59,12 @@ def read(data: bytes, request: Request) -> Table:
     refuse_frames(head, request.source)
     if (scope := head_of(head)) is not None:  # channels with times of their own
         return read_scope(data.decode(encoding).split("\n"), scope, request)
-    if (archived := pattern_of(head)) is not None:
-        return read_archive(data.decode(encoding).split("\n"), archived, request)
     starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
     body, facts = data[starts[layout.first] :], facts_above(lines, layout)
-    if layout.beside:
-        lines = layout.beside.lines(lines, layout.delimiter)
-        body, facts = "\n".join(lines[layout.first :]).encode(encoding), layout.beside.facts | facts
     body, notes = _without_open_end(body, layout, request.source, encoding)
-    above = units_of_labview(lines, layout)
-    layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
+    layout = replace(layout, units=tuple(map(units_of_labview(lines, layout).get, layout.names, layout.units)))
     program = "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts, format=program or apart.format)
@@ -128,10 +122,7 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
         except UnicodeDecodeError:
             raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again") from None
     elif b"\0" in data:
-        order = _order_of_bytes(data[:HEAD_BYTES])
-        if not order:
-            raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV")
-        data = data[: len(data) // 2 * 2].decode(order, "replace").encode("utf-8", "replace")
+        raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV, in UTF-8")
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -145,15 +136,6 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
     except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ where Latin-1 has none
         return data, "latin-1" if any(sign in data for sign in UNUSED) else "cp1252"
     return data, "utf-8"
-
-
-def _order_of_bytes(head: bytes) -> str:
-    """Return the encoding of text in two bytes a letter that does not say so; empty where it is no such text."""
-    for order, zeros, letters in (("utf-16-le", head[1::2], head[::2]), ("utf-16-be", head[::2], head[1::2])):
-        plain = sum(byte in b"\t\r\n" or 32 <= byte < 127 for byte in letters)
-        if zeros.count(0) > TEXT_SHARE * len(zeros) and plain > TEXT_SHARE * len(letters):
-            return order
-    return ""
 
 
 def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:

@@ -70,6 +70,5 @@ def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
     if lag < 0.0:
         return at(time + lag, time, signal - lag * derivative(signal, dt))
     gain = dt / (2.0 * lag + dt)
-    first = signal[..., :1]
-    behind, _ = lfilter([gain, gain], [1.0, (dt - 2.0 * lag) / (dt + 2.0 * lag)], signal, zi=(1.0 - gain) * first)
+    behind, _ = lfilter([gain, gain], [1.0, (dt - 2.0 * lag) / (dt + 2.0 * lag)], signal, zi=(1.0 - gain) * signal[..., :1])
     return at(time + lag, time, np.asarray(behind))

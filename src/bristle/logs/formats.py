@@ -1,6 +1,6 @@
 """The formats of logs that are read, a line each: by their first bytes, for the ending of a name may lie.
 
-A format is a module of this folder with ``read(data, request)``, and its line below. One of a person's own is a file
+A format is a function ``read_NAME(data, request)`` in a module of this folder, and its line below. One of a person's own is a file
 with a `LogFormat` that has a `read` of its own; it is asked first, while `reading` lasts.
 """
 
@@ -29,6 +29,12 @@ class LogFormat(NamedTuple):
     extra: str = ""
     read: Callable[[bytes, Request], Any] | None = None
     example: bytes = b""
+    module: str = ""
+
+    @property
+    def place(self) -> str:
+        """The module and the name of a reader of bristle's own."""
+        return f"bristle.logs.{self.module}:read_{self.name}"
 
 
 def _begins(*starts: bytes, suffix: str = "") -> Callable[[bytes, str], bool]:
@@ -45,16 +51,16 @@ def _is_markup(head: bytes, suffix: str) -> bool:
 
 
 FORMATS = (
-    LogFormat("hdf5", "HDF5", _begins(b"\x89HDF", b"MATLAB 7.3"), holds_tables=True, package="h5py", extra="io"),
-    LogFormat("parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io"),
-    LogFormat("npz", "NPZ", is_archive_of_arrays, holds_tables=True),
-    LogFormat("mf4", "MF4", _begins(b"MDF "), package="asammdf", extra="mf4"),
-    LogFormat("mcap", "MCAP", _begins(b"\x89MCAP"), holds_tables=True, package="mcap_ros2", extra="mcap"),
-    LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io"),
-    LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat")),
-    LogFormat("sinumerik", "traces of SINUMERIK", _is_markup),
-    LogFormat("json_records", "JSON", lambda head, suffix: looks_like_json(head), holds_tables=True),
-    LogFormat("csv", "text", lambda head, suffix: True),
+    LogFormat("hdf5", "HDF5", _begins(b"\x89HDF", b"MATLAB 7.3"), holds_tables=True, package="h5py", extra="io", module="array_files"),
+    LogFormat("parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io", module="array_files"),
+    LogFormat("npz", "NPZ", is_archive_of_arrays, holds_tables=True, module="array_files"),
+    LogFormat("mf4", "MF4", _begins(b"MDF "), package="asammdf", extra="mf4", module="recorders"),
+    LogFormat("mcap", "MCAP", _begins(b"\x89MCAP"), holds_tables=True, package="mcap_ros2", extra="mcap", module="recorders"),
+    LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io", module="recorders"),
+    LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat"), module="array_files"),
+    LogFormat("sinumerik", "traces of SINUMERIK", _is_markup, module="recorders"),
+    LogFormat("json_records", "JSON", lambda head, suffix: looks_like_json(head), holds_tables=True, module="json_records"),
+    LogFormat("csv", "text", lambda head, suffix: True, module="csv"),
 )
 
 _OWN: ContextVar[tuple[LogFormat, ...]] = ContextVar("formats of logs of a person's own", default=())

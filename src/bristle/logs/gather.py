@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -111,8 +112,7 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
         return column
     lack = f"a unit that is not known, {own!r}" if own else "no unit"
     gathered.notes.append(f"column {name} has {lack}: taken in that of the position, {unit}")
-    sign = -1.0 if column.scale < 0.0 else 1.0
-    return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
+    return replace(column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale))
 
 
 def axis_of(table: Table) -> Axis:

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.names import names_and_units
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Series, no_such_table, table_of_series
-from bristle.logs.words import is_time, unit_of_time
+from bristle.logs.tables import Series, flattened, no_such_table, table_of_series
+from bristle.logs.words import is_time, names_and_units, unit_of_time
 
 DEEPEST = 8
 MOST_NAMES, MOST_CELLS = 20_000, 20_000_000  # of records
@@ -32,7 +31,7 @@ def looks_like_json(head: bytes) -> bool:
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 
 
-def read(data: bytes, request: Request) -> Table:
+def read_json_records(data: bytes, request: Request) -> Table:
     """Return the columns of a JSON file."""
     content, source = _parsed(data, request.source), request.source
     try:
@@ -46,9 +45,9 @@ def read(data: bytes, request: Request) -> Table:
         if name is not None and len(tables) > 1:
             raise no_such_table(name, list(tables), source)
         name = max(tables, key=lambda table: max(map(len, tables[table][0].values())))
-    facts = dict(_facts(content, "", 0))
+    facts = dict(flattened(content, (Mapping,))) if isinstance(content, dict) else {}
     remarks = {key: value for key, value in facts.items() if isinstance(value, str)}
-    constants = {key: float(value) for key, value in facts.items() if not isinstance(value, str)}
+    constants = {key: float(value) for key, value in facts.items() if type(value) in (int, float)}
     return _table(*tables[name], request, remarks, constants)
 
 
@@ -86,23 +85,14 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
             yield path, ({f"column_{k + 1}": [row[k] for row in node] for k in range(width)}, {})
     if not isinstance(node, dict) or depth > DEEPEST:
         return
-    if isinstance(node.get("columns"), list) and isinstance(node.get("data"), list):  # as pandas splits a frame
-        rows = [row for row in node["data"] if isinstance(row, list)]
-        yield path, ({str(name): [row[k] for row in rows] for k, name in enumerate(node["columns"])}, {})
-        return
-    columns = {name: list(value.values()) if isinstance(value, dict) else value for name, value in node.items() if _is_column(value)}
+    lists = {name: value for name, value in node.items() if isinstance(value, list) and len(value) >= FEWEST}
+    columns = {name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))}
     if len(columns) > 1:
         units = next((node[key] for key in UNITS if isinstance(node.get(key), dict)), {})
         yield path, (columns, {str(name): unit for name, unit in units.items() if isinstance(unit, str)})
         return
     for name, value in node.items():
         yield from _tables(value, f"{path}.{name}" if path else name, depth + 1)
-
-
-def _is_column(value: Any) -> bool:
-    if isinstance(value, dict):  # as pandas writes a frame: by index
-        return len(value) >= FEWEST and all(str(key).isdigit() for key in value) and _is_column(list(value.values()))
-    return isinstance(value, list) and len(value) >= FEWEST and not isinstance(value[0], (dict, list))
 
 
 def _of_records(records: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], dict[str, str]]:
@@ -112,34 +102,12 @@ def _of_records(records: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], di
     if key is not None and named is not None:
         units = {record[named]: record[unit] for record in records for unit in UNITS if isinstance(record.get(unit), str)}
         return {record[named]: record[key] for record in records}, units
-    flat = [dict(_flat(record, "", 0)) for record in records]
+    flat = [dict(flattened(record)) for record in records]
     names = list(dict.fromkeys(name for record in flat for name in record))
     if len(names) > MOST_NAMES or (len(names) > WIDE and len(names) * len(flat) > MOST_CELLS):
         allowed = f"{MOST_NAMES} names; beyond {WIDE}, {MOST_CELLS} values"
         raise InputError(f"has {len(names)} different names in {len(flat)} records", allowed=allowed, mend=MEND)
     return {name: [record.get(name) for record in flat] for name in names}, {}
-
-
-def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, Any]]:
-    if isinstance(node, dict) and depth < DEEPEST:
-        for name, value in node.items():
-            yield from _flat(value, f"{path}.{name}" if path else name, depth + 1)
-    elif isinstance(node, list) and depth < DEEPEST:
-        for index, value in enumerate(node):
-            yield from _flat(value, f"{path}[{index}]", depth + 1)
-    else:
-        yield path, node
-
-
-def _facts(node: Any, path: str, depth: int) -> Iterator[tuple[str, Any]]:
-    if not isinstance(node, dict) or depth > DEEPEST:
-        return
-    for name, value in node.items():
-        full = f"{path}.{name}" if path else str(name)
-        if isinstance(value, dict):
-            yield from _facts(value, full, depth + 1)
-        elif isinstance(value, (int, float, str)) and not isinstance(value, bool):
-            yield full, value
 
 
 def _table(
@@ -168,9 +136,9 @@ def _table(
         if times is not None and request.choice(name):
             # Where a record lacks a value that others have, the channel was recorded less often.
             values, times = values[~np.isnan(values)], times[~np.isnan(values)]
-        series.append(Series(name, values if request.choice(name) else None, times, unit_of.get(name, "")))
+        series.append(Series(name, values, times, unit_of.get(name, "")))
     named = {} if time is None else {"time": time, "time_unit": unit_of.get(time) or unit_of_time(time, numbers[time])}
-    return table_of_series(series, request.source, "JSON", notes=notes, texts=texts, facts=facts, constants=constants, **named)
+    return table_of_series(series, request, "JSON", notes=notes, texts=texts, facts=facts, constants=constants, **named)
 
 
 def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:

@@ -12,9 +12,8 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.errors import InputError
-from bristle.core.typography import printable
-from bristle.logs.names import distinct, listed, plain_unit
 from bristle.logs.table import split_unit
+from bristle.logs.words import distinct, listed, plain_unit
 
 COMMENT = "#"
 COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
@@ -82,69 +81,6 @@ def why_no_number(cell: str) -> tuple[str, str]:
     return "is not a number" if cell else "is empty", ""
 
 
-MOST_SHOWN = 6  # cells
-
-Row = tuple[int, list[str]]
-"""The index of a line, and its cells."""
-
-
-@dataclass(frozen=True)
-class Beside:
-    """What stood beside the first rows of numbers."""
-
-    rows: dict[int, list[str]]
-    facts: dict[str, str]
-    note: str
-
-    def lines(self, of_file: Sequence[str], delimiter: str | None) -> list[str]:
-        """Return the lines of a file without these cells."""
-        lines = list(of_file)
-        for i, cells in self.rows.items():
-            quoted = (f'"{cell}"' if delimiter and delimiter in cell else cell for cell in cells)
-            lines[i] = delimiter.join(quoted) if delimiter else " ".join(cells).rstrip()
-        return lines
-
-
-def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
-    """Return what stands beside the first rows of numbers: columns of text that end while the rows go on.
-
-    Columns of numbers that end early are no such table: they were recorded less long.
-    """
-    complete = rows[:-1] if len(rows) > 2 else rows  # the last line there is may be cut short
-    below = [cells for _, cells in complete[-3:]]  # in which nothing stands beside the numbers
-    count = max((k + 1 for cells in below for k, cell in enumerate(cells) if cell), default=0)
-    if not any(any(cells[count:]) for _, cells in complete):
-        return None
-    numeric = [k for k in range(count) if any(is_number(cells[k], decimal_comma) for cells in below if k < len(cells))]
-    recorded: list[Row] = []
-    for index, cells in reversed(complete):  # as far as most cells are numbers where they are below
-        if 2 * sum(k < len(cells) and is_number(cells[k], decimal_comma) for k in numeric) < len(numeric):
-            break
-        recorded.append((index, cells))
-    width = max((len(cells) for _, cells in recorded), default=0)
-    start = next((k for k in range(count, width) if _is_text([row[k] for _, row in recorded if row[k : k + 1]], decimal_comma)), None)
-    if start is None:
-        return None
-    aside = [row for row in recorded if any(row[1][start:])]
-    early = max((k + 1 for _, cells in recorded for k in range(count, start) if any(cells[k : k + 1])), default=0)
-    width = max(len(below[-1]), early)
-    keep = min(start, width)
-    left = {index: [*cells[:keep], *[""] * (width - keep)] for index, cells in recorded if any(cells[start:]) or len(cells) > width}
-    pairs = ([cell for cell in cells[start:] if cell] for _, cells in aside)
-    facts = {name: " ".join(values) for name, *values in pairs if values}
-    cells_aside = [cell for _, row in reversed(aside) for cell in row[start:] if cell]
-    count_above = sum(index <= aside[0][0] for index, _ in recorded)
-    first = f"first {count_above} rows" if count_above > 1 else "first row"
-    excerpt = printable(", ".join(cells_aside[:MOST_SHOWN])) + (" and others" if len(cells_aside) > MOST_SHOWN else "")
-    return Beside(left, facts, f"what stands beside the {first} was left out: {excerpt}")
-
-
-def _is_text(cells: Sequence[str], decimal_comma: bool) -> bool:
-    """Return whether those of several cells that are filled are text for the most part."""
-    filled = [cell for cell in cells if cell]
-    return bool(filled) and 2 * sum(is_number(cell, decimal_comma) for cell in filled) < len(filled)
-
-
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset(
@@ -165,7 +101,6 @@ class Layout:
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    beside: Beside | None = None
 
 
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
@@ -175,25 +110,21 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     for delimiter in ("\t", ";", ",", None):
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
-            beside = table_beside(rows, decimal_comma)
-            among = [(i, beside.rows.get(i, cells)) for i, cells in rows] if beside else rows
-            layout = _rows_of_numbers(among, delimiter, decimal_comma)
+            layout = _rows_of_numbers(rows, delimiter, decimal_comma)
             if layout is None:
                 continue
-            first_row = next(cells for i, cells in among if i == layout.first)
+            first_row = next(cells for i, cells in rows if i == layout.first)
             filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
             score = (sum(layout.numeric) / filled, sum(layout.numeric))
             if score > best_score:
-                best, best_score = replace(layout, beside=beside), score
+                best, best_score = layout, score
     if best is None:
         message = "holds no rows of numbers, or is truncated before them"
         mend = "Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks"
         raise InputError(message, path=str(source), mend=mend)
-    if best.beside:
-        bare = best.beside.lines(bare, best.delimiter)
     _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
-    return replace(best, names=names, units=units_, notes=(*notes, *((best.beside.note,) if best.beside else ())))
+    return replace(best, names=names, units=units_, notes=notes)
 
 
 def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tuple[int, list[str]]]:
@@ -241,22 +172,26 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     count, place = len(layout.numeric), f"{source}: line {index + 1}"
     rows = [cells_above for _, cells_above in above if len(cells_above) == count]
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
+    numbered = np.flatnonzero(layout.numeric).tolist()
+    is_row, mend = numbered[-1] < len(cells) and all(kinds[k] for k in numbered), "Delete what stands beside the rows of numbers"
     if len(cells) != count:
-        if (rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True)):
-            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
-    elif rows and any(kinds):
-        odd = next(column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column])
+        if is_row or ((rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))):
+            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index], mend=mend if is_row else "")
+        return
+    odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
+    if rows and any(kinds) and odd is not None:
         message, mend = ("is a number, and below it stands text", "") if kinds[odd] else why_no_number(cells[odd])
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
+    if is_row:
+        raise InputError("is a row of numbers with more in it", path=place, value=lines[index], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text right before the numbers."""
     count = len(layout.numeric)
     above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
-    above = [cells[:count] for cells in above] if layout.beside else above
     headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.logs.channel import LogData
 from bristle.logs.problems import Cut, longest_run
+from bristle.logs.turns import noise_of
 
 WINDOWS = (2, 4, 8, 16, 32, 64, 128)  # samples of one moving mean
 BLOCKS = 12  # of time, each left out in turn
@@ -74,8 +74,7 @@ class Line:
         left = np.linalg.solve(without, (right - rights)[..., None])[..., 0]
         deviations = np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
         residual, total = effort - scaled @ coefficients, float(np.var(effort))
-        explained = 1.0 - float(np.mean(residual**2)) / total if total > 0.0 else 0.0
-        return cls(coefficients / size, deviations / size, explained)
+        return cls(coefficients / size, deviations / size, 1.0 - float(np.mean(residual**2)) / total if total > 0.0 else 0.0)
 
     @property
     def last(self) -> tuple[float, float]:
@@ -234,8 +233,7 @@ def _piled(values: np.ndarray, run: int) -> np.ndarray:
     if np.count_nonzero(values > 0.0) < run:
         return none
     top = float(np.quantile(values[values > 0.0], 0.999))  # quantile of a side: single samples beyond are noise
-    noise = DEVIATION_OVER_MEDIAN * float(np.median(np.abs(np.diff(values, 2)))) / np.sqrt(6.0)
-    width = float(np.clip(6.0 * noise, 0.02 * top, 0.08 * top))  # of the noise, and of the top: the width of a pile below it
+    width = float(np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top))  # of the noise, and of the top: the width of a pile below it
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
     # 3.0 than below is a pile; a sine has 2.7

@@ -16,10 +16,9 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.values import Thresholds, threshold
 from bristle.logs.channel import LogData
-from bristle.logs.legs import graininess
 from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share
 from bristle.logs.problems import Cut, clipped
-from bristle.logs.turns import turning_points
+from bristle.logs.turns import graininess, turning_points
 
 FALLS = (0.1, 0.02)  # of the largest speed, over which friction may fall
 SIDE = 0.02  # share of the rows in a direction from which it has columns of its own

@@ -11,8 +11,8 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.edge import guarded, instance, optional
-from bristle.logs.legs import Leg, graininess, legs_of, rests_of
 from bristle.logs.log import Log
+from bristle.logs.turns import Leg, graininess, legs_of, rests_of
 
 
 @guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))
@@ -184,9 +184,8 @@ class Stretch:
         friction = 0.5 * float(np.sign(leg.distance)) * (efforts[0] - efforts[1])
         first, middle, last = (float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1]))
         scatter = float(np.std(np.diff(friction))) / np.sqrt(8.0)
-        apart = max(abs(first - middle), abs(last - middle))
         # 5.0 times its scatter, that a friction told by two legs must be
-        return middle > 5.0 * scatter and apart <= 2.0 * SETTLED * middle + scatter
+        return middle > 5.0 * scatter and max(abs(first - middle), abs(last - middle)) <= 2.0 * SETTLED * middle + scatter
 
     def _course(self, begin: int, end: int, count: int) -> np.ndarray:
         """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""

@@ -242,5 +242,4 @@ def far_outside(values: np.ndarray) -> np.ndarray:
         return huge
     far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))  # over the range that holds 98 % of the samples
     # A channel that rests for most of the log and then moves is legitimate; it moves for more than a few samples.
-    runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)
-    return far if all(run.size <= LONGEST for run in runs) else huge
+    return far if all(run.size <= LONGEST for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)) else huge

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from bristle.core.axis import Axis
@@ -18,11 +18,10 @@ from bristle.logs.assembly import record_of
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
 from bristle.logs.gather import axis_of
 from bristle.logs.log import Log, log_of
-from bristle.logs.names import names_and_units, with_plain_names
 from bristle.logs.stamped_text import period_told
 from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
 from bristle.logs.tables import content_of_log
-from bristle.logs.words import is_time
+from bristle.logs.words import is_time, names_and_units, with_plain_names
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
@@ -69,8 +68,8 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
 
         if find_spec(log_format.package) is None:
             raise MissingExtraError.of(f"{content.source}: reading {log_format.title}", log_format.extra)
-        return read_apart(log_format.name, content.data, request)
-    read: Callable[..., Table] = log_format.read or import_module(f"bristle.logs.{log_format.name}").read
+        return read_apart(log_format.place, content.data, request)
+    read: Callable[..., Table] = log_format.read or resolve_name(log_format.place)
     try:
         with damage_refused(content.source):
             return _as_table(read(content.data, request), log_format, content)
@@ -82,7 +81,7 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     """Return what a reader gives, of one of a person's own too, which may give any table of columns."""
     if isinstance(read, Table):
         return read
-    from bristle.logs.columns import is_table, table_of
+    from bristle.logs.log import is_table, table_of
 
     if not is_table(read):
         message = f"is read by {log_format.name}, which gives a {type(read).__name__}"

@@ -88,12 +88,10 @@ def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
     """Return the smoothed rate of a signal over time, or over its samples where there is no time."""
     from scipy.ndimage import uniform_filter1d
 
-    width = int(np.clip(position.size // 2000, 3, 15))
-    smooth = uniform_filter1d(position, width)
+    smooth = uniform_filter1d(position, int(np.clip(position.size // 2000, 3, 15)))
     if times is None or times.size != position.size:
         return np.gradient(smooth)
-    even = np.linspace(times[0], times[-1], times.size)
-    steps = np.gradient(even)
+    steps = np.gradient(np.linspace(times[0], times[-1], times.size))
     return np.gradient(smooth) / (steps if np.all(steps > 1e-15) else 1.0)  # of the unit of time, from sample to sample: less is no time
 
 
@@ -127,8 +125,7 @@ def roughness(values: np.ndarray) -> float:
 
 def explained(effort: np.ndarray, position: np.ndarray) -> float:
     """Return which share of a signal inertia, friction and a constant along a motion explain."""
-    rest = _left(effort, [*_moving(position), position])
-    return 1.0 - float(np.var(rest)) / (float(np.var(effort)) or 1.0)
+    return 1.0 - float(np.var(_left(effort, [*_moving(position), position]))) / (float(np.var(effort)) or 1.0)
 
 
 def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
@@ -150,8 +147,7 @@ def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
 def _moving(position: np.ndarray) -> list[np.ndarray]:
     """Return what inertia and friction do along a motion."""
     velocity = rate_of(position, None)
-    sliding = np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity)))
-    return [rate_of(velocity, None), velocity, sliding]
+    return [rate_of(velocity, None), velocity, np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity)))]
 
 
 def _left(effort: np.ndarray, columns: list[np.ndarray]) -> np.ndarray:
@@ -188,7 +184,6 @@ class Roles:
     """The channels that a table has."""
 
     channels: dict[str, Role] = field(default_factory=dict)
-    implied_time: bool = False
     rivals: tuple[str, ...] = ()
 
 
@@ -212,7 +207,7 @@ def roles_of(table: Table) -> Roles:
             reason = _reason(velocity, "its unit")
             channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)
             channels |= _effort(table, [column for column in moving if column is not velocity and not column.is_apart_from(way)], way)
-        return Roles(channels, bool(table.stamps))
+        return Roles(channels)
     stamps = _stamps(table, position.name, time)
     left = [column for column in moving if column is not position and not column.is_apart_from(position)]
     velocity = _velocity(left, position, stamps)
@@ -244,7 +239,7 @@ def roles_of(table: Table) -> Roles:
             own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     channels |= _effort(table, [column for column in left if column is not error], position)
-    return Roles(channels, bool(table.stamps), rivals)
+    return Roles(channels, rivals)
 
 
 def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:
@@ -282,8 +277,7 @@ def _kinship(column: Candidate, relative: Candidate) -> float:
         (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name))) for name in (column.name, relative.name)
     )
     shorter = min(len(column.name), len(relative.name))
-    letters = enumerate(zip(column.name, relative.name, strict=False))
-    common = next((i for i, (a, b) in letters if a != b), shorter)
+    common = next((i for i, (a, b) in enumerate(zip(column.name, relative.name, strict=False)) if a != b), shorter)
     is_one = digits == digits_there or named & named_there or (column.axis and column.axis == relative.axis)
     return (0.6 if is_one else 0.0) + min(0.3, 0.02 * common)
 

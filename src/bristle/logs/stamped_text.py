@@ -1,20 +1,23 @@
-"""Text files that need more than columns of numbers: dates as stamps, several columns of time, cells left empty."""
+"""Text files that need more than columns of numbers: dates as stamps, columns with their own times, TwinCAT Scope."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
+from itertools import zip_longest
+from pathlib import Path
 
 import numpy as np
 
 from bristle.core import units
-from bristle.logs.layout import CLOCK, Layout, cells_of, without_comments
-from bristle.logs.names import listed, plain_unit
-from bristle.logs.table import Request, Table, split_unit
+from bristle.core.content import refuse_larger
+from bristle.core.errors import InputError
+from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
+from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, split_unit
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import is_time, unit_in_name, unit_of_time
+from bristle.logs.words import distinct, is_time, listed, plain_unit, unit_in_name, unit_of_time
 
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
 OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
@@ -153,7 +156,7 @@ def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Requ
             filled &= np.isfinite(values)
         samples = values[filled] if request.choice(layout.names[index], index + 1) else None
         series.append(Series(layout.names[index], samples, times[filled], layout.units[index]))
-    table = table_of_series(series, request.source, "text", time_unit=unit, notes=notes)
+    table = table_of_series(series, request._replace(choice=ALL), "text", time_unit=unit, notes=notes)
     return replace(table, numbers={f"column_{i + 1}": layout.names[i] for i in columns})
 
 
@@ -176,3 +179,109 @@ def _is_clock(name: str, values: np.ndarray) -> bool:
         return True
     nameless = name.startswith("column_") or re.fullmatch(r"name_\d+", name.lower()) is not None
     return nameless and bool(np.ptp(steps) <= 0.02 * np.median(steps) + 1e-12)
+
+
+NAME = "name"
+# What stands in the first column of the rows below the names, as far as the export was asked for them.
+KEYS = frozenset(
+    listed(
+        "bitmask | data-type | indexgroup | indexoffset | netid | offset | port | sampletime[ms] | scalefactor | symbolbased | "
+        "symbolcomment | symbolname | unit | unit offset | unit scalefactor | variablesize"
+    )
+)
+NO_UNIT = ("", "(none)", "none", "-", "1")
+END = "eof"
+
+
+@dataclass(frozen=True)
+class Head:
+    """What stands above the numbers of a trace."""
+
+    delimiter: str
+    first: int
+    names: tuple[str, ...]
+    rows: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    def of(self, key: str, column: int) -> str:
+        """Return what a row says of a column; empty where there is no such row."""
+        cells = self.rows.get(key, ())
+        return cells[column] if column < len(cells) else ""
+
+
+def head_of(lines: Sequence[str]) -> Head | None:
+    """Return the head of a trace of TwinCAT Scope; None where these lines are something else."""
+    for delimiter in ("\t", ";", ",", "|"):
+        rows = [cells_of(line, delimiter) for line in lines[:120]]
+        filled = [index for index, cells in enumerate(rows) if any(cells)]
+        for place, index in enumerate(filled[:-1]):
+            below = rows[filled[place + 1]][0].lower()
+            is_count = below.replace(",", ".").replace(".", "", 1).lstrip("-").isdigit()
+            if rows[index][0].lower() == NAME and len(rows[index]) > 1 and (below in KEYS or is_count):
+                return _head(rows, delimiter, index, filled[place + 1 :], filled[:place])
+    return None
+
+
+def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], above: list[int]) -> Head:
+    first, described = below[-1] + 1, {}
+    for line in below:
+        key = rows[line][0].lower()
+        if key not in KEYS:
+            first = line
+            break
+        described[key] = tuple(rows[line])
+    facts = {rows[line][0]: " ".join(cell for cell in rows[line][1:] if cell) for line in above if len(rows[line]) > 1}
+    return Head(delimiter, first, tuple("" if cell.lower() == NAME else cell for cell in rows[index]), described, facts)
+
+
+def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
+    """Return the channels of a trace, each with its time."""
+    body = [line for line in lines[head.first :] if line.strip() and line.strip().lower() != END]
+    cut = lines[-1].strip() != "" and lines[-1].strip().lower() != END
+    body = body[:-1] if cut else body
+    refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, request.limit, request.source)
+    columns = [
+        [cell.strip().strip('"') for cell in column] for column in zip_longest(*(line.split(head.delimiter) for line in body), fillvalue="")
+    ]
+    if len(columns) == sum(map(bool, head.names)) < len(head.names):  # an export without times has no cells below the keys
+        values = iter(columns)
+        columns = [next(values) if name else [""] * len(columns[0]) for name in head.names]
+    firsts = (next(filter(None, column), "") for column, name in zip(columns, head.names, strict=False) if not name)
+    earliest = min((int(first) for first in firsts if first.isdigit()), default=0)
+    places = [place for place, name in enumerate(head.names) if name and place < len(columns)]
+    called, notes = distinct(head.names[place] for place in places)
+    series, texts = [], {}
+    for name, place in zip(called, places, strict=True):
+        filled = [cell for cell in columns[place] if cell]
+        values = numbers_in(filled, head.delimiter != ",")
+        if values is None:
+            odd = next(cell for cell in filled if numbers_in([cell], head.delimiter != ",") is None)
+            message, mend = why_no_number(odd)
+            texts[name] = InputError(message, path=f"{request.source}: column {name!r}", value=odd, mend=mend)
+        elif values.size:
+            read = (values, _times_of(columns, place, head, earliest, request.source)) if request.choice(name) else (None, None)
+            unit = head.of("unit", place)
+            about = filter(None, (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type")))
+            series.append(Series(name, *read, "" if unit.lower() in NO_UNIT else unit.strip("()[]"), " ".join(about)))
+    scaled = [name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")]
+    if scaled:
+        notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
+    if cut:
+        notes.append("the file does not end with a line break: its last row may be cut and was left out")
+    return table_of_series(series, request, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
+
+
+def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, source: Path) -> np.ndarray | None:
+    """Return the times of a channel [ms]; None where the file tells none."""
+    left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
+    cells = [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
+    if not any(cells):
+        period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
+        return None if period is None else period[0] * np.arange(sum(map(bool, columns[place])))
+    if len(cells[0]) >= 16 and cells[0].isdigit():  # of counts of 100 ns since 1601; milliseconds since the start have fewer
+        return (np.array(cells, dtype=np.int64) - earliest) / 1e4
+    times = numbers_in(cells, head.delimiter != ",")
+    if times is None:
+        place_told, mend = f"{source}: column {head.names[place]!r}", "Export it with a column of time for each channel"
+        raise InputError("has no time for each of its samples", path=place_told, mend=mend)
+    return times

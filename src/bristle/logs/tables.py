@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -126,6 +126,16 @@ def no_such_table(table: str, names: list[str], source: Path) -> InputError:
     return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
 
 
+def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int = 8, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield what tables and lists in one another hold, with its full name: ``a.b[0]``; what nests deeper is left whole."""
+    if depth == 0 or not isinstance(node, through):
+        yield path, node
+        return
+    for key, value in node.items() if isinstance(node, Mapping) else enumerate(node):
+        name = f"{path}[{key}]" if isinstance(node, list) else f"{path}.{key}".removeprefix(".")
+        yield from flattened(value, through, depth - 1, name)
+
+
 class Series(NamedTuple):
     """A channel, its values where they are read, and its times where it brings its own."""
 
@@ -145,7 +155,7 @@ def by_name(channels: Iterable[tuple[str, str, T]]) -> dict[str, T]:
 
 def table_of_series(
     series: Iterable[Series],
-    source: Path,
+    request: Request,
     kind: str,
     *,
     time: str = "time",
@@ -158,12 +168,13 @@ def table_of_series(
     """Return the table of channels that bring their own times: one column of time for all that share theirs."""
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
-        raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors, with their times")
+        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors, with their times")
     names_used = {channel.name for channel in channels}
+    chosen = [channel for channel in channels if channel.values is not None and request.choice(channel.name)]
     clocks: dict[str, np.ndarray] = {}
     stamps: dict[str, str] = {}
-    for channel in channels:
-        if channel.values is None or channel.times is None:
+    for channel in chosen:
+        if channel.times is None:
             continue
         name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
         if name is None:
@@ -172,7 +183,7 @@ def table_of_series(
                 name = f"{name}_"
             clocks[name] = np.asarray(channel.times, dtype=float)
         stamps[channel.name] = name
-    columns = clocks | {channel.name: channel.values for channel in channels if channel.values is not None}
+    columns = clocks | {channel.name: np.asarray(channel.values, dtype=float) for channel in chosen}
     units = dict.fromkeys(clocks if time_unit else (), time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
     return Table(
         columns,
@@ -185,5 +196,5 @@ def table_of_series(
         stamps=stamps,
         facts=facts or {},
         about={channel.name: channel.about for channel in channels if channel.about},
-        source=source,
+        source=request.source,
     )

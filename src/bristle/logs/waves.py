@@ -59,5 +59,4 @@ def _explained(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency:
     """Return the sum of squares that the waves of a frequency take of a residual, beside a constant for each side."""
     columns = np.column_stack([waves(x, side, frequency), np.ones_like(x), side])
     gram, right = columns.T @ columns, columns.T @ residual
-    held = SMALL * float(np.trace(gram)) * np.eye(right.size)
-    return float(right @ np.linalg.solve(gram + held, right))
+    return float(right @ np.linalg.solve(gram + (SMALL * float(np.trace(gram)) * np.eye(right.size)), right))

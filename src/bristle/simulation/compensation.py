@@ -16,7 +16,7 @@ from bristle.core.experiment import LOOP_VARIANTS, RUN, Effort, Experiment, Feed
 from bristle.core.fingerprint import digest
 from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
-from bristle.files.run import at_rest
+from bristle.files.variant import at_rest
 from bristle.friction import without_presliding
 from bristle.plants.terms import terms_of
 from bristle.references import recorded

@@ -18,7 +18,7 @@ from bristle.core.variable import Kind, Variable
 from bristle.files.arrays import read_arrays
 from bristle.files.components import check_keys, key_of, number_at
 from bristle.files.model import read_model
-from bristle.files.run import effort_variables
+from bristle.files.variant import effort_variables
 
 WHOLE_NUMBERS = ("delay", "substeps", "trials")
 EXAMPLES = {

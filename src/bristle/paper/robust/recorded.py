@@ -27,8 +27,8 @@ from bristle.core.mathematics import direction
 from bristle.core.random_numbers import SEED_MAX, uniform
 from bristle.core.variable import Variable
 from bristle.friction import slotted
-from bristle.logs.legs import graininess, legs_of, rests_of
 from bristle.logs.log import Log
+from bristle.logs.turns import graininess, legs_of, rests_of
 
 SLOWEST_REVERSAL = 5e-8  # [m/s]: slower ones are noise
 POINTS = 231
