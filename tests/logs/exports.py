@@ -511,6 +511,32 @@ def sinumerik_slow(folder: Path, m: Motion) -> Path:
     return _written(folder / "trace.csv", "\n".join(rows) + "\n", "utf-8")
 
 
+def epics_dates(folder: Path, m: Motion) -> Path:
+    start = datetime.datetime(2025, 3, 14, 9, 31, 12)
+    lines = []
+    for t, x, f in zip(m.time_us, mm(m.position_um), newton(m.torque), strict=True):
+        stamp = f"{start + datetime.timedelta(microseconds=int(t)):%Y-%m-%d %H:%M:%S.%f}"
+        lines += [f"XF:01-Mtr:X:Pos-RBV {stamp} {x}", f"XF:01-Mtr:X:Force-I {stamp} {f}"]
+    return _written(folder / "archive.txt", "\n".join(lines) + "\n", "ascii")
+
+
+def epics_seconds(folder: Path, m: Motion) -> Path:
+    lines = ["# name, seconds, value, severity"]
+    for t, x, f in zip(m.time_us, mm(m.position_um), newton(m.torque), strict=True):
+        lines += [f"axis:position,{decimal(t, 6)},{x},NO_ALARM", f"axis:force,{decimal(t, 6)},{f},NO_ALARM"]
+    return _written(folder / "archive.csv", "\n".join(lines) + "\n", "ascii")
+
+
+def epics_states(folder: Path, m: Motion) -> Path:
+    start = datetime.datetime(2025, 3, 14, 9, 31, 12)
+    lines = []
+    for name, values in (("BL1:AXIS:LAGE", mm(m.position_um)), ("BL1:AXIS:KRAFT", newton(m.torque))):
+        for t, value in zip(m.time_us, values, strict=True):
+            stamp = f"{start + datetime.timedelta(microseconds=int(t)):%Y-%m-%d\t%H:%M:%S.%f}"
+            lines.append(f"{name}\t{stamp}\t{value}\tHIGH MINOR")
+    return _written(folder / "monitor.txt", "\r\n".join(lines) + "\r\n", "ascii")
+
+
 def _written(path: Path, text: str, encoding: str) -> Path:
     path.write_bytes(text.encode(encoding))
     return path
@@ -555,4 +581,7 @@ EXPORTS = {
     "SINUMERIK, text": Export(sinumerik_text, UNIT | FORCE),
     "SINUMERIK, text without time": Export(sinumerik_plus, UNIT | FORCE),
     "SINUMERIK, text, slow": Export(sinumerik_slow, UNIT | FORCE, exact=False),
+    "EPICS, dates": Export(epics_dates, UNIT | FORCE),
+    "EPICS, seconds": Export(epics_seconds, UNIT | FORCE),
+    "EPICS, states": Export(epics_states, UNIT | FORCE),
 }

@@ -29,7 +29,9 @@ from bristle.logs.stamped_text import (
     head_of,
     names_beside_times,
     partly_empty,
+    pattern_of,
     period_told,
+    read_archive,
     read_scope,
     stamps_in,
     units_of_labview,
@@ -59,6 +61,8 @@ def read_csv(data: bytes, request: Request) -> Table:
     refuse_frames(head, request.source)
     if (scope := head_of(head)) is not None:  # channels with times of their own
         return read_scope(data.decode(encoding).split("\n"), scope, request)
+    if (archived := pattern_of(head)) is not None:
+        return read_archive(data.decode(encoding).split("\n"), archived, request)
     starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)

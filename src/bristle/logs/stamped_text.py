@@ -1,4 +1,4 @@
-"""Text files that need more than columns of numbers: dates as stamps, columns with their own times, TwinCAT Scope."""
+"""Text files that need more than columns of numbers: dates as stamps, columns with their own times, TwinCAT Scope, archives."""
 
 from __future__ import annotations
 
@@ -285,3 +285,52 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
         place_told, mend = f"{source}: column {head.names[place]!r}", "Export it with a column of time for each channel"
         raise InputError("has no time for each of its samples", path=place_told, mend=mend)
     return times
+
+
+_DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+_SECONDS = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
+# Name first, or time first; what follows the value is its state.
+_NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
+_TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
+MOST_SIGNALS = 1000
+
+
+def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
+    """Return the pattern of lines that are values of named signals, one each; None where they are something else."""
+    filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
+    for pattern in (_NAMED, _TIMED):
+        if len(filled) >= 10 and sum(bool(pattern.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
+            return pattern
+    return None
+
+
+def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Request) -> Table:
+    """Return the signals of an archive, each with its own times."""
+    refuse_larger(len(lines) * 2 * NUMBER_BYTES, request.limit, request.source)
+    name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
+    signals: dict[str, tuple[list[str], list[float]]] = {}
+    unreadable = 0
+    for line in lines:
+        match = pattern.fullmatch(line)
+        if match is None:
+            unreadable += bool(line.strip()) and not line.lstrip().startswith("#")
+            continue
+        times, values = signals.setdefault(match[name_at], ([], []))
+        times.append(match[time_at])
+        values.append(float(match[3].replace(",", ".")))
+    if len(signals) > MOST_SIGNALS:
+        allowed, mend = f"up to {MOST_SIGNALS}", "Export one column a signal"
+        raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
+    origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
+    series = []
+    for name, (times, values) in signals.items():
+        stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
+        series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
+    notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
+    return table_of_series(series, request, "archive", notes=notes)
+
+
+def _date(text: str) -> datetime:
+    parts = re.split(r"[T ,;\t]+", text, maxsplit=1)
+    return datetime.fromisoformat(f"{parts[0].replace('/', '-')}T{parts[1].replace(',', '.')}")
