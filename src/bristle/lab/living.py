@@ -7,7 +7,7 @@ the model with the values that are moved. Law and encoder are a module of their 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -33,7 +33,6 @@ from bristle.lab.packing import as_json, differences, packed, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
-from bristle.report.page import Living
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
 
@@ -48,6 +47,18 @@ SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")
 AROUND = 3.0  # times up and down from an identified value
+
+
+class Living(NamedTuple):
+    """A part of a report in which parameters are moved; without scripts it is not there."""
+
+    policy: str
+    style: Markup
+    shared: Markup
+    script: Markup
+    data: Markup
+    follows: bool
+    macro = "living"
 
 
 def living_part(

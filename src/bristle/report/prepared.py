@@ -103,7 +103,7 @@ def prepare(
 def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress) -> Fit:
     from bristle.files.arguments import read_log
     from bristle.files.axis import read_axis
-    from bristle.workflow.identified import identify
+    from bristle.report.identified import identify
 
     plan.folder.parent.mkdir(exist_ok=True)
     with results_folder(plan.folder, force=True) as folder:

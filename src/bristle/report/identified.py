@@ -23,8 +23,8 @@ from bristle.identification.request import models_of
 from bristle.identification.result import Identification
 from bristle.logs.log import Log
 from bristle.prediction.drive_table import drive_table, steady_curve
-from bristle.workflow.model_in_hand import ModelInHand
-from bristle.workflow.result import Result
+from bristle.report.model_in_hand import ModelInHand
+from bristle.report.results import Result
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate

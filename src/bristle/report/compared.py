@@ -18,7 +18,7 @@ from bristle.core.variable import Variable
 from bristle.files.arguments import axes_for, log_and_axis
 from bristle.files.summary import provenance
 from bristle.logs.log import Log
-from bristle.workflow.result import Result
+from bristle.report.results import Result
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
