@@ -227,10 +227,5 @@ def _row(first: Instance, model: Model, path: str) -> np.ndarray:
     """Return the parameters of a model as numbers; refuse one that does not fit the first."""
     row = pack(model.parameters)
     if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:
-        raise InputError(
-            "is of another component, or has lists of another length, than the first",
-            path=path,
-            value=model.name,
-            mend="Run one batch for each",
-        )
+        raise InputError("is of another component or length than the first", path=path, value=model.name, mend="Run a batch for each")
     return row

@@ -139,9 +139,7 @@ def in_turns(
     """Return what `force_in_turns` does, finite or not."""
     part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
     if parameters.shape[1] != part.parameters.size:
-        raise InputError(
-            "has the wrong shape", path="parameters", value=parameters.shape, allowed=f"{part.parameters.size} numbers in a row"
-        )
+        raise InputError("has the wrong shape", path="parameters", value=parameters.shape, allowed=f"{part.parameters.size} in a row")
     check_run(v.size, x=x)
     signals, force = _surroundings(part, v.size, around), np.empty(v.size)
     for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
@@ -179,12 +177,7 @@ def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
     usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
         if name not in usual:
-            raise InputError(
-                f"is nothing that {model.name} knows of its surroundings",
-                path=name,
-                allowed=", ".join(usual),
-                mend=did_you_mean(name, usual),
-            )
+            raise InputError(f"is unknown to {model.name}", path=name, allowed=", ".join(usual), mend=did_you_mean(name, usual))
     return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
 
 

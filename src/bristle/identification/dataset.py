@@ -43,9 +43,7 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
     """Return what `mechanical` does, of a segment or of rows, what known columns tell left out."""
     inverse = plant.component.inverse
     if inverse is None:
-        raise InputError(
-            "has no inverse: it cannot be identified from a motion", path="plant", value=plant.name, allowed="inertia, oscillator"
-        )
+        raise InputError("has no inverse to identify it by", path="plant", value=plant.name, allowed="inertia, oscillator")
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 

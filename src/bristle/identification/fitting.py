@@ -76,29 +76,14 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
     elements = ELEMENTS.get(base_of(component))
     slots = [slot for slot in variations_of(component) if slot in LEVELS]
     if slots and not has_level(base_of(component)):
-        raise InputError(
-            f"has no level of sliding friction, which +{slots[0]} raises",
-            path="model",
-            value=component.name,
-            mend="Take one that has, such as coulomb_viscous",
-        )
+        raise InputError(f"has no level that +{slots[0]} raises", path="model", value=component.name, mend="Take coulomb_viscous")
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
     slots += [slot.name for slot in channel_slots_of(component)]
     if slots:
-        raise InputError(
-            f"has elements, which +{slots[0]} cannot be fitted beside",
-            path="model",
-            value=component.name,
-            mend="Ask for dahl or lugre with this slot",
-        )
+        raise InputError(f"has elements: +{slots[0]} cannot be fitted", path="model", value=component.name, mend="Ask for dahl or lugre")
     if context.estimator is not None:
-        raise InputError(
-            "is identified by inverse dynamics only",
-            path="model",
-            value=component.name,
-            mend="Write --method inverse_dynamics, or ask for dahl or lugre",
-        )
+        raise InputError("needs inverse dynamics", path="model", value=component.name, mend="Write --method inverse_dynamics")
     return elements(context, component, report)
 
 

@@ -246,12 +246,7 @@ class InverseDynamics:
         if log[0] != log[-1]:
             return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
         if blocks > (most := room_for_blocks(self.dataset, settings)):
-            raise InputError(
-                "are too many for this log",
-                path="blocks",
-                value=blocks,
-                allowed=f"2 to {max(most, 2)}, or 0 for no comparison on held-out blocks",
-            )
+            raise InputError("are too many for this log", path="blocks", value=blocks, allowed=f"2 to {max(most, 2)}, or 0")
         return self.folds(blocks)
 
 

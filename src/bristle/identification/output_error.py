@@ -212,12 +212,7 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
-        raise InputError(
-            "shows in a closed loop only",
-            path="effort.lag",
-            value="identify",
-            mend="Describe the [controller] and name the column of the reference",
-        )
+        raise InputError("shows in a closed loop only", path="effort.lag", value="identify", mend="Describe [controller] and reference")
     return loop
 
 

@@ -66,19 +66,10 @@ def treat_all(
             raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
         if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference of sample times that is none
             period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
-            raise InputError(
-                f"was sampled every {period}, the first log every {first_period}",
-                path=path,
-                mend="Resample one of them, or identify them one by one",
-            )
+            raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path, mend="Resample one of them")
         for name in ("cutoff", "decimation", "held"):
             if getattr(part, name) != getattr(first, name):
-                raise InputError(
-                    f"is to be treated with another {name} than the first log",
-                    path=path,
-                    value=getattr(part, name),
-                    mend="Write the same into both axis files",
-                )
+                raise InputError(f"has another {name} than the first log", path=path, value=getattr(part, name), mend="Give both the same")
     segments, end = [], first.segments[0].time[0]
     for number, part in enumerate(parts):
         # Rows are told apart by their time: a log begins where the one before it ends.

@@ -254,13 +254,7 @@ def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray
         return None
     columns = [np.asarray(column, dtype=float) for column in columns]
     if len(columns) != terms.per_column.size:
-        raise InputError(
-            "has not the known columns of the plant",
-            path="log",
-            value=f"{len(columns)} columns",
-            allowed=", ".join(plant.component.columns),
-            mend="Name them under [[known]] of the axis file",
-        )
+        raise InputError("lacks known columns", path="log", allowed=", ".join(plant.component.columns), mend="Name them under [[known]]")
     return np.asarray(terms.per_column @ np.stack(columns))
 
 

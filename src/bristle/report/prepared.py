@@ -132,12 +132,7 @@ def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
     kind = variant.plant.kind
     outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
     if outcome.status is not Status.OK:
-        raise InputError(
-            "does not run to its end",
-            path=f"compare.{variant.name}",
-            value=outcome.status.sentence,
-            mend="Simulate it alone and mend the loop first",
-        )
+        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Mend its loop")
     signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
     axis = axis or Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis

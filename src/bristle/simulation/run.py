@@ -214,12 +214,7 @@ def learn(
     from scipy.signal import butter, sosfiltfilt
 
     if not learning.cutoff < 0.5 / dt:
-        raise InputError(
-            "out of range",
-            path="controller.learning.cutoff",
-            value=learning.cutoff,
-            allowed=f"below half the sampling frequency, {0.5 / dt:g} Hz",
-        )
+        raise InputError("out of range", path="controller.learning.cutoff", value=learning.cutoff, allowed=f"< {0.5 / dt:g} Hz")
     low_pass = butter(2, learning.cutoff, fs=1.0 / dt, output="sos")
     learned = np.zeros(desired.shape[1])
     errors: list[float] = []
