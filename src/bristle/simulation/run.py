@@ -24,6 +24,8 @@ from bristle.simulation.feedforward import carried_effort, compensator_of, feedf
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
 Progress = Callable[[float, str], None]
+RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
+DIRECTIONS = {"forward": 1.0, "backward": -1.0}
 
 
 @guarded(experiment=EXPERIMENT, progress=PROGRESS)
@@ -124,24 +126,13 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         name=variant.name,
         following_error=statistics_of(following[judged]),
         true_error=statistics_of(true[judged]),
-        by_direction={
-            "forward": statistics_of(following[judged][moving > 0.0]),
-            "backward": statistics_of(following[judged][moving < 0.0]),
-        },
+        by_direction={name: statistics_of(following[judged][side * moving > 0.0]) for name, side in DIRECTIONS.items()},
         effort_rms=statistics_of(trace.effort[judged]).rms,
         effort_peak=float(np.max(np.abs(trace.effort[judged]), initial=0.0)),
-        time=trace.time,
         reference=position[:count],
-        measured=trace.measured,
-        position=trace.position,
-        velocity=trace.velocity,
-        command=trace.command,
-        effort=trace.effort,
         feedforward=effort[:count] + compensation,
-        friction=trace.friction,
-        status=trace.status,
-        kind=trace.kind,
         motion=statistics_of(trace.position[judged]),
+        **{name: getattr(trace, name) for name in RECORDED},
     )
 
 
