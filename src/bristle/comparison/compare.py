@@ -12,7 +12,7 @@ from bristle.comparison.cycles import SAME_PERIOD, LogAndAxis, Side, sides_of
 from bristle.comparison.measures import Measure, SlidingRows, course_of, level_measures, turn_courses, turn_measures
 from bristle.comparison.resampling import Plan, changed, plan_of
 from bristle.comparison.result import ROUNDING, Change, Comparison, Shared
-from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 
@@ -111,35 +111,27 @@ def _diagnostics(
     before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], shared: Shared, changes: dict[str, Change], reason: InputError | None
 ) -> tuple[Diagnostic, ...]:
     """Return what may mislead, then what the comparison rests on."""
-    warnings: dict[str, dict[str, Number]] = {}
-    notes: dict[str, dict[str, Number]] = {}
     sides = {"before": [log for log, _ in before], "after": [log for log, _ in after]}
     logs = [*sides["before"], *sides["after"]]
-    for channel, code in (("reference", "no_reference"), ("effort", "no_effort")):
-        lacking = tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))
-        if lacking:
-            warnings[code] = {"sides": lacking}
-    if min(shared.before_percent, shared.after_percent) < 99.0:
-        warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
-    if not shared.complete:
-        warnings["pieces_for_cycles"] = {}
+    lacking = {
+        code: {"sides": tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))}
+        for channel, code in (("reference", "no_reference"), ("effort", "no_effort"))
+    }
+    percents = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
-    if not with_interval:
-        warnings["few_cycles"] = {}
-    elif shared.complete and min(shared.cycles_before, shared.cycles_after) < FEW:
-        warnings["few_cycles"] = {"cycles": min(shared.cycles_before, shared.cycles_after)}
+    fewest, periods = min(shared.cycles_before, shared.cycles_after), [log.sample_time for log in logs]
     # An interval so narrow is that of cycles without scatter.
-    if any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval):  # type: ignore[arg-type]
-        warnings["cycles_identical"] = {}
-    if shared.as_one > 2.0:
-        notes["cycles_alike"] = {"cycles": shared.as_one}
-    if "friction.level" not in changes and all(log.effort is not None for log in logs):
-        warnings["friction_not_told"] = {"why": str(reason) if reason else ""}
-    periods = [log.sample_time for log in logs]
-    if max(periods) > min(periods) * (1.0 + SAME_PERIOD):
-        notes["sample_times_differ"] = {"longest": max(periods)}
-    if len(before) == 1 or len(after) == 1:
-        notes["one_recording"] = {}
-    kind = logs[0].kind
-    first = (Diagnostic(code, "", "warning", numbers, kind) for code, numbers in warnings.items())
-    return (*first, *(Diagnostic(code, "", "note", numbers, kind) for code, numbers in notes.items()))
+    identical = any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval)  # type: ignore[arg-type]
+    is_told = "friction.level" in changes or any(log.effort is None for log in logs)
+    said: list[tuple[Severity, str, bool, dict[str, Number]]] = [
+        *(("warning", code, bool(numbers["sides"]), {**numbers}) for code, numbers in lacking.items()),
+        ("warning", "motions_differ", min(percents.values()) < 99.0, {**percents}),
+        ("warning", "pieces_for_cycles", not shared.complete, {}),
+        ("warning", "few_cycles", not with_interval or (shared.complete and fewest < FEW), {"cycles": fewest} if with_interval else {}),
+        ("warning", "cycles_identical", identical, {}),
+        ("warning", "friction_not_told", not is_told, {"why": str(reason or "")}),
+        ("note", "cycles_alike", shared.as_one > 2.0, {"cycles": shared.as_one}),
+        ("note", "sample_times_differ", max(periods) > min(periods) * (1.0 + SAME_PERIOD), {"longest": max(periods)}),
+        ("note", "one_recording", len(before) == 1 or len(after) == 1, {}),
+    ]
+    return tuple(Diagnostic(code, "", severity, numbers, logs[0].kind) for severity, code, holds, numbers in said if holds)

@@ -85,28 +85,15 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
             raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Is the unit right?")
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        raise InputError(
-            "is so far from zero that positions in it have too few digits",
-            path="limits.stroke",
-            value=axis.stroke,
-            mend="Count positions from where the axis is",
-        )
+        raise InputError("is so far from zero that positions have too few digits", path="limits.stroke", value=axis.stroke)
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
-            raise InputError(
-                "leaves no room to either side",
-                path="start",
-                value=start,
-                allowed=f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI",
-            )
+            allowed = f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI"
+            raise InputError("leaves no room to either side", path="start", value=start, allowed=allowed)
     if travel is not None and stroke is not None and travel > stroke:
-        raise InputError(
-            "is more than the stroke of the axis",
-            path="travel",
-            value=travel,
-            allowed=f"up to {with_unit(stroke, unit_of('length', axis.kind))}",
-        )
+        allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
+        raise InputError("is more than the stroke of the axis", path="travel", value=travel, allowed=allowed)
     acceleration, most = axis.acceleration_limit, effort_limit(axis)
     if acceleration is None and most is not None and prior.mass_known:
         acceleration = 0.5 * most / prior.plant.values["M"]

@@ -46,6 +46,7 @@ class Report(Protocol):
 
     def __call__(self, share: float, remark: str = "") -> None:
         """Take note."""
+        ...
 
 
 def silent(share: float, remark: str = "") -> None:

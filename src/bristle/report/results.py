@@ -29,6 +29,7 @@ class ResultsFolder(Protocol):
 
     def write(self, name: str, content: str | bytes, /) -> object:
         """Write a file by its name in the folder, text in UTF-8."""
+        ...
 
 
 def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any]) -> None:
