@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, NAMES, PROGRESS, Amount, amount, guarded, optional, whole
+from bristle.core.edge import FLAG, NAMES, PROGRESS, Amount, Progress, amount, guarded, optional, whole
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
@@ -30,8 +30,6 @@ LATE = 1.001  # of the duration asked for, that a motion may take
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance within which the motion stays", min=0.0)
 START = Variable("length", "where the motion begins")
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)

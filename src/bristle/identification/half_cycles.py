@@ -304,20 +304,20 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
     return Recovered(moved, visible)
 
 
-def between_samples(segment: Segment, dt: float, finer: int = FINER) -> Segment:
+def between_samples(segment: Segment, dt: float) -> Segment:
     """Return a segment on a grid that is finer by so many steps of a sample, the samples among its points.
 
     The velocity of a point is the mean over the step around it.
     """
     from scipy.interpolate import CubicSpline
 
-    h, origin = dt / finer, segment.position[0]
-    count = (segment.position.size - 1) * finer + 1
+    h, origin = dt / FINER, segment.position[0]
+    count = (segment.position.size - 1) * FINER + 1
     along = CubicSpline(dt * np.arange(segment.position.size), segment.position - origin)
     edges = along(h * (np.arange(count + 1) - 0.5))
-    at_rest = np.repeat(segment.velocity, finer)[:count] == 0.0
-    signed = np.repeat(segment.velocity, finer)[:count]
-    samples, points = np.arange(segment.position.size), np.arange(count) / finer
+    at_rest = np.repeat(segment.velocity, FINER)[:count] == 0.0
+    signed = np.repeat(segment.velocity, FINER)[:count]
+    samples, points = np.arange(segment.position.size), np.arange(count) / FINER
 
     def fine(signal: np.ndarray) -> np.ndarray:
         return np.interp(points, samples, signal)
@@ -330,7 +330,7 @@ def between_samples(segment: Segment, dt: float, finer: int = FINER) -> Segment:
         acceleration=fine(segment.acceleration),
         effort=fine(segment.effort),
         recorded=fine(segment.recorded),
-        first_cycle=segment.first_cycle * finer,
+        first_cycle=segment.first_cycle * FINER,
         surroundings={name: fine(values) for name, values in segment.surroundings.items()},
         regressors=tuple(fine(column) for column in segment.regressors),
     )

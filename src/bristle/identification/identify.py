@@ -15,7 +15,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import to_the_end
-from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
+from bristle.core.edge import FLAG, NAMES, PROGRESS, Progress, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
@@ -44,8 +44,6 @@ WITHOUT_SLOTS = "interrupted: slots were not looked for to the end"
 WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # of slots added to the best of all models
-
-Progress = Callable[[float, str], None]
 
 
 @guarded(

@@ -62,24 +62,13 @@ class Rows:
         for name, surrounding in CHANNELS.items():
             if holds(dataset, surrounding):
                 surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
-        return cls(
-            dataset.time,
-            dataset.position,
-            dataset.velocity,
-            dataset.acceleration,
-            dataset.effort,
-            residual,
-            jacobian,
-            dataset.effort - residual,
-            friction,
-            slope,
-            cycles,
-            surroundings,
-            dataset.cutoff,
-            dataset.kind,
-            dataset.samples_from_reversal * dataset.sample_time,
-            min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff),
-        )
+        named: dict[str, Any] = {
+            name: getattr(dataset, name) for name in ("time", "position", "velocity", "acceleration", "effort", "cutoff", "kind")
+        }
+        derived: dict[str, Any] = {"predicted": dataset.effort - residual, "turned": dataset.samples_from_reversal * dataset.sample_time}
+        derived |= {"narrow": min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff)}
+        fitted: dict[str, Any] = {"residual": residual, "jacobian": jacobian, "friction": friction, "slope": slope}
+        return cls(**named, **derived, **fitted, cycles=cycles, surroundings=surroundings)
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return some of the rows, of which an array of bool is true."""

@@ -16,7 +16,6 @@ from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start, Variant
-from bristle.core.normal import NORMAL_95
 from bristle.core.status import Status
 from bristle.core.typography import typeset
 from bristle.core.variable import unit_of
@@ -92,14 +91,7 @@ def living_part(
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     """Return of each parameter whether it is identified, and its 95 % interval where there is one."""
-    uncertainty = {}
-    for name, estimate in fit.parameters.items():
-        interval = estimate.interval
-        if interval is None and estimate.larger_std is not None:
-            half = NORMAL_95 * estimate.larger_std
-            interval = (estimate.value - half, estimate.value + half)
-        uncertainty[name] = {"status": estimate.status, "interval": interval}
-    return uncertainty
+    return {name: {"status": estimate.status, "interval": estimate.ends} for name, estimate in fit.parameters.items()}
 
 
 MOST_SAMPLES = 25_000

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
+from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.files.arguments import logs_and_axes
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
 P = ParamSpec("P")
-Progress = Callable[[float, str], None]
 ENTRIES = 20  # of the table for the drive
 EXPERIMENT = "experiment.toml"
 """What the experiment file is called that an identification leaves."""

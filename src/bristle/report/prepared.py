@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
+from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.fingerprint import digest
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from bristle.identification.result import Fit
     from bristle.logs.log import Log
 
-Progress = Callable[[float, str], None]
 SIGNALS = ("time", "position", "effort", "reference")
 
 

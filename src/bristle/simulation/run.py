@@ -12,7 +12,7 @@ import numpy as np
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
-from bristle.core.edge import PROGRESS, guarded
+from bristle.core.edge import PROGRESS, Progress, guarded
 from bristle.core.errors import InputError
 from bristle.core.experiment import Learning, Start, Variant
 from bristle.core.status import Status
@@ -23,7 +23,6 @@ from bristle.friction.level import rises_with_effort
 from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
-Progress = Callable[[float, str], None]
 RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
 DIRECTIONS = {"forward": 1.0, "backward": -1.0}
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.contracts import Model, make_model
 from bristle.core.diagnostic import HeldOut
-from bristle.core.edge import NAMES, PROGRESS, among, guarded, instance, whole
+from bristle.core.edge import NAMES, PROGRESS, Progress, among, guarded, instance, whole
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
@@ -31,8 +31,6 @@ from bristle.hysteresis.identification.result import (
 from bristle.logs.curves import Curves
 
 SAMPLES_LEAST = 20  # of a recording, for each fold
-
-Progress = Callable[[float, str], None]
 
 
 def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
