@@ -101,8 +101,7 @@ def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) 
         low, high = sums[measure.sums]
         outcome = changed(measure.value, low, high, plan)
         if outcome is not None and np.isfinite(outcome.before) and np.isfinite(outcome.after):
-            values = outcome.before, outcome.after, outcome.interval
-            changes[measure.name] = Change(measure.name, measure.quantity, *values, kind)
+            changes[measure.name] = Change(measure.name, measure.quantity, outcome.before, outcome.after, outcome.interval, kind)
             as_one.append(outcome.as_one)
     return changes, as_one
 

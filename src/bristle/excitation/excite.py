@@ -191,8 +191,7 @@ def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[
         return None
     length = limits.in_unit(rehearsal.lag, "length")
     note = f"no loop before sliding is smaller than {length}: the controller follows no closer in the rehearsal"
-    smaller = any(piece.purpose == "presliding" for piece in again.motion.pieces)
-    return replace(again, notes=(*again.notes, note)) if smaller else again
+    return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:

@@ -148,8 +148,7 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
     mass_known = mass is not None
     if mass is None:
         mass = (0.5 * most if most is not None else force) / (axis.acceleration_limit or 1.0)
-        word = "mass" if kind == "translational" else "inertia"
-        assumed = (f"{word} of {with_unit(mass, unit_of('mass', kind))}",)
+        assumed = (f"{'mass' if kind == 'translational' else 'inertia'} of {with_unit(mass, unit_of('mass', kind))}",)
     if friction is None:
         static, length = 1.25 * force, (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
         fastest, stiffness = axis.velocity_limit or 1e4 * length, static / length
@@ -205,5 +204,4 @@ def turning_distance(friction: Model) -> float | None:
     velocity = -np.diff(path, prepend=0.0) / dt
     state, memory = settled(friction, float(path[-1]) / dt)
     force = force_along(friction, velocity, dt, state=state, memory=memory)
-    turned = np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0])
-    return 0.5 * float(path[np.argmax(turned)])
+    return 0.5 * float(path[np.argmax(np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0]))])

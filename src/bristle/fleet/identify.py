@@ -54,8 +54,7 @@ class FleetStore(Store):
 
     def blocks_present(self) -> set[int]:
         """Return the logs that need nothing: those with a row, and those that this command does not name."""
-        unnamed = {number for number, log in enumerate(self.study.logs) if not log.place}
-        return super().blocks_present() | unnamed
+        return super().blocks_present() | {number for number, log in enumerate(self.study.logs) if not log.place}
 
     def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
         fleet = self.study

@@ -45,8 +45,7 @@ def recorded_at(*names: str) -> float | None:
         dates = []
         for year, _, month, day, hour, _, minute, second in _DATE.findall(name):
             with suppress(ValueError):  # digits that are no date
-                parts = (int(part or 0) for part in (year, month, day, hour, minute, second))
-                dates.append(datetime(*parts, tzinfo=UTC))
+                dates.append(datetime(*(int(part or 0) for part in (year, month, day, hour, minute, second)), tzinfo=UTC))
         if dates:
             return dates[0].timestamp() if len(dates) == 1 else None
     return None

@@ -89,8 +89,7 @@ def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
 def half_cycles(dataset: Dataset) -> Groups:
     """Return the rows of each half-cycle, counted through all segments."""
     turns = [starts[1:] for starts in half_cycle_starts(dataset)]
-    counts = [segment.time.size for segment in dataset.segments]
-    return Groups(dataset.sampled(half_cycle_numbers(turns, counts)))
+    return Groups(dataset.sampled(half_cycle_numbers(turns, [segment.time.size for segment in dataset.segments])))
 
 
 def least_way(resolution: float, noise: float) -> float:
@@ -250,8 +249,7 @@ def force_with_scatter(
     first = segment.first_cycle
     turns = [0, *(first + start for start in starts[1:])]
     parameters = mean + (levels[:, None] - 1.0) * rise
-    signals = segment.signals(dt, transmitted)
-    return in_turns(friction, parameters, dt=dt, starts=turns, **signals)[first:]
+    return in_turns(friction, parameters, dt=dt, starts=turns, **segment.signals(dt, transmitted))[first:]
 
 
 FINER = 5  # steps of a sample

@@ -251,8 +251,7 @@ def _left(context: Context) -> float:
     estimation = along_the_motion(replace(context, everywhere=False), find(TELLS_CHANNEL), silent)
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
-    residual = estimation.problem.residual(estimation.solution.values)
-    return float(np.linalg.norm(residual) / np.linalg.norm(context.dataset.effort))
+    return float(np.linalg.norm(estimation.problem.residual(estimation.solution.values)) / np.linalg.norm(context.dataset.effort))
 
 
 def _all_fits(

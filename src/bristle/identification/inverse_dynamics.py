@@ -208,8 +208,7 @@ class InverseDynamics:
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m]."""
-        nudged = self.friction(cycles.scaled(self.parameters.component, values, 1.0 + cycles.NUDGE))
-        return (nudged - self.friction(values)) / cycles.NUDGE
+        return (self.friction(cycles.scaled(self.parameters.component, values, 1.0 + cycles.NUDGE)) - self.friction(values)) / cycles.NUDGE
 
     def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> RowReplicates:
         """Return what draws logs of the fitted model."""
@@ -251,8 +250,7 @@ class RowReplicates:
     def doubt(self) -> float:
         """The more, the less the position shows of what the filter takes from its reversals."""
         pairs = zip(self._recovered, self._starts, strict=True)
-        corners = np.concatenate([motion.visible[list(starts)] for motion, starts in pairs])
-        return DOUBT + UNSEEN * (1.0 - float(np.mean(corners)))
+        return DOUBT + UNSEEN * (1.0 - float(np.mean(np.concatenate([motion.visible[list(starts)] for motion, starts in pairs]))))
 
     def made_with(self, values: Mapping[str, float]) -> RowReplicates:
         """Return what draws logs of the same model with other parameters."""

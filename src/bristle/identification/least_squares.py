@@ -141,8 +141,7 @@ class Search:
         def work(best: BestSoFar) -> None:
             self._from_several(best, between(report, 0.0, first))
             if everywhere:
-                theta = self.explored(best.result.theta, best, between(report, first, 1.0))
-                best.take(self.descend(theta, best=best))
+                best.take(self.descend(self.explored(best.result.theta, best, between(report, first, 1.0)), best=best))
 
         return self.as_far_as_it_came(work)
 

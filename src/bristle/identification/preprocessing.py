@@ -110,12 +110,8 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            raise InputError(
-                "is not a finite number",
-                path=f"log.{name}[{bad[0]}]",
-                value=float(values[bad[0]]),
-                mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
-            )
+            place, mend = f"log.{name}[{bad[0]}]", f"Cut the log before it, or repair it ({bad.size} samples)"
+            raise InputError("is not a finite number", path=place, value=float(values[bad[0]]), mend=mend)
     resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
     dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
     shortest = 2 * dropped + ROWS_MIN * decimation
@@ -280,8 +276,7 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
         return rows, 0.0
     slow = list[np.ndarray]()
     for segment in dataset.segments:
-        force = segment.effort - alignment.mass * segment.acceleration
-        slow.append(dataset.without_edges(low_passed(force, alignment.slow, dt)))
+        slow.append(dataset.without_edges(low_passed(segment.effort - alignment.mass * segment.acceleration, alignment.slow, dt)))
     noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:

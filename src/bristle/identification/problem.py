@@ -255,8 +255,7 @@ class Jackknife:
 
     def std(self, residual: np.ndarray) -> np.ndarray:
         """Return the standard error of each parameter [SI], of a residual of all rows."""
-        pulls = self.cycles.summed(self.columns * residual[:, None])
-        changes = np.einsum("krc,kc->kr", self.moved, pulls)
+        changes = np.einsum("krc,kc->kr", self.moved, self.cycles.summed(self.columns * residual[:, None]))
         count = len(changes)
         return np.sqrt((count - 1) / count * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
 

@@ -274,8 +274,7 @@ class Fit:
     @property
     def friction_alone_error_percent(self) -> float:
         """The same as a percentage of friction alone, its constant part (weight, bias) taken out."""
-        constant = constant_of(self.friction.component.variables, self.friction.values)
-        friction = self.traces.friction - constant
+        friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property

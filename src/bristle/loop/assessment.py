@@ -215,8 +215,7 @@ def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[linear.LinearSyst
         return None
     # The mean force over the last sample, from the position before it to the present one.
     spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
-    fed = linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper)
-    return fed, 2.0 * spring
+    return linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper), 2.0 * spring
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
@@ -226,8 +225,7 @@ def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]
     """
     judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
     diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
-    bounded = tuple(variant for variant in experiment.variants if variant.name not in diverging)
-    return replace(experiment, variants=bounded), judged
+    return replace(experiment, variants=tuple(variant for variant in experiment.variants if variant.name not in diverging)), judged
 
 
 def verdict_of(assessment: Assessment) -> Diagnostic:
@@ -268,8 +266,7 @@ def _cause_of(assessment: Assessment) -> dict[str, Number]:
     numbers: dict[str, Number] = {"mend": "feed_desired"} if no_time_left else {}
     loops = [point.loop for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
     # From the shortest delay on: each sample of delay is one more state, and the poles of many take long.
-    delays = itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay))
-    delay = max(delays, default=None)
+    delay = max(itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay)), default=None)
     gain = next((FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None)
     numbers |= {"longest_delay": delay} if delay is not None else {}
     numbers |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}

@@ -173,8 +173,7 @@ def _inverse(
     percents = tuple(100.0 * place for place in dataset.contacts(friction, plant) if place is not None)
     start = (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
     filtered = Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation})
-    position = dataset.rows_of([segment.position for segment in dataset.segments])
-    signals = dataset.time, dataset.effort, predicted, position, None
+    signals = (dataset.time, dataset.effort, predicted, dataset.rows_of([segment.position for segment in dataset.segments]), None)
     return replace(_prediction("inverse", log, *signals), half_width=width, diagnostics=(*remarks, *start, filtered))
 
 

@@ -89,8 +89,7 @@ class Compared(Result, Comparison):
             for name, change in self.changes.items()
             for ends in (change.interval or (None, None),)
         ]
-        columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
-        return pandas.DataFrame(rows, columns=columns)
+        return pandas.DataFrame(rows, columns=["quantity", "before", "after", "change", "low", "high", "unit", "verdict"])
 
     def _summary(self) -> dict[str, Any]:
         return self.summary

@@ -140,8 +140,7 @@ class Identified(Identification, ModelInHand, Result):
         if experiment is None:
             return None, None, following_of(self.log)
         simulation = simulate(experiment, progress)
-        prediction = predict(*of_axis, "closed-loop", lag=self.best.lag)
-        return simulation, prediction, following_of(self.log, simulation, self.settings)
+        return simulation, predict(*of_axis, "closed-loop", lag=self.best.lag), following_of(self.log, simulation, self.settings)
 
     def _summary(self) -> dict[str, Any]:
         return self.outcome.summary

@@ -109,8 +109,7 @@ def compensation_experiment(
     bent = plant if terms_of(plant) else None
     follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller
     fed = replace(base, name=FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass, plant=bent))
-    forward = Feedforward(mass=mass, plant=bent, friction=compensator)
-    compensated = replace(fed, name=COMPENSATED, feedforward=forward)
+    compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, plant=bent, friction=compensator))
     return Experiment(name=name, kind=kind, variants=(base, fed, compensated))
 
 

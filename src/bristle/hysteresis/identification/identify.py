@@ -125,8 +125,7 @@ def _names(model: Sequence[str], recorded: Curves) -> list[str]:
 def _fit(name: str, recorded: Curves, fit_operator: Callable[..., Fitted], folds: int, report: Callable[[float], None]) -> OperatorFit:
     report(0.0)
     fitted = fit_operator(recorded)
-    prediction = predict_operator(fitted.operator, recorded, fitted.offset)
-    fit = OperatorFit(fitted.operator, fitted.offset, prediction, notes=fitted.notes)
+    fit = OperatorFit(fitted.operator, fitted.offset, predict_operator(fitted.operator, recorded, fitted.offset), notes=fitted.notes)
     by_curve = len(recorded.curves) >= 2 * folds
     if not folds or (name == "reversal_table" and not by_curve):
         return fit
@@ -217,11 +216,9 @@ def _closed_form(recorded: Curves, kernel: str, extent: float, level: float, row
         error = error_at(x)
         return (error - error.mean()) / level
 
-    starts = [np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS]
-    start = min(starts, key=lambda x: float(np.sum(residual(x) ** 2)))
+    start = min([np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS], key=lambda x: float(np.sum(residual(x) ** 2)))
     solution = least_squares(residual, start, bounds=(low, high), max_nfev=60, xtol=1e-9, ftol=1e-10)
-    offset = -float(np.mean(error_at(solution.x)))
-    return Fitted(operator_at(solution.x), offset, level * float(np.sqrt(np.mean(solution.fun**2))))
+    return Fitted(operator_at(solution.x), -float(np.mean(error_at(solution.x))), level * float(np.sqrt(np.mean(solution.fun**2))))
 
 
 FITTED: dict[str, Callable[..., Fitted]] = {

@@ -162,8 +162,7 @@ class NormalEquations:
         unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
         weights = np.bincount(active, side * unit / self.scale[active], minlength=self.scale.size)
         left = self.square - 2.0 * float(unit @ (side * self.right[active])) + float(unit @ gram @ unit)
-        rms = float(np.sqrt(max(left, 0.0) / self.rows))
-        return Weighted(weights, self.level - float(self.middle @ weights), rms)
+        return Weighted(weights, self.level - float(self.middle @ weights), float(np.sqrt(max(left, 0.0) / self.rows)))
 
 
 RESOLUTION = 30  # stops, or cells along a side of a grid
@@ -227,20 +226,15 @@ class _Cells:
         mass = np.zeros((self.count, self.count))
         mass[self.i, self.j] = weights
         # The triangle of (i + 1, j) holds the cells of rows up to i and columns from j on.
-        summed = np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1]
-        return summed[self.i, self.j]
+        return np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1][self.i, self.j]
 
 
 def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | None = None) -> np.ndarray:
     """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad]."""
     low = 0.01 * largest if smallest is None else smallest
     if not 0.0 < low < largest < np.inf:
-        raise InputError(
-            "there is no range for the thresholds",
-            path="thresholds",
-            value=f"{low} to {largest}",
-            mend="The input must move, and by more than its smallest step",
-        )
+        found, mend = f"{low} to {largest}", "The input must move by more than its smallest step"
+        raise InputError("must have a range", path="thresholds", value=found, mend=mend)
     return np.geomspace(low, largest, int(count))
 
 

@@ -136,8 +136,7 @@ def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: i
     for sample, measured in zip(desired.T.tolist(), log.position.values[part].tolist(), strict=False):
         effort, law = component.step(law, Reference(*sample), measured, dt, p)
         efforts.append(effort)
-    lacking = log.effort.values[part] - log.injected_effort[part] - np.array(efforts)
-    return efforts[0] + float(np.mean(lacking))
+    return efforts[0] + float(np.mean(log.effort.values[part] - log.injected_effort[part] - np.array(efforts)))
 
 
 def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
