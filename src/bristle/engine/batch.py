@@ -136,8 +136,8 @@ class _Batch:
         }
         sizes = set(numbers.values()) - {1}
         if len(sizes) > 1:
-            found = ", ".join(f"{number} {name}" for name, number in numbers.items())
-            raise InputError(f"cannot make one batch of {found}", path="run_batch", mend="Give one of each, or one for each trajectory")
+            listed = ", ".join(f"{number} {name}" for name, number in numbers.items())
+            raise InputError(f"cannot make one batch of {listed}", path="run_batch", mend="Give one of each, or one for each trajectory")
         self.count = sizes.pop() if sizes else 1
         self.plant, self.plants = _parameters(plants, self.count, "plant")
         self.friction, self.frictions = _parameters(frictions, self.count, "friction")

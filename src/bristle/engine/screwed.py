@@ -186,8 +186,8 @@ def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
     table = table if table is not None else viscous(F_v=0.0)
     for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
         if model.kind != kind:
-            found, mend = f"{model.name}, {model.kind}", "A motor turns (N*m and rad), its table travels (N and m)"
-            raise InputError(f"must be {kind}", path=path, value=found, mend=mend)
+            value, mend = f"{model.name}, {model.kind}", "A motor turns (N*m and rad), its table travels (N and m)"
+            raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = Screwed(
         friction.parameters,

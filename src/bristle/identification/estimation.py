@@ -177,8 +177,8 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     # At half of the speeds the wave passes the filter.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
-        found, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
-        raise InputError("does not resolve a pitch", path="log.position", value=found, mend=mend)
+        swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
+        raise InputError("does not resolve a pitch", path="log.position", value=swept, mend=mend)
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
 

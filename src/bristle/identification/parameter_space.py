@@ -240,9 +240,9 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         low, high = scales.range(variable)
         low, high = max(low, variable.min), min(high, variable.max)
         if not low < high:
-            found, allowed = f"would be {low:.3g} to {high:.3g}", f"{variable.min:g} to {variable.max:g}"
+            message, allowed = f"would be {low:.3g} to {high:.3g}", f"{variable.min:g} to {variable.max:g}"
             mend = "Mend the units of the time and the position"
-            raise InputError(f"{found} by the extent of this log, in SI", path=name, allowed=allowed, mend=mend)
+            raise InputError(f"{message} by the extent of this log, in SI", path=name, allowed=allowed, mend=mend)
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
     return Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed)
 

@@ -233,8 +233,8 @@ def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | N
     """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad]."""
     low = 0.01 * largest if smallest is None else smallest
     if not 0.0 < low < largest < np.inf:
-        found, mend = f"{low} to {largest}", "The input must move by more than its smallest step"
-        raise InputError("must have a range", path="thresholds", value=found, mend=mend)
+        interval, mend = f"{low} to {largest}", "The input must move by more than its smallest step"
+        raise InputError("must have a range", path="thresholds", value=interval, mend=mend)
     return np.geomspace(low, largest, int(count))
 
 
