@@ -264,7 +264,7 @@ def unexplained_force(
 def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
     """Return a prediction with what speaks against it."""
     settings = CheckThresholds.among(axis.settings if axis else {})
-    wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
+    wrong = (diagnostic for diagnostic in checked(log, axis, settings) if diagnostic.code in RECORDED)
     doubts: list[Diagnostic] = []
     for key, signal in (("position", "position"), ("force", "effort")):
         percent = prediction.metrics.get(f"{key}_error_percent")
