@@ -20,7 +20,7 @@ from bristle import friction
 from bristle.core import Axis
 from bristle.core.cores import core_count
 from bristle.core.packing import pack
-from bristle.engine import force_in_turns
+from bristle.engine.motion import in_turns
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
@@ -99,7 +99,7 @@ def recorded(truth: Truth, path: Motion, seed: int) -> Log:
     starts = (0, *(np.flatnonzero(np.diff(np.sign(velocity) >= 0.0)) + 1).tolist())
     levels = [truth.at(1.0 + SCATTER * rng.standard_normal()) for _ in starts]
     rows = np.array([pack(one.parameters) for one in levels])
-    force = force_in_turns(levels[0], rows, velocity, dt, path.position[1:], starts)
+    force = in_turns(levels[0], rows, velocity, dt, path.position[1:], starts)
     # The mean over the steps on both sides of a sample is the force at it.
     at_sample = 0.5 * (force[:-1] + force[1:])[FINER - 1 :: FINER]
     kept = slice(FINER, FINER * at_sample.size + 1, FINER)

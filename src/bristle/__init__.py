@@ -37,9 +37,12 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.loop import design
     from bristle.prediction import predict
+    from bristle.report.compared import compare
+    from bristle.report.identified import identify
+    from bristle.report.model_in_hand import load
+    from bristle.report.prepared import prepare
     from bristle.simulation import simulate
     from bristle.study import read_study
-    from bristle.workflow import compare, identify, load, prepare
 
 __version__ = "0.2.0"
 
@@ -47,11 +50,11 @@ _FROM = {
     "Axis": "bristle.core.axis",
     "Log": "bristle.logs.log",
     "check": "bristle.certificates",
-    "compare": "bristle.workflow",
+    "compare": "bristle.report.compared",
     "design": "bristle.loop",
     "excite": "bristle.excitation",
     "export": "bristle.exports",
-    "load": "bristle.workflow",
+    "load": "bristle.report.model_in_hand",
     "load_code": "bristle.files",
     "load_model_file": "bristle.files",  # former name of load_code, until the next release
     "propose_axis": "bristle.files",
@@ -60,10 +63,10 @@ _FROM = {
     "read_curves": "bristle.files",
     "read_experiment": "bristle.files",
     "read_model": "bristle.files",
-    "identify": "bristle.workflow",
+    "identify": "bristle.report.identified",
     "identify_operator": "bristle.hysteresis.identification",
     "predict": "bristle.prediction",
-    "prepare": "bristle.workflow",
+    "prepare": "bristle.report.prepared",
     "read_log": "bristle.files",
     "read_study": "bristle.study",
     "simulate": "bristle.simulation",

@@ -60,7 +60,7 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
 
 
 def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
-    def interrupted(*values):
+    def interrupted(*values, **options):
         raise KeyboardInterrupt
 
     monkeypatch.setitem(FITTED, "preisach_grid", interrupted)
@@ -100,8 +100,7 @@ def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # no
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [(("--model", "lugre"), "is no operator that can be identified"), (("--model", "reversal_table"), "needs first-order reversal curves")],
+    ("arguments", "said"), [(("--model", "lugre"), "is none of the choices"), (("--model", "reversal_table"), "needs reversal curves")]
 )
 def test_what_cannot_be_identified_ends_with_a_message(bristle, loops, arguments, said):  # noqa: F811
     refused = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", *arguments)

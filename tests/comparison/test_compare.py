@@ -236,7 +236,7 @@ def test_what_cannot_be_compared_is_refused():
         "names no log": lambda: br.compare([], item),
         "NaN": lambda: br.compare(item, columns | {"effort": columns["time"]}),
         "no such file": lambda: br.compare("gone.csv", item),
-        "neither all a reference": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
+        "all have a reference, or all an effort": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
         "must be positive": lambda: br.compare(item, log(2, sine(9)), window=0.0),
         "1 mm": lambda: br.compare(item, log(2, sine(9)), window="1 mm"),
         "2 for 3 logs": lambda: br.compare(item, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.core import InputError
 from bristle.core.packing import pack
-from bristle.engine import force_along, force_in_turns
+from bristle.engine import force_along
+from bristle.engine.motion import in_turns
 
 DT = 1e-3
 V = np.concatenate([np.full(300, 2e-5), np.full(300, -2e-5), np.full(300, 2e-5)])
@@ -21,7 +21,7 @@ MODELS = [
 def test_turns_of_the_same_parameters_are_one_run(model):
     rows = np.tile(pack(model.parameters), (3, 1))
     x = DT * np.cumsum(V)
-    np.testing.assert_array_equal(force_in_turns(model, rows, V, DT, x, [0, 250, 700]), force_along(model, V, DT, x))
+    np.testing.assert_array_equal(in_turns(model, rows, V, DT, x, [0, 250, 700]), force_along(model, V, DT, x))
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda one: one.name)
@@ -30,16 +30,9 @@ def test_a_level_that_changes_at_a_reversal_leaves_no_jump(model):
     rows = np.array(
         [pack(model.with_values(**{name: level * value for name, value in forces.items()}).parameters) for level in (1.0, 1.05, 0.9)]
     )
-    force = force_in_turns(model, rows, V, DT, DT * np.cumsum(V), [0, 300, 600])
+    force = in_turns(model, rows, V, DT, DT * np.cumsum(V), [0, 300, 600])
     steps = np.abs(np.diff(force))
     assert steps[[299, 599]].max() < 3.0 * np.abs(np.diff(force_along(model, V, DT)))[[299, 599]].max()
     same = force_along(model, V, DT)
     np.testing.assert_array_equal(force[:300], same[:300])
     assert np.max(np.abs(force - same)[300:]) > 0.1
-
-
-def test_turns_that_do_not_begin_at_the_first_step_are_refused():
-    rows = np.tile(pack(MODELS[0].parameters), (2, 1))
-    for starts in ([1, 5], [0], []):
-        with pytest.raises(InputError, match="first step"):
-            force_in_turns(MODELS[0], rows, V, DT, V, starts)

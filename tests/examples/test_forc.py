@@ -76,5 +76,5 @@ def test_the_measure_of_cells_as_it_is_written(recorded, tmp_path):
 @pytest.mark.measured
 def test_the_sign_of_friction_does_not_fit_a_magnet(recorded):
     sample = Curves(recorded.curves[::5], recorded.start, recorded.kind)
-    friction, magnet = (fit_grid(sample, cells=20, sign=sign) for sign in ("friction", "magnet"))
+    friction, magnet = (fit_grid(sample, cells=20, signs=(sign,)) for sign in ("friction", "magnet"))
     assert friction.rms > 20.0 * magnet.rms

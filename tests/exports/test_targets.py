@@ -165,7 +165,7 @@ def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said
 
 def test_a_name_never_loads_a_file_where_names_are_asked_for(tmp_path):
     """The served lab passes on a name that came over the network."""
-    from bristle.workflow.commands import export_model_file
+    from bristle.report.exported import export_model_file
 
     file = own(tmp_path, before="raise RuntimeError('executed')\n")
     with pytest.raises(br.core.InputError, match="no such target"):

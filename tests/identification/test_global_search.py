@@ -50,7 +50,7 @@ class Landscape:
 
     def explored(self, start):
         rough = replace(self.search, problem=self.error.rough)
-        theta = rough.explored(self.search.space.theta(start), BestSoFar(), seed=1)
+        theta = rough.explored(self.search.space.theta(start), BestSoFar())
         return self.percent(self.search.space.values(theta))
 
 

@@ -74,16 +74,16 @@ def test_models_that_cannot_be_asked_for(stage, model, said):
 
 def test_a_model_of_a_persons_own_is_not_taken_for_one_of_bristle(tmp_path, stage):
     (tmp_path / "own.py").write_text(Path(inspect.getfile(coulomb.trial)).read_text())
-    with pytest.raises(InputError, match="is the name of a model of bristle, and this is another one; found 'coulomb'"):
+    with pytest.raises(InputError, match="is the name of a model of bristle; found 'coulomb'"):
         identify(stage.log, load_code(tmp_path / "own.py"), draws=0)
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ((FRICTION, PLANT), "plant: must be a plant model, and is a friction model.*order is plant, friction, log"),
-        ((PLANT, None), "friction: must be a friction model"),
-        ((PLANT, coulomb), "friction: must be a friction model with parameters"),
+        ((FRICTION, PLANT), "plant: must be a plant model, and is a friction model"),
+        ((PLANT, None), "friction: must be a model with parameters, a friction model"),
+        ((PLANT, coulomb), "friction: must be a model with parameters, a friction model"),
     ],
 )
 def test_a_prediction_needs_a_plant_and_a_friction_model(stage, arguments, said):

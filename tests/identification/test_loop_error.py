@@ -133,7 +133,7 @@ def test_what_the_loop_lacks_is_told(log):
         with pytest.raises(InputError, match=text) as refused:
             identify(changed, "coulomb_viscous", axis=axis)
         assert "--mode" not in str(refused.value), "that is an option of predict"
-    with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
+    with pytest.raises(InputError, match="model: needs inverse dynamics"):
         identify(log, "maxwell_slip+position,gms", axis=AXIS)
     with pytest.raises(InputError, match="method: is none of the choices"):
         identify(log, "coulomb_viscous", axis=AXIS, method="guess")
@@ -143,4 +143,4 @@ def test_models_that_cannot_be_compared_are_left_out_and_told(log):
     identification = identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0)
     assert [item.name for item in identification.fits] == ["coulomb_viscous"]
     assert not identification.unfinished
-    assert identification.notes[-1] == "maxwell_slip+position is left out: is identified by inverse dynamics only"
+    assert identification.notes[-1] == "maxwell_slip+position is left out: needs inverse dynamics"

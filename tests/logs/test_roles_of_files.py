@@ -12,7 +12,7 @@ from bristle.core import InputError
 from bristle.files.axis import read_axis
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log
-from bristle.workflow.commands import inspect_log
+from bristle.report.log import inspect_log
 
 MOTION = motion(2.0)
 TIME, POSITION, FORCE = MOTION.time_us / 1e6, MOTION.position_um / 1e6, MOTION.torque * RATED / 1e3

@@ -10,7 +10,7 @@ from bristle.files.axis import axis_from
 from bristle.files.proposal import propose_axis
 from bristle.identification import identify
 from bristle.logs import Log, read_log, summarize
-from bristle.workflow.commands import inspect_log
+from bristle.report.log import inspect_log
 
 DT, COUNT = 1e-3, 4000
 T = DT * np.arange(COUNT)

@@ -209,9 +209,6 @@ def calls() -> dict[str, Call]:
             },
         ),
         "force_along": Call(engine.force_along, stress | around | {"state": None, "memory": None}),
-        "force_in_turns": Call(
-            engine.force_in_turns, stress | around | {"parameters": np.array([list(p["friction"].parameters)], dtype=float), "starts": [0]}
-        ),
         "engine.conditioned": Call(engine.conditioned, {"model": p["friction"], "amplitude": 1e-5}),
         "settled": Call(engine.settled, {"model": p["friction"], "v": 0.1}),
         "hysteresis.conditioned": Call(hysteresis.conditioned, {"amplitude": 4.0, "reversals": 4}),

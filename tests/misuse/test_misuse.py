@@ -139,8 +139,6 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("run_adaptive", "verify", [1, None, "x"]),
     ("run_batch", "threads", [0, -1, 1.5, True, 10**9]),
     ("run_batch", "plant", [[], [None], [parts()["plant"]] * 3 + [5]]),
-    ("force_in_turns", "parameters", [np.zeros((1, 1)), np.zeros((2, 3)), np.zeros(3)]),
-    ("force_in_turns", "starts", [[1], [0, 9], [], [-1], [math.nan]]),
     ("transition_branches", "x_r", [1e18, 0.0, "1 s"]),
     ("torque_seen", "velocity", [np.ones(3), [1.0, math.inf], None]),
     ("Run", "duration", [0.0, -1.0, 1e9, None, "5 m", math.inf]),
@@ -344,7 +342,6 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
     return {
         "response": lambda bad: br.response(bad, [0.0, 1.0], 0.1),
         "force_along": lambda bad: engine.force_along(bad, [1.0], 0.1),
-        "force_in_turns": lambda bad: engine.force_in_turns(bad, [list(bad.parameters)], [1.0], 0.1, [0.1], [0]),
         "settled": lambda bad: engine.settled(bad, 1.0),
         "conditioned": lambda bad: engine.conditioned(bad.with_values(v_most=0.0), 1.0),
         "check": br.check,

@@ -48,7 +48,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "figures": ("figures",),
     "study": ("study", "fleet"),
     "lab": ("lab", "server"),
-    "commands": ("cli", "workflow", "demo", "paper", "testing"),
+    "commands": ("cli", "demo", "paper", "testing"),
 }
 EQUIVALENTS = Path(__file__).with_name("equivalents.toml")
 # How much longer tests may take with a fault: so many times, and so many seconds for what is compiled anew.

@@ -156,7 +156,7 @@ def test_what_the_true_model_leaves_unexplained_is_little():
         (lambda log, axis: (log, replace(axis, controller=None)), "closed-loop", r"\[controller\]"),
         (lambda log, axis: (replace(log, reference=None), axis), "closed-loop", "reference"),
         (lambda log, axis: (replace(log, effort=None), axis), "open-loop", "effort"),
-        (lambda log, axis: (replace(log, kind="rotational"), axis), "inverse", "kinds of axis"),
+        (lambda log, axis: (replace(log, kind="rotational"), axis), "inverse", "another kind of axis"),
         (lambda log, axis: (log, axis), "sideways", "mode: is none of the choices"),
         (lambda log, axis: (replace(log, segments=(slice(0, 15),)), axis), "closed-loop", "long enough"),
     ],

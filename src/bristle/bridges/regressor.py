@@ -17,12 +17,12 @@ from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS
 from bristle.identification.preprocessing import differentiated, shifted, treat
 from bristle.logs.log import Channel, Log, is_table
-from bristle.workflow import identify
+from bristle.report.identified import identify
 
 if TYPE_CHECKING:
     from bristle.core.contracts import FrictionModel
     from bristle.identification.settings import Settings
-    from bristle.workflow import Identified
+    from bristle.report.identified import Identified
 
 COLUMNS = ("time", "position", "velocity")
 

@@ -40,8 +40,8 @@ def compare(
     from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
     from bristle.logs import read_log
+    from bristle.report.compared import compared_as
     from bristle.report.comparison import change_table, remarks_of
-    from bristle.workflow.compared import compared_as
 
     output.context.with_resource(own_readers(reader))
     limit, sides = size_limit(), ([before, *(before_too or ())], [after, *(after_too or ())])

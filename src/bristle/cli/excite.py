@@ -39,8 +39,7 @@ def excite(
     Writes motion.csv, moves.csv, motion.nc, axis.toml, summary.json and report.html into DIR.
     """
     from bristle.core import InputError
-    from bristle.report.excitation import outlook_table, piece_table
-    from bristle.workflow.commands import FILES, designed_motion
+    from bristle.report.excitation import FILES, designed_motion, outlook_table, piece_table
 
     axis_file, options = toml_content(axis), {"duration": duration, "travel": travel, "start": start, "purposes": purposes}
     model_file, out = toml_content(model), output.out

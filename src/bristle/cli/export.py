@@ -13,7 +13,7 @@ from bristle.cli.terminal import say
 
 if TYPE_CHECKING:
     from bristle.exports.targets import Target
-    from bristle.workflow.commands import ExportedModel
+    from bristle.report.exported import ExportedModel
 
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
 Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
@@ -63,7 +63,7 @@ def export(
     With --law, what a variant of an experiment commands: its controller and all that is fed forward.
     """
     from bristle.core import InputError
-    from bristle.workflow.commands import export_model_file
+    from bristle.report.exported import export_model_file
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
@@ -137,8 +137,8 @@ def _law(path: Path, variant: str | None, to: str | Target, *, command: str, nam
     from bristle.exports.writing import law_for, name_for, target_named, variant_of
     from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
+    from bristle.report.exported import ExportedModel
     from bristle.testing import admit
-    from bristle.workflow.commands import ExportedModel
 
     called, experiment, target = name_for(name), experiment_in(path, allow_code=allow_code), target_named(to)
     chosen = variant_of(experiment, variant)

@@ -127,8 +127,8 @@ def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, 
     from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
     from bristle.logs import read_log
-    from bristle.workflow.identified import EXPERIMENT
-    from bristle.workflow.identified import identify as identified
+    from bristle.report.identified import EXPERIMENT
+    from bristle.report.identified import identify as identified
 
     out, limit = output.out, size_limit()
     further, code = own_figures(own, "identify", has_folder=out is not None)

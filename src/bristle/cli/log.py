@@ -38,7 +38,7 @@ def log(
     from bristle.files.axis import read_axis
     from bristle.files.single import write_whole
     from bristle.files.summary import provenance
-    from bristle.workflow.commands import inspect_log
+    from bristle.report.log import inspect_log
 
     output.context.with_resource(own_readers(reader))
     axis = axis or (write if write is not None and write.exists() else None)

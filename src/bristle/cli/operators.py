@@ -18,7 +18,7 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
     from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import write_operator
     from bristle.files.summary import provenance
-    from bristle.hysteresis.identification import FITTED, identify_operator
+    from bristle.hysteresis.identification import identify_operator
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
 
@@ -32,7 +32,7 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
     log, axis = logs[0], axes[0]
     with output.opened("identifying", [log, axis]) as (folder, report):
         recorded = read_curves(log, axis, size_limit=size_limit())
-        identification = identify_operator(recorded, model or tuple(FITTED), progress=report)
+        identification = identify_operator(recorded, model or "all", progress=report)
         source, unfinished = provenance(output.command, log=recorded, axis=axis), identification.unfinished
         source |= {"unfinished": unfinished} if unfinished else {}
         summary = operator_summary(identification, provenance=source)

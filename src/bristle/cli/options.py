@@ -262,7 +262,7 @@ def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, st
     from bristle.core.content import content_of
     from bristle.files.experiment import read_experiment
     from bristle.files.toml import TOML_LIMIT
-    from bristle.workflow.pipeline import prepare
+    from bristle.report.prepared import prepare
 
     content = content_of(path, limit=TOML_LIMIT, path="experiment", what="an experiment file")
     for model in prepare(content, allow_code=allow_code, size_limit=size_limit(), progress=progress):

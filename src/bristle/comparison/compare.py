@@ -12,7 +12,7 @@ from bristle.comparison.cycles import SAME_PERIOD, LogAndAxis, Side, sides_of
 from bristle.comparison.measures import Measure, SlidingRows, course_of, level_measures, turn_courses, turn_measures
 from bristle.comparison.resampling import Plan, changed, plan_of
 from bristle.comparison.result import ROUNDING, Change, Comparison, Shared
-from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 
@@ -29,20 +29,12 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     follows = all(log.reference is not None for log in logs)
     tells_effort = all(log.effort is not None for log in logs)
     if not follows and not tells_effort:
-        raise InputError(
-            "have neither all a reference nor all an effort: there is nothing to compare",
-            path="logs",
-            mend="Record the reference, or the effort",
-        )
+        raise InputError("must all have a reference, or all an effort", path="logs", mend="Record the reference, or the effort")
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
         signals = "references" if follows else "positions, compared because there is no reference,"
-        raise InputError(
-            f"the {signals} share no motion: no cycle of one is like a cycle of the other",
-            path="after",
-            mend="Record both with the same reference: same places, same speed",
-        )
+        raise InputError(f"the {signals} share no motion", path="after", mend="Record both with the same reference")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
     kind = logs[0].kind
@@ -79,18 +71,12 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
     kinds = {log.kind for log, _ in (*before, *after)}
     if len(kinds) > 1:
-        raise InputError(
-            "are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare two logs of one axis"
-        )
+        raise InputError("are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare logs of one axis")
     for (first, _), (second, _) in product(before, after):
         channels, further = dict(first.channels()), dict(second.channels())
         is_alike = len(first) == len(second) and list(channels) == list(further)
         if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
-            raise InputError(
-                "is the same log on both sides",
-                path=second.origin.name or "after",
-                mend="Name the log from before the change, and one from after it",
-            )
+            raise InputError("is the same log on both sides", path=second.origin.name or "after", mend="Name two different logs")
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:
@@ -115,8 +101,7 @@ def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) 
         low, high = sums[measure.sums]
         outcome = changed(measure.value, low, high, plan)
         if outcome is not None and np.isfinite(outcome.before) and np.isfinite(outcome.after):
-            values = outcome.before, outcome.after, outcome.interval
-            changes[measure.name] = Change(measure.name, measure.quantity, *values, kind)
+            changes[measure.name] = Change(measure.name, measure.quantity, outcome.before, outcome.after, outcome.interval, kind)
             as_one.append(outcome.as_one)
     return changes, as_one
 
@@ -125,35 +110,27 @@ def _diagnostics(
     before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], shared: Shared, changes: dict[str, Change], reason: InputError | None
 ) -> tuple[Diagnostic, ...]:
     """Return what may mislead, then what the comparison rests on."""
-    warnings: dict[str, dict[str, Number]] = {}
-    notes: dict[str, dict[str, Number]] = {}
     sides = {"before": [log for log, _ in before], "after": [log for log, _ in after]}
     logs = [*sides["before"], *sides["after"]]
-    for channel, code in (("reference", "no_reference"), ("effort", "no_effort")):
-        lacking = tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))
-        if lacking:
-            warnings[code] = {"sides": lacking}
-    if min(shared.before_percent, shared.after_percent) < 99.0:
-        warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
-    if not shared.complete:
-        warnings["pieces_for_cycles"] = {}
+    lacking = {
+        code: {"sides": tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))}
+        for channel, code in (("reference", "no_reference"), ("effort", "no_effort"))
+    }
+    percents = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
-    if not with_interval:
-        warnings["few_cycles"] = {}
-    elif shared.complete and min(shared.cycles_before, shared.cycles_after) < FEW:
-        warnings["few_cycles"] = {"cycles": min(shared.cycles_before, shared.cycles_after)}
+    fewest, periods = min(shared.cycles_before, shared.cycles_after), [log.sample_time for log in logs]
     # An interval so narrow is that of cycles without scatter.
-    if any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval):  # type: ignore[arg-type]
-        warnings["cycles_identical"] = {}
-    if shared.as_one > 2.0:
-        notes["cycles_alike"] = {"cycles": shared.as_one}
-    if "friction.level" not in changes and all(log.effort is not None for log in logs):
-        warnings["friction_not_told"] = {"why": str(reason) if reason else ""}
-    periods = [log.sample_time for log in logs]
-    if max(periods) > min(periods) * (1.0 + SAME_PERIOD):
-        notes["sample_times_differ"] = {"longest": max(periods)}
-    if len(before) == 1 or len(after) == 1:
-        notes["one_recording"] = {}
-    kind = logs[0].kind
-    first = (Diagnostic(code, "", "warning", numbers, kind) for code, numbers in warnings.items())
-    return (*first, *(Diagnostic(code, "", "note", numbers, kind) for code, numbers in notes.items()))
+    identical = any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval)  # type: ignore[arg-type]
+    is_told = "friction.level" in changes or any(log.effort is None for log in logs)
+    said: list[tuple[Severity, str, bool, dict[str, Number]]] = [
+        *(("warning", code, bool(numbers["sides"]), {**numbers}) for code, numbers in lacking.items()),
+        ("warning", "motions_differ", min(percents.values()) < 99.0, {**percents}),
+        ("warning", "pieces_for_cycles", not shared.complete, {}),
+        ("warning", "few_cycles", not with_interval or (shared.complete and fewest < FEW), {"cycles": fewest} if with_interval else {}),
+        ("warning", "cycles_identical", identical, {}),
+        ("warning", "friction_not_told", not is_told, {"why": str(reason or "")}),
+        ("note", "cycles_alike", shared.as_one > 2.0, {"cycles": shared.as_one}),
+        ("note", "sample_times_differ", max(periods) > min(periods) * (1.0 + SAME_PERIOD), {"longest": max(periods)}),
+        ("note", "one_recording", len(before) == 1 or len(after) == 1, {}),
+    ]
+    return tuple(Diagnostic(code, "", severity, numbers, logs[0].kind) for severity, code, holds, numbers in said if holds)

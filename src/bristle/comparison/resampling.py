@@ -88,8 +88,7 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     variance = low.variance + high.variance
     spread = low.variance**2 / low.freedom + high.variance**2 / high.freedom
     freedom = variance**2 / spread if spread > 0.0 else low.freedom + high.freedom
-    interval = _interval(high.value - low.value, variance, freedom)
-    return Changed(low.value, high.value, interval, max(low.as_one, high.as_one))
+    return Changed(low.value, high.value, _interval(high.value - low.value, variance, freedom), max(low.as_one, high.as_one))
 
 
 class _Drawn(NamedTuple):
@@ -109,8 +108,7 @@ def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, shares: dict[int, 
     for kind in shares:
         members = np.flatnonzero(kinds == kind)
         drawn[:, members] = _draws(members.size, rng)
-    spread = _spread(value((drawn * weights) @ sums), kinds.size, len(shares), as_one)
-    return _Drawn(float(value(weights @ sums)), *spread, as_one)
+    return _Drawn(float(value(weights @ sums)), *_spread(value(drawn * weights @ sums), kinds.size, len(shares), as_one), as_one)
 
 
 def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed:
@@ -130,8 +128,7 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
     draws = np.stack([value(drawn @ low), value(drawn @ high)])
     draws = draws[:, np.isfinite(draws).all(axis=0)]  # a draw may lack what a quantity rests on
     if not min(first, second, np.min(draws, initial=math.inf)) > 0.0:  # no factor leads from one to the other
-        interval = _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one))
-        return Changed(first, second, interval, as_one)
+        return Changed(first, second, _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one)), as_one)
     ratio = _interval(math.log(second / first), *_spread(np.log(draws[1] / draws[0]), kinds.size, 1, as_one))
     ends = None if ratio is None else tuple(first * math.expm1(min(end, LARGEST)) for end in ratio)
     return Changed(first, second, ends, as_one)  # type: ignore[arg-type]
@@ -141,9 +138,7 @@ def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.nd
     """Return by how much the quantity rests on each cycle, above the mean of its motion, shape (cycle,)."""
     weighted = weights[:, None] * sums
     without = value(weighted.sum(axis=0) - weighted)
-    members = np.bincount(kinds)
-    mean = np.bincount(kinds, weights=without) / np.maximum(members, 1)
-    return np.nan_to_num(mean[kinds] - without)
+    return np.nan_to_num((np.bincount(kinds, weights=without) / np.maximum(np.bincount(kinds), 1))[kinds] - without)
 
 
 def _as_one(influence: np.ndarray) -> float:

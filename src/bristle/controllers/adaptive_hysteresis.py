@@ -34,16 +34,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.controllers.quantities import (
-    ApproachRate,
-    Cutoff,
-    EffortLimit,
-    Estimator,
-    KnownInertia,
-    PositionBefore,
-    SurfaceSlope,
-    VelocityBefore,
-)
+from bristle.controllers import quantities
 from bristle.controllers.surface import surface_at
 from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
@@ -59,23 +50,23 @@ Weight = Annotated[float, Variable("force", "learned strength of a stop operator
 class Parameters(NamedTuple):
     """Parameters of the law with an adaptive compensator."""
 
-    J: KnownInertia
-    lambda_: SurfaceSlope
-    K_1: ApproachRate
+    J: quantities.KnownInertia
+    lambda_: quantities.SurfaceSlope
+    K_1: quantities.ApproachRate
     reach: Annotated[float, Variable("length", "stroke after a reversal in which friction rises", min=1e-12)]
     Gamma: Annotated[float, Variable("force/length", "rate of learning", min=0.0)]
     w_max: Annotated[float, Variable("force", "largest strength of each element, and of the constant part", min=0.0)]
     delta: Annotated[float, Variable("length/time", "dead zone of the surface in learning", min=0.0)] = 0.0
-    estimator: Estimator = 0
-    cutoff: Cutoff = math.inf
-    limit: EffortLimit = math.inf
+    estimator: quantities.Estimator = 0
+    cutoff: quantities.Cutoff = math.inf
+    limit: quantities.EffortLimit = math.inf
 
 
 class State(NamedTuple):
     """State of the law with an adaptive compensator."""
 
-    q: PositionBefore = 0.0
-    v: VelocityBefore = 0.0
+    q: quantities.PositionBefore = 0.0
+    v: quantities.VelocityBefore = 0.0
     r: Annotated[float, Variable("length", "desired position one sample ago")] = 0.0
     w_0: Annotated[float, Variable("force", "learned constant part")] = 0.0
     E_1: Stress = 0.0

@@ -20,16 +20,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.controllers.quantities import (
-    ApproachRate,
-    Cutoff,
-    EffortLimit,
-    Estimator,
-    KnownInertia,
-    PositionBefore,
-    SurfaceSlope,
-    VelocityBefore,
-)
+from bristle.controllers import quantities
 from bristle.controllers.surface import surface_at
 from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
@@ -41,20 +32,20 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the law with a disturbance observer."""
 
-    J: KnownInertia
-    lambda_: SurfaceSlope
-    K_1: ApproachRate
+    J: quantities.KnownInertia
+    lambda_: quantities.SurfaceSlope
+    K_1: quantities.ApproachRate
     g: Annotated[float, Variable("1/time", "bandwidth of the observer", min=0.0, nominal=60.0)]
-    estimator: Estimator = 0
-    cutoff: Cutoff = math.inf
-    limit: EffortLimit = math.inf
+    estimator: quantities.Estimator = 0
+    cutoff: quantities.Cutoff = math.inf
+    limit: quantities.EffortLimit = math.inf
 
 
 class State(NamedTuple):
     """State of the law with a disturbance observer."""
 
-    q: PositionBefore = 0.0
-    v: VelocityBefore = 0.0
+    q: quantities.PositionBefore = 0.0
+    v: quantities.VelocityBefore = 0.0
     z: Annotated[float, Variable("force", "estimate of the disturbance and the momentum's part")] = 0.0
     feedback: Annotated[float, Variable("force", "effort one sample ago, less what was fed forward")] = 0.0
 

@@ -19,16 +19,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.controllers.quantities import (
-    ApproachRate,
-    Cutoff,
-    EffortLimit,
-    Estimator,
-    KnownInertia,
-    PositionBefore,
-    SurfaceSlope,
-    VelocityBefore,
-)
+from bristle.controllers import quantities
 from bristle.controllers.surface import surface_at
 from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
@@ -40,25 +31,25 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the law with a friction observer."""
 
-    J: KnownInertia
-    lambda_: SurfaceSlope
-    K_1: ApproachRate
+    J: quantities.KnownInertia
+    lambda_: quantities.SurfaceSlope
+    K_1: quantities.ApproachRate
     F_C: Annotated[float, Variable("force", "Coulomb friction force of the observer", min=1e-12)]
     F_S: Annotated[float, Variable("force", "static friction force of the observer", min=1e-12)]
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity of the observer", min=1e-12)]
     sigma_0: Annotated[float, Variable("force/length", "stiffness of its bristles", min=0.0)]
     sigma_2: Annotated[float, Variable("force*time/length", "its viscous coefficient", min=0.0)] = 0.0
     k: Annotated[float, Variable("1", "how fast the error draws its bristles", min=0.0)] = 0.0
-    estimator: Estimator = 0
-    cutoff: Cutoff = math.inf
-    limit: EffortLimit = math.inf
+    estimator: quantities.Estimator = 0
+    cutoff: quantities.Cutoff = math.inf
+    limit: quantities.EffortLimit = math.inf
 
 
 class State(NamedTuple):
     """State of the law with a friction observer."""
 
-    q: PositionBefore = 0.0
-    v: VelocityBefore = 0.0
+    q: quantities.PositionBefore = 0.0
+    v: quantities.VelocityBefore = 0.0
     z: Annotated[float, Variable("length", "deflection of the bristles of the observer")] = 0.0
 
 

@@ -22,16 +22,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.controllers.quantities import (
-    ApproachRate,
-    Cutoff,
-    EffortLimit,
-    Estimator,
-    KnownInertia,
-    PositionBefore,
-    SurfaceSlope,
-    VelocityBefore,
-)
+from bristle.controllers import quantities
 from bristle.controllers.surface import surface_at
 from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
@@ -42,21 +33,21 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the sliding mode law."""
 
-    J: KnownInertia
-    lambda_: SurfaceSlope
-    K_1: ApproachRate
+    J: quantities.KnownInertia
+    lambda_: quantities.SurfaceSlope
+    K_1: quantities.ApproachRate
     K_2: Annotated[float, Variable("length/time^2", "switching gain", min=0.0, nominal=1e-2)] = 0.0
     phi: Annotated[float, Variable("length/time", "boundary layer; 0 for the sign function", min=0.0)] = 0.0
-    estimator: Estimator = 0
-    cutoff: Cutoff = math.inf
-    limit: EffortLimit = math.inf
+    estimator: quantities.Estimator = 0
+    cutoff: quantities.Cutoff = math.inf
+    limit: quantities.EffortLimit = math.inf
 
 
 class State(NamedTuple):
     """State of the sliding mode law."""
 
-    q: PositionBefore = 0.0
-    v: VelocityBefore = 0.0
+    q: quantities.PositionBefore = 0.0
+    v: quantities.VelocityBefore = 0.0
 
 
 @kernel

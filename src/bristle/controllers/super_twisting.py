@@ -18,16 +18,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.controllers.quantities import (
-    ApproachRate,
-    Cutoff,
-    EffortLimit,
-    Estimator,
-    KnownInertia,
-    PositionBefore,
-    SurfaceSlope,
-    VelocityBefore,
-)
+from bristle.controllers import quantities
 from bristle.controllers.surface import surface_at
 from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
@@ -38,21 +29,21 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the super-twisting law."""
 
-    J: KnownInertia
-    lambda_: SurfaceSlope
-    K_1: ApproachRate
+    J: quantities.KnownInertia
+    lambda_: quantities.SurfaceSlope
+    K_1: quantities.ApproachRate
     k_1: Annotated[float, Variable("length^0.5/time^1.5", "gain on the root of the surface", min=0.0)]
     k_2: Annotated[float, Variable("length/time^3", "rate of the integrated switching", min=0.0)]
-    estimator: Estimator = 0
-    cutoff: Cutoff = math.inf
-    limit: EffortLimit = math.inf
+    estimator: quantities.Estimator = 0
+    cutoff: quantities.Cutoff = math.inf
+    limit: quantities.EffortLimit = math.inf
 
 
 class State(NamedTuple):
     """State of the super-twisting law."""
 
-    q: PositionBefore = 0.0
-    v: VelocityBefore = 0.0
+    q: quantities.PositionBefore = 0.0
+    v: quantities.VelocityBefore = 0.0
     w: Annotated[float, Variable("length/time^2", "integrated switching")] = 0.0
 
 

@@ -264,6 +264,7 @@ TEXT: Converter = instance(str, "text")
 NAMES: Converter = _names
 """Names, in a list or separated by commas."""
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
+Progress = Callable[[float, str], None]
 PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 

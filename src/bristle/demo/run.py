@@ -13,8 +13,8 @@ from bristle.files.arguments import read_log
 from bristle.files.results import Results
 from bristle.prediction import predict
 from bristle.prediction.following import following_of
+from bristle.report.identified import identify
 from bristle.simulation import compensation_experiment, simulate
-from bristle.workflow import identify
 
 if TYPE_CHECKING:
     from bristle.identification import Identification

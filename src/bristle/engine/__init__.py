@@ -5,7 +5,7 @@ from bristle.engine.batch import BatchTrace, run_batch
 from bristle.engine.compilation import interpreted, is_interpreted
 from bristle.engine.contact import Contact
 from bristle.engine.loop import Compensator, LoopTrace, Trace, run_closed_loop, run_open_loop
-from bristle.engine.motion import conditioned, force_along, force_in_turns, response, settled
+from bristle.engine.motion import conditioned, force_along, response, settled
 
 __all__ = [
     "AdaptiveTrace",
@@ -16,7 +16,6 @@ __all__ = [
     "Trace",
     "conditioned",
     "force_along",
-    "force_in_turns",
     "interpreted",
     "is_interpreted",
     "response",

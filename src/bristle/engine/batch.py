@@ -136,19 +136,15 @@ class _Batch:
         }
         sizes = set(numbers.values()) - {1}
         if len(sizes) > 1:
-            raise InputError(
-                f"{', '.join(f'{number} {name}' for name, number in numbers.items())} do not make one batch",
-                path="run_batch",
-                mend="Give one of each for all trajectories, or one for each",
-            )
+            listed = ", ".join(f"{number} {name}" for name, number in numbers.items())
+            raise InputError(f"cannot make one batch of {listed}", path="run_batch", mend="Give one of each, or one for each trajectory")
         self.count = sizes.pop() if sizes else 1
         self.plant, self.plants = _parameters(plants, self.count, "plant")
         self.friction, self.frictions = _parameters(frictions, self.count, "friction")
         self.body = np.tile(self.plant.state, (self.count, 1))
         self.body[:, 0], self.body[:, 1] = x, v
         self.state = np.tile(self.friction.state, (self.count, 1))
-        fresh = self.friction.component.new_memory(self.friction.model.parameters)
-        self.memory = np.tile(fresh, (self.count, 1))
+        self.memory = np.tile(self.friction.component.new_memory(self.friction.model.parameters), (self.count, 1))
         # All trajectories of one sample lie side by side: what a block reads at a time.
         self.effort = np.ascontiguousarray(efforts.T)
         self.position, self.velocity, self.force = (np.empty((self.count, 0)) for _ in range(3))
@@ -227,10 +223,5 @@ def _row(first: Instance, model: Model, path: str) -> np.ndarray:
     """Return the parameters of a model as numbers; refuse one that does not fit the first."""
     row = pack(model.parameters)
     if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:
-        raise InputError(
-            "is of another component, or has lists of another length, than the first",
-            path=path,
-            value=model.name,
-            mend="Run one batch for each",
-        )
+        raise InputError("is of another component or length than the first", path=path, value=model.name, mend="Run a batch for each")
     return row

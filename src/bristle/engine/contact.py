@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.contracts import Model, Motion
 from bristle.engine.checks import finite
 from bristle.engine.instance import Instance
-from bristle.engine.motion import each_from, force_along_entry
+from bristle.engine.motion import along, follow
 from bristle.friction import unvaried
 
 
@@ -30,14 +30,6 @@ class Contact:
         self.x = 0.0
         self._part = Instance(model)
         self._memory = model.component.new_memory(model.parameters)
-        self._entry = force_along_entry(self._part)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_entry"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state)
-        self._entry = force_along_entry(self._part)
 
     @property
     def state(self) -> np.ndarray:
@@ -70,20 +62,14 @@ class Contact:
         """
         v = np.full(count, np.copysign(speed, distance))
         x = self.x + distance * (np.arange(1, count + 1) / count)
-        force = self._follow(self._part.state, self._memory, v, x, abs(distance) / speed / count)
+        force = follow(self._part, self._memory, v, x, abs(distance) / speed / count)
         self.x += distance
         return force
 
     def force(self, v: float) -> float:
         """Return the friction force [N or N*m] at velocity `v` [m/s or rad/s] here and now; nothing moves."""
-        at = np.array([self.x])
-        return float(self._follow(self._part.state.copy(), self._memory.copy(), np.array([v]), at, 0.0)[0])
-
-    def _follow(self, state: np.ndarray, memory: Any, v: np.ndarray, x: np.ndarray, dt: float) -> np.ndarray:
-        force = np.empty(v.size)
-        around = np.repeat(list(self._part.motion._field_defaults.values()), v.size)
-        self._entry(self._part.parameters, state, memory, v, x, around, float(dt), force)
-        return force
+        still = self.copy()
+        return float(follow(still._part, still._memory, np.array([v]), np.array([self.x]), 0.0)[0])
 
 
 Signals = Mapping[str, np.ndarray]
@@ -106,8 +92,8 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
     thinned["v"] = np.diff(thinned["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (stride * dt)
 
     def costs(places: np.ndarray) -> np.ndarray:
-        force = each_from(friction, [state_at(friction, place) for place in places.tolist()], dt=stride * dt, **thinned)
-        return np.sum((measured[stride - 1 : count : stride] - force) ** 2, axis=1)
+        force = [along(friction, dt=stride * dt, state=state_at(friction, place), **thinned) for place in places.tolist()]
+        return np.sum((measured[stride - 1 : count : stride] - np.array(force)) ** 2, axis=1)
 
     places = np.linspace(-1.0, 1.0, PLACES)
     cost = costs(places)
@@ -134,7 +120,7 @@ def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
     count, length = 0, motion["v"].size
     for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < length), length):
         part = {name: values[:size] for name, values in motion.items()}
-        low, high = each_from(friction, [state_at(friction, at) for at in (-1.0, 1.0)], dt=dt, **part)
+        low, high = (along(friction, dt=dt, state=state_at(friction, at), **part) for at in (-1.0, 1.0))
         apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))
         count = int(apart[-1]) + 1 if apart.size else 0
         if count < size - MARGIN:

@@ -30,9 +30,7 @@ class Instance:
 
     def __post_init__(self) -> None:
         if not isinstance(self.model, Model):
-            raise InputError(
-                "must be a model with parameters", path="model", value=self.model, mend='Give them, as in friction.coulomb(F_C="20 N")'
-            )
+            raise InputError("must be a model with parameters", path="model", value=self.model, mend='Write friction.coulomb(F_C="20 N")')
         p, self.component = self.model.parameters, self.model.component
         state = self.component.initial_state(p)
         self.parameters, self.state = pack(p), pack(state)
@@ -43,9 +41,7 @@ class Instance:
         if state is None:
             return
         if structure_of(state) != self.structures[1]:
-            raise InputError(
-                "is that of another model", path="state", value=state, allowed=f"{type(self.state_now).__name__} of {self.model.name}"
-            )
+            raise InputError("is that of another model", path="state", value=state, allowed=f"that of {self.model.name}")
         self.state = pack(state)
 
     @property

@@ -312,12 +312,7 @@ def run_closed_loop(
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
     if reference.shape[0] != 4:
-        raise InputError(
-            "must hold position, velocity, acceleration and feedforward",
-            path="reference",
-            value=reference.shape,
-            allowed="shape (4, sample)",
-        )
+        raise InputError("needs position, velocity, acceleration, effort", path="reference", value=reference.shape, allowed="(4, sample)")
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)

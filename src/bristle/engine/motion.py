@@ -79,75 +79,25 @@ def along(
     x = np.cumsum(v) * dt if x is None else vector(x, "x")
     part.begin(state)
     check_run(v.size, x=x)
-    return _follow(part, memory_of(model, memory), v, x, dt, _surroundings(part, v.size, around))
-
-
-def each_from(model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, **around: Any) -> np.ndarray:
-    """Return the friction force along one velocity from each of several states, shape (state, step), finite or not."""
-    part, v, x = Instance(model), vector(v, "v"), vector(x, "x")
-    check_run(v.size, x=x)
-    signals = _surroundings(part, v.size, around).ravel()
-    force, entry, virgin = np.empty((len(states), v.size)), force_along_entry(part), memory_of(model, None)
-    for row, state in zip(force, states, strict=True):
-        part.begin(state)
-        entry(part.parameters, part.state, virgin.copy(), v, x, signals, float(dt), row)
-        warn_of_lost(part)
-    return force
-
-
-@guarded(**MOTION, parameters=array(ndim=2, finite=False), x=array(), starts=array())
-def force_in_turns(model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, **around: Any) -> np.ndarray:
-    """Return the friction force along a prescribed velocity, where parameters change on the way.
-
-    What the contact remembers carries over from each turn to the next: a surface that is a little rougher on one stroke
-    than on the last one.
-
-    Parameters
-    ----------
-    model : Model
-        The friction model; a virgin one begins.
-    parameters : ndarray, shape (turn, number)
-        Its parameters in each turn, as `bristle.core.packing.pack` lays them out.
-    v, x : array_like, shape (step,)
-        Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
-    dt : float
-        Length of a step [s].
-    starts : sequence of int
-        First step of each turn, in rising order; the first one is 0.
-    **around : float or array_like, shape (step,)
-        What surrounds the contact, as in `force_along`.
-
-    Returns
-    -------
-    ndarray, shape (step,)
-        Mean friction force of each step [N or N*m].
-
-    Raises
-    ------
-    InputError
-        If there is not one start for each turn.
-    """
-    turns = starts.astype(int)
-    if not len(parameters) == turns.size > 0 or turns[0] != 0 or turns[-1] > v.size or np.any(np.diff(turns) < 0):
-        raise InputError("must name the first step of each turn of parameters, from 0", path="starts", value=starts)
-    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), **_checked(model, around)), model)
+    return follow(part, memory_of(model, memory), v, x, dt, _surroundings(part, v.size, around))
 
 
 def in_turns(
     model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], **around: Any
 ) -> np.ndarray:
-    """Return what `force_in_turns` does, finite or not."""
+    """Return the friction force along a prescribed velocity, where parameters change on the way, finite or not.
+
+    What the contact remembers carries over from each turn to the next: a surface that is a little rougher on one stroke
+    than on the last one. `parameters` has those of each turn, shape (turn, number), as `bristle.core.packing.pack` lays
+    them out, and `starts` the first step of each, the first one 0.
+    """
     part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
-    if parameters.shape[1] != part.parameters.size:
-        raise InputError(
-            "has the wrong shape", path="parameters", value=parameters.shape, allowed=f"{part.parameters.size} numbers in a row"
-        )
     check_run(v.size, x=x)
     signals, force = _surroundings(part, v.size, around), np.empty(v.size)
     for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
         turn = slice(first, last)
-        force[turn] = _follow(part, memory, v[turn], x[turn], dt, signals[:, turn])
+        force[turn] = follow(part, memory, v[turn], x[turn], dt, signals[:, turn])
     return force
 
 
@@ -179,12 +129,7 @@ def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
     usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
         if name not in usual:
-            raise InputError(
-                f"is nothing that {model.name} knows of its surroundings",
-                path=name,
-                allowed=", ".join(usual),
-                mend=did_you_mean(name, usual),
-            )
+            raise InputError(f"is unknown to {model.name}", path=name, allowed=", ".join(usual), mend=did_you_mean(name, usual))
     return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
 
 
@@ -223,7 +168,7 @@ def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
     if v != 0.0:
         # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
         for distance in np.geomspace(1e-12, 1.0, 80):
-            finite(_follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v)), model)
+            finite(follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v)), model)
     return part.state_now, memory
 
 
@@ -238,7 +183,7 @@ def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
     if amplitude > 0.0:
         turn = np.arange(481) / 40.0  # twelve turns, 40 steps each
         path = amplitude * (1.0 - turn / 12.0) * np.sin(2.0 * np.pi * turn)
-        finite(_follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW), model)
+        finite(follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW), model)
     return part.state_now, memory
 
 
@@ -251,14 +196,15 @@ def presliding_distance(model: Model) -> float:
     part, memory = Instance(model), memory_of(model, None)
     if part.state.size + memory.size == 0:
         return float("inf")
-    force = np.abs(_follow(part, memory, CREEP, FARTHER[1:], SLOW))
+    force = np.abs(follow(part, memory, CREEP, FARTHER[1:], SLOW))
     largest = float(np.max(force))
     return float(FARTHER[np.argmax(force >= 0.5 * largest)]) if largest > 0.0 else float("inf")
 
 
-def _follow(
+def follow(
     part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float, around: np.ndarray | None = None
 ) -> np.ndarray:
+    """Return the friction force along a motion, by a component whose state and memory go along."""
     force = np.empty(velocity.size)
     signals = (_surroundings(part, velocity.size, {}) if around is None else around).ravel()
     force_along_entry(part)(part.parameters, part.state, memory, velocity, position, signals, float(dt), force)

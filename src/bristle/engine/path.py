@@ -35,8 +35,7 @@ def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
 
 def _follow(part: Instance, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
     output = np.empty(u.size)
-    entry = entry_of("output_along", part, entry_points.OutputAlong, entry_points.make_output_along)
-    entry(part.parameters, part.state, memory, u, output)
+    entry_of("output_along", part, entry_points.OutputAlong, entry_points.make_output_along)(part.parameters, part.state, memory, u, output)
     warn_of_lost(part)
     return output
 

@@ -182,22 +182,12 @@ def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
 def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
     """Return what the motor of a plant with a screw feels, as one friction model."""
     if plant.component.screw is None:
-        raise InputError(
-            "has one mass, and no table behind a screw",
-            path="table",
-            value=plant.name,
-            allowed="plant ball_screw",
-            mend="Leave the friction of the table out, or take plants.ball_screw",
-        )
+        raise InputError("has no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw", mend="Leave it out")
     table = table if table is not None else viscous(F_v=0.0)
     for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
         if model.kind != kind:
-            raise InputError(
-                f"must be {kind}",
-                path=path,
-                value=f"{model.name}, {model.kind}",
-                mend="A motor turns, and its table travels: give parameters in N*m and rad, or in N and m",
-            )
+            value, mend = f"{model.name}, {model.kind}", "A motor turns (N*m and rad), its table travels (N and m)"
+            raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = Screwed(
         friction.parameters,
@@ -215,9 +205,5 @@ def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
 def refuse_screw(plant: Model, caller: str) -> None:
     """Refuse a plant with a screw where only one mass can be simulated."""
     if plant.component.screw is not None:
-        raise InputError(
-            f"has a table behind a screw, and {caller} knows one mass",
-            path="plant",
-            value=plant.name,
-            mend="Take run_open_loop or run_closed_loop, or plants.inertia with the sum of both",
-        )
+        mend = "Take run_open_loop, run_closed_loop, or plants.inertia with both masses"
+        raise InputError(f"has a screw, and {caller} knows one mass", path="plant", value=plant.name, mend=mend)

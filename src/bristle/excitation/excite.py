@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, NAMES, PROGRESS, guarded, optional, whole
+from bristle.core.edge import FLAG, NAMES, PROGRESS, Amount, Progress, amount, guarded, optional, whole
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
@@ -27,11 +27,9 @@ SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
 LATE = 1.001  # of the duration asked for, that a motion may take
-TIME = Variable("time", "duration")
-TRAVEL = Variable("length", "distance within which the motion stays")
+TIME = Variable("time", "duration", min=SHORTEST)
+TRAVEL = Variable("length", "distance within which the motion stays", min=0.0)
 START = Variable("length", "where the motion begins")
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -62,11 +60,19 @@ class Excitation:
     rehearsal: Rehearsal | None = None
 
 
-@guarded(axis=AXIS, purposes=optional(NAMES), rehearsed=FLAG, draws=whole(20, 100_000, none=True), allow_code=FLAG, progress=PROGRESS)
+@guarded(
+    axis=AXIS,
+    duration=optional(amount(TIME)),
+    purposes=optional(NAMES),
+    rehearsed=FLAG,
+    draws=whole(20, 100_000, none=True),
+    allow_code=FLAG,
+    progress=PROGRESS,
+)
 def excite(
     axis: Any,
     *,
-    duration: float | str | None = None,
+    duration: Amount | None = None,
     travel: float | str | None = None,
     start: float | str | None = None,
     purposes: Sequence[str] | str | None = None,
@@ -114,39 +120,28 @@ def excite(
     >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
     True
     """
-    seconds = quantity(60.0 if duration is None else duration, TIME, path="duration")
-    if not SHORTEST <= seconds < math.inf:
-        raise InputError("out of range", path="duration", value=duration, allowed=f"at least {SHORTEST:g} s")
-    mechanism = _mechanism(model, axis, allow_code)
+    seconds, mechanism = 60.0 if duration is None else duration, _mechanism(model, axis, allow_code)
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
-        raise InputError(
-            f"are of no axis: its usual friction is out of range ({error})",
-            path="[limits]",
-            mend="Mend velocity, acceleration, stroke and mass in the axis file",
-        ) from None
+        reason, mend = f"are of no axis: its usual friction is out of range ({error})", "Mend velocity, acceleration, stroke and mass"
+        raise InputError(reason, path="[limits]", mend=mend) from None
     sample_time = axis.sample_time or SAMPLE_TIME
-    if seconds / sample_time > SAMPLES_MOST:
-        raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration, mend="Record it in parts")
-    if seconds / sample_time < SAMPLES_LEAST:
+    count = seconds / sample_time
+    if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
+        mend = f"Mend it, or the sample time, {with_unit(sample_time, 's')}"
         raise InputError(
-            f"is less than {SAMPLES_LEAST} samples of this axis",
-            path="duration",
-            value=duration,
-            mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}",
+            f"is {count:.3g} samples", path="duration", value=duration, allowed=f"{SAMPLES_LEAST} to {SAMPLES_MOST}", mend=mend
         )
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
-    distance = None if travel is None else quantity(travel, TRAVEL, axis.kind, path="travel")
-    if distance is not None and not 0.0 < distance < math.inf:
-        raise InputError("must be positive and finite", path="travel", value=travel)
-    limits = limits_of(axis, prior, sample_time, distance, begin)
-    excitation = _planned(axis, prior, limits, seconds, purposes, begin)
+    distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
+    plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin)
+    excitation = plan(limits_of(axis, prior, sample_time, distance, begin))
     if not rehearsed:
         return excitation
     try:
         rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
-        followed = _for_the_loop(excitation, rehearsal, seconds, purposes, begin)
+        followed = _for_the_loop(excitation, rehearsal, plan)
         if followed is not None:
             excitation, rehearsal = followed, rehearse(followed.motion, axis, prior, draws=draws, progress=progress)
         return replace(excitation, rehearsal=rehearsal)
@@ -155,7 +150,7 @@ def excite(
 
 
 def _planned(
-    axis: Axis, prior: Prior, limits: MotionLimits, seconds: float, purposes: Sequence[str] | None, begin: float | None
+    axis: Axis, prior: Prior, limits: MotionLimits, *, seconds: float, purposes: Sequence[str] | None, begin: float | None
 ) -> Excitation:
     """Return the motion that serves these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
@@ -166,12 +161,10 @@ def _planned(
     if axis.sample_time is None:
         notes.append(f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]")
     place = with_unit(motion.start, unit_of("length", axis.kind))
-    if begin is not None:
-        notes.append(f"it begins at {place}")
-    elif axis.stroke:
-        notes.append(f"it begins in the middle of the stroke, at {place}")
-    else:
+    if begin is None and not axis.stroke:
         notes.append("it begins at position 0: add the position at which your axis stands, or tell it with --start")
+    else:
+        notes.append(f"it begins {'in the middle of the stroke, ' if begin is None else ''}at {place}")
     if prior.assumed:
         notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
     # Whatever made the motion, the axis is not to pay for it.
@@ -186,22 +179,19 @@ def _planned(
     return Excitation(motion, axis, limits, prior, tuple(notes))
 
 
-def _for_the_loop(
-    excitation: Excitation, rehearsal: Rehearsal, seconds: float, purposes: Sequence[str] | None, begin: float | None
-) -> Excitation | None:
+def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
     """Return a motion without the loops that the controller does not follow; None where it follows, or none is left."""
     smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
     if not rehearsal.loop or smallest is None or rehearsal.lag <= smallest:
         return None
     limits = replace(excitation.limits, followed=rehearsal.lag)
     try:
-        again = _planned(excitation.axis, excitation.prior, limits, seconds, purposes, begin)
+        again = plan(limits)
     except InputError:  # what was asked for by name is kept; the report says how closely it is followed
         return None
     length = limits.in_unit(rehearsal.lag, "length")
     note = f"no loop before sliding is smaller than {length}: the controller follows no closer in the rehearsal"
-    smaller = any(piece.purpose == "presliding" for piece in again.motion.pieces)
-    return replace(again, notes=(*again.notes, note)) if smaller else again
+    return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
@@ -231,11 +221,8 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
             raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
-        raise InputError(
-            "tells too little for a motion to be planned",
-            path="axis",
-            mend="Write velocity, acceleration and stroke under [limits], or presliding under [plant]",
-        )
+        mend = "Write velocity, acceleration and stroke under [limits], or presliding under [plant]"
+        raise InputError("tells too little for a motion to be planned", path="axis", mend=mend)
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
@@ -245,28 +232,21 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
 
 def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool) -> tuple[list[ExcitationPiece], list[str]]:
     """Return pieces that take no longer than they may [s], and what was left out for that."""
-    notes: list[str] = []
+    notes, takes = list[str](), 0.0
     while True:
         target, pieces = seconds, _pieces(chosen, limits, seconds)
-        for _ in range(3):  # to come down to the time that they may take
+        for _ in range(4):  # to come down to the time that they may take
             takes = length_of(pieces)
             if takes <= seconds * LATE:
-                break
+                return pieces, notes
             target *= seconds / takes
             pieces = min(pieces, _pieces(chosen, limits, target), key=length_of)
-        takes = length_of(pieces)
-        if takes <= seconds * LATE:
-            return pieces, notes
+        asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
-            raise InputError(
-                f"is too short: a motion for {', '.join(chosen)} takes {takes + ExcitationMotion.rest:.3g} s on this "
-                "axis, any faster it would not show enough",
-                path="duration",
-                value=f"{seconds + ExcitationMotion.rest:.3g} s",
-                mend="Give it that time, or ask for less",
-            )
+            reason = f"is too short: a motion for {', '.join(chosen)} takes {needed} on this axis, any faster it would not show enough"
+            raise InputError(reason, path="duration", value=asked, mend="Give it that time, or ask for less")
         first = next(name for name in LEAVES_FIRST if name in chosen)
-        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + ExcitationMotion.rest:.3g} s")
+        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {needed}")
         chosen = [name for name in chosen if name != first]
 
 

@@ -85,28 +85,15 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
             raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Is the unit right?")
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        raise InputError(
-            "is so far from zero that positions in it have too few digits",
-            path="limits.stroke",
-            value=axis.stroke,
-            mend="Count positions from where the axis is",
-        )
+        raise InputError("is so far from zero that positions have too few digits", path="limits.stroke", value=axis.stroke)
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
-            raise InputError(
-                "leaves no room to either side",
-                path="start",
-                value=start,
-                allowed=f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI",
-            )
+            allowed = f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI"
+            raise InputError("leaves no room to either side", path="start", value=start, allowed=allowed)
     if travel is not None and stroke is not None and travel > stroke:
-        raise InputError(
-            "is more than the stroke of the axis",
-            path="travel",
-            value=travel,
-            allowed=f"up to {with_unit(stroke, unit_of('length', axis.kind))}",
-        )
+        allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
+        raise InputError("is more than the stroke of the axis", path="travel", value=travel, allowed=allowed)
     acceleration, most = axis.acceleration_limit, effort_limit(axis)
     if acceleration is None and most is not None and prior.mass_known:
         acceleration = 0.5 * most / prior.plant.values["M"]
@@ -161,8 +148,7 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
     mass_known = mass is not None
     if mass is None:
         mass = (0.5 * most if most is not None else force) / (axis.acceleration_limit or 1.0)
-        word = "mass" if kind == "translational" else "inertia"
-        assumed = (f"{word} of {with_unit(mass, unit_of('mass', kind))}",)
+        assumed = (f"{'mass' if kind == 'translational' else 'inertia'} of {with_unit(mass, unit_of('mass', kind))}",)
     if friction is None:
         static, length = 1.25 * force, (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
         fastest, stiffness = axis.velocity_limit or 1e4 * length, static / length
@@ -218,5 +204,4 @@ def turning_distance(friction: Model) -> float | None:
     velocity = -np.diff(path, prepend=0.0) / dt
     state, memory = settled(friction, float(path[-1]) / dt)
     force = force_along(friction, velocity, dt, state=state, memory=memory)
-    turned = np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0])
-    return 0.5 * float(path[np.argmax(turned)])
+    return 0.5 * float(path[np.argmax(np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0]))])

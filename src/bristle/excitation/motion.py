@@ -83,8 +83,7 @@ class ExcitationMotion:
     @cached_property
     def begins(self) -> np.ndarray:
         """When each piece begins to move [s], shape (piece,)."""
-        ends = np.cumsum([piece.rest + piece.duration for piece in self.pieces])
-        return ends - [piece.duration for piece in self.pieces]
+        return np.cumsum([piece.rest + piece.duration for piece in self.pieces]) - [piece.duration for piece in self.pieces]
 
     @property
     def duration(self) -> float:

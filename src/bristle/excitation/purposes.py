@@ -177,8 +177,7 @@ def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
             braking = speed * speed / acceleration + speed * acceleration / limits.jerk
             ideal = speed / (4.0 * rate)
             amplitude = min(max(ideal, least, 2.0 * braking), most)
-            cycles = min(max(round(ideal / amplitude), 1), 6)
-            shape = float(amplitude), float(speed), cycles
+            shape = (float(amplitude), float(speed), min(max(round(ideal / amplitude), 1), 6))
             sweeps.append(_triangle(limits, "stribeck", "constant velocity", *shape, leg=float(amplitude)))
         return sweeps
 

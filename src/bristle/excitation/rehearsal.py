@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.edge import Progress
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, force_along, run_closed_loop
@@ -21,8 +21,6 @@ from bristle.sensors import encoder
 
 NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to its effort
 SCATTER = 0.05  # of the friction force, from one reversal to the next
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)

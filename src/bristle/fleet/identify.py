@@ -17,7 +17,6 @@ import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content
 from bristle.core.errors import BristleError, InputError, told_by
-from bristle.core.normal import NORMAL_95
 from bristle.files.arguments import AXIS, axes_for
 from bristle.files.summary import as_json, plain
 from bristle.files.user_model import load_reader_file, origins_of_code
@@ -55,8 +54,7 @@ class FleetStore(Store):
 
     def blocks_present(self) -> set[int]:
         """Return the logs that need nothing: those with a row, and those that this command does not name."""
-        unnamed = {number for number, log in enumerate(self.study.logs) if not log.place}
-        return super().blocks_present() | unnamed
+        return super().blocks_present() | {number for number, log in enumerate(self.study.logs) if not log.place}
 
     def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
         fleet = self.study
@@ -152,11 +150,8 @@ def _of_estimate(column: str, estimate: Estimate) -> Mapping[str, Any]:
     if estimate.status == "unidentifiable":
         return row
     row[column] = estimate.value
-    ends = estimate.interval
-    if ends is None and estimate.larger_std is not None and math.isfinite(estimate.larger_std):
-        ends = tuple(estimate.value + side * NORMAL_95 * estimate.larger_std for side in (-1.0, 1.0))
-    if ends is not None:
-        row |= {f"{column}.lower": ends[0], f"{column}.upper": ends[1]}
+    if estimate.ends is not None and math.isfinite(estimate.ends[1]):
+        row |= dict(zip((f"{column}.lower", f"{column}.upper"), estimate.ends, strict=True))
     return row
 
 

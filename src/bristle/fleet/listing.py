@@ -45,8 +45,7 @@ def recorded_at(*names: str) -> float | None:
         dates = []
         for year, _, month, day, hour, _, minute, second in _DATE.findall(name):
             with suppress(ValueError):  # digits that are no date
-                parts = (int(part or 0) for part in (year, month, day, hour, minute, second))
-                dates.append(datetime(*parts, tzinfo=UTC))
+                dates.append(datetime(*(int(part or 0) for part in (year, month, day, hour, minute, second)), tzinfo=UTC))
         if dates:
             return dates[0].timestamp() if len(dates) == 1 else None
     return None
@@ -92,10 +91,5 @@ def _parts(content: Content, size_limit: int) -> list[str | None]:
     tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables
     matching = [name for name in tables if fnmatchcase(name, content.part)]
     if not matching:
-        raise InputError(
-            "holds no such table",
-            path=str(content.source),
-            value=content.part,
-            allowed=", ".join(tables[:20]) or "a file with several tables",
-        )
+        raise InputError("holds no such table", path=str(content.source), value=content.part, allowed=", ".join(tables[:20]) or "none")
     return [*matching]

@@ -97,15 +97,9 @@ def inverse_of(operator: Model) -> Model:
     """
     p = operator.parameters
     thresholds, index = np.unique(p.thresholds, return_inverse=True)
-    weights = np.bincount(index, p.weights)
-    slopes = p.spring + np.append(np.cumsum(weights[::-1])[::-1], 0.0)
+    slopes = p.spring + np.append(np.cumsum(np.bincount(index, p.weights)[::-1])[::-1], 0.0)
     if not np.all(slopes > 0.0):
-        raise InputError(
-            "has no inverse: its virgin curve does not rise everywhere",
-            path=operator.name,
-            value=float(slopes.min()),
-            allowed="slope > 0",
-            mend="Give it a spring, however weak",
-        )
+        flattest, mend = float(slopes.min()), "Give it a spring, however weak"
+        raise InputError("must rise everywhere", path=operator.name, value=flattest, allowed="slope > 0", mend=mend)
     heights = np.cumsum(slopes[:-1] * np.diff(thresholds, prepend=0.0))
     return MODEL(kind=operator.kind, thresholds=heights, weights=np.diff(1.0 / slopes), compliance=float(1.0 / slopes[0]))

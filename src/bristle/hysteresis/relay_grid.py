@@ -142,5 +142,4 @@ def relays_of(operator: Model, extent: Amount, count: int) -> Model:
     q = operator.component.measure(operator.parameters)
     levels = np.linspace(-extent, extent, count + 1)
     E = np.array([[everett(a, b, q) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()])
-    cells = E[1:, :-1] - E[:-1, :-1] - E[1:, 1:] + E[:-1, 1:]
-    return MODEL(kind=operator.kind, levels=levels, weights=cells[np.tril_indices(count)])
+    return MODEL(kind=operator.kind, levels=levels, weights=(E[1:, :-1] - E[:-1, :-1] - E[1:, 1:] + E[:-1, 1:])[np.tril_indices(count)])

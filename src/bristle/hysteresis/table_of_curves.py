@@ -68,8 +68,7 @@ def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS
         side=side,
         offset=0.0,
     )
-    offset = side * (saturation - float(table.E_top[0]))
-    return MODEL(kind=kind, **(table._asdict() | {"offset": offset}), **settings)
+    return MODEL(kind=kind, **table._asdict() | {"offset": side * (saturation - float(table.E_top[0]))}, **settings)
 
 
 def _side(curve: tuple[Any, Any]) -> float:
@@ -80,11 +79,8 @@ def _side(curve: tuple[Any, Any]) -> float:
 def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
     path, output = side * np.asarray(u, dtype=float), side * np.asarray(f, dtype=float)
     if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
-        raise InputError(
-            f"must {'rise' if side > 0.0 else 'fall'} throughout, as the first one does, each input with its output",
-            path=f"curves[{index}]",
-            mend="Begin each curve at its reversal; leave out curves of one sample",
-        )
+        way, mend = "rise" if side > 0.0 else "fall", "Begin each curve at its reversal; leave out curves of one sample"
+        raise InputError(f"must {way} throughout, as the first one does", path=f"curves[{index}]", mend=mend)
     return Curve(path, output)
 
 

@@ -146,5 +146,4 @@ def _upper(table: np.ndarray, d: np.ndarray) -> np.ndarray:
     span = d[-1] - d[:-1]
     across = (table[middle + 1] - table[middle - 1])[:-1] * (rows - 1) / (4.0 * span)
     across = np.append(across, across[-1])
-    tilt = np.concatenate([[0.0], np.cumsum(0.5 * (across[1:] + across[:-1]) * np.diff(d))])
-    return 0.5 * (table[middle] + tilt)
+    return 0.5 * (table[middle] + np.concatenate([[0.0], np.cumsum(0.5 * (across[1:] + across[:-1]) * np.diff(d))]))

@@ -65,8 +65,7 @@ class TransitionBranches:
 
     def operator(self) -> Model:
         """Return the operator that these branches describe, an `everett_table`."""
-        curves = [(self.inputs[i::-1], self.f[i, i::-1]) for i in range(1, self.inputs.size)]
-        return from_reversal_curves(curves, kind=self.kind)
+        return from_reversal_curves([(self.inputs[i::-1], self.f[i, i::-1]) for i in range(1, self.inputs.size)], kind=self.kind)
 
     @property
     def E(self) -> np.ndarray:

@@ -277,8 +277,7 @@ class Level(NamedTuple):
 
     def scatter(self, deviation: float = 1.0) -> float:
         """Return the scatter where what is seen came out as this ratio of what there is."""
-        above = max(self.visible / deviation**2 - self.quiet, 0.0)
-        return (above / self.gain) ** 0.5 if self.gain > 0.0 else 0.0
+        return (max(self.visible / deviation**2 - self.quiet, 0.0) / self.gain) ** 0.5 if self.gain > 0.0 else 0.0
 
     def visible_of(self, scatter: float) -> float:
         """Return which deviation a scatter is seen as."""
@@ -334,8 +333,7 @@ class _Fits:
         if self.level is not None:
             scatter = self.level.scatter(self.level.squares.deviation(share))
             usual = self.level.visible_of(scatter)
-        replicate = self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side)
-        theta, residual = self.refit.solve(replicate, solution.theta)
+        theta, residual = self.refit.solve(self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side), solution.theta)
         return _Drawn(
             theta,
             self.contrast.change(residual),

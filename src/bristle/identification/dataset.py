@@ -43,9 +43,7 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
     """Return what `mechanical` does, of a segment or of rows, what known columns tell left out."""
     inverse = plant.component.inverse
     if inverse is None:
-        raise InputError(
-            "has no inverse: it cannot be identified from a motion", path="plant", value=plant.name, allowed="inertia, oscillator"
-        )
+        raise InputError("has no inverse to identify it by", path="plant", value=plant.name, allowed="inertia, oscillator")
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 
@@ -122,8 +120,7 @@ class Dataset:
 
     def explained(self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
-        forces = self.friction_along(friction, plant, contacts)
-        pairs = zip(self.segments, forces, strict=True)
+        pairs = zip(self.segments, self.friction_along(friction, plant, contacts), strict=True)
         return [self.mechanical_along(plant, segment) + force for segment, force in pairs]
 
     def mechanical_along(self, plant: Model, segment: Segment) -> np.ndarray:
@@ -222,8 +219,7 @@ class Dataset:
     @property
     def reach(self) -> int:
         """By how many rows the filters reach to either side."""
-        periods = math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation))
-        return periods + (REACH if self.decimation > 1 else 0)
+        return math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation)) + (REACH if self.decimation > 1 else 0)
 
     def _signals(self, name: str) -> Iterator[np.ndarray]:
         """Return a signal of all segments."""

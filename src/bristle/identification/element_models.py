@@ -113,8 +113,7 @@ class Elements:
         # What never slips cannot be told from a force that rises along the axis.
         reach *= SLIPPING if HALF_RANGE in self.component.variables.values() else 1.0
         least = max(STEPS_LEAST * dataset.resolution, NOISE_LEAST * dataset.noise, reach * 10.0**-DECADES_MOST)
-        count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
-        return thresholds_over(reach, count, least)
+        return thresholds_over(reach, max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0)))), least)
 
     def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[InverseDynamics, Solution]:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
@@ -135,8 +134,7 @@ class Elements:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
         space, theta = ParameterSpace.of(self.parameters), np.array(list(values.values()))
-        view = shaped(self.component, stiffness, stiffness * r)
-        problem = InverseDynamics(self.dataset, replace(self.parameters, component=view))
+        problem = InverseDynamics(self.dataset, replace(self.parameters, component=shaped(self.component, stiffness, stiffness * r)))
         return problem, Solution(space, theta, self._jacobian(best, pressed, r), at_edge)
 
     def all_elements(self) -> tuple[InverseDynamics, Solution]:
@@ -209,8 +207,7 @@ class Elements:
         varying, count = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1), self.thresholds.size
         single = self._constant | {name: varying[:, count + place] for place, name in enumerate(self._slotted)}
         columns = np.column_stack([varying[:, :count], *(single[name] for name in self._single)])
-        positive = [float(name in self._positive) for name in self._single]
-        signs = np.concatenate([np.ones(count), positive])
+        signs = np.concatenate([np.ones(count), [float(name in self._positive) for name in self._single]])
         weights = NormalEquations.of(columns[fitted], self._target[fitted], constant=False).solve(signs).weights
         return Weights(weights[:count], factors, dict(zip(self._single, weights[count:].tolist(), strict=True)), columns)
 

@@ -157,8 +157,7 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
     if PITCH not in component.variables.values() or context.prior.pitch is not None:
         return context
     sliding = context.sliding
-    values = {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous}
-    pitch = _pitch_in(sliding_problem(context.dataset, context.prior), values)
+    pitch = _pitch_in(sliding_problem(context.dataset, context.prior), {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous})
     return replace(context, prior=replace(context.prior, pitch=pitch))
 
 
@@ -178,12 +177,8 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     # At half of the speeds the wave passes the filter.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
-        raise InputError(
-            "does not resolve a pitch",
-            path="log.position",
-            value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
-            mend="Give the lead in [transmission] of the axis file",
-        )
+        swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
+        raise InputError("does not resolve a pitch", path="log.position", value=swept, mend=mend)
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
 
@@ -216,8 +211,7 @@ def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -
 def told_by(plant: Plant, axis: Axis) -> Axis:
     """Return an axis with the harmonics that a plant has."""
     orders = plant.orders if isinstance(plant, TermedPlant) else ()
-    harmonics = [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging]
-    pairs = zip(axis.cogging, harmonics, strict=True)
+    pairs = zip(axis.cogging, [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging], strict=True)
     return replace(axis, cogging=tuple(replace(cogging, harmonics=numbers) for cogging, numbers in pairs))
 
 
@@ -226,12 +220,8 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     dataset = problem.dataset
     turns = float(np.ptp(dataset.position)) / cogging.turn
     if turns < 1.5:  # that a log goes through, to tell the turns of anything
-        raise InputError(
-            f"cannot be told from a log that goes through {turns:.2g} turns of the {cogging.turner}",
-            path=path,
-            value="identify",
-            mend="Write which ones, such as harmonics = [6, 12], or record more turns",
-        )
+        mend = "Write which ones, such as harmonics = [6, 12]"
+        raise InputError(f"need more than {turns:.2g} turns of the {cogging.turner}", path=path, value="identify", mend=mend)
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
     powers = np.hstack([place, place**2])
@@ -260,12 +250,8 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         residual = _without(residual[:, None], pair)[:, 0]
         waves = {order: _without(columns, pair) for order, columns in waves.items()}
     if not orders:
-        raise InputError(
-            f"are not seen in this log: no effort comes back with the turns of the {cogging.turner}",
-            path=path,
-            value="identify",
-            mend="Leave [[cogging]] out, or write harmonics = [6]",
-        )
+        mend = "Leave [[cogging]] out, or write harmonics = [6]"
+        raise InputError(f"are not seen in this log by the turns of the {cogging.turner}", path=path, value="identify", mend=mend)
     return sorted(orders)
 
 

@@ -158,8 +158,7 @@ def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> t
     if ways.size < settings.amplitude_half_cycles or np.min(ways) < settings.nested_loop * np.max(ways):
         return ()
     amplitude = float(np.median(ways))
-    advised = tuple(share * amplitude for share in DESIGN)
-    numbers = {"half_cycles": ways.size, "amplitude": amplitude, "advised": advised}
+    numbers = {"half_cycles": ways.size, "amplitude": amplitude, "advised": tuple(share * amplitude for share in DESIGN)}
     return (Diagnostic("one_amplitude", numbers=numbers, kind=dataset.kind),)
 
 

@@ -19,6 +19,7 @@ from bristle.engine.checks import finite
 from bristle.friction import base_of, channel_slots_of
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
+from bristle.identification import structure
 from bristle.identification.element_models import estimate_elements
 from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion, with_pitch
 from bristle.identification.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
@@ -30,15 +31,6 @@ from bristle.identification.parameters import Fixed, Role, acts_in_sliding, name
 from bristle.identification.problem import Contrast, Covariance, covariance_of
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
-from bristle.identification.structure import (
-    about_alignment,
-    about_held_effort,
-    about_noise,
-    about_residual,
-    about_rise,
-    about_treatment,
-    noisy_inertia,
-)
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
 
@@ -76,29 +68,14 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
     elements = ELEMENTS.get(base_of(component))
     slots = [slot for slot in variations_of(component) if slot in LEVELS]
     if slots and not has_level(base_of(component)):
-        raise InputError(
-            f"has no level of sliding friction, which +{slots[0]} raises",
-            path="model",
-            value=component.name,
-            mend="Take one that has, such as coulomb_viscous",
-        )
+        raise InputError(f"has no level that +{slots[0]} raises", path="model", value=component.name, mend="Take coulomb_viscous")
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
     slots += [slot.name for slot in channel_slots_of(component)]
     if slots:
-        raise InputError(
-            f"has elements, which +{slots[0]} cannot be fitted beside",
-            path="model",
-            value=component.name,
-            mend="Ask for dahl or lugre with this slot",
-        )
+        raise InputError(f"has elements: +{slots[0]} cannot be fitted", path="model", value=component.name, mend="Ask for dahl or lugre")
     if context.estimator is not None:
-        raise InputError(
-            "is identified by inverse dynamics only",
-            path="model",
-            value=component.name,
-            mend="Write --method inverse_dynamics, or ask for dahl or lugre",
-        )
+        raise InputError("needs inverse dynamics", path="model", value=component.name, mend="Write --method inverse_dynamics")
     return elements(context, component, report)
 
 
@@ -116,10 +93,10 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     rows: tuple[Diagnostic, ...] = ()
     if not estimation.simulates:
         rows = (
-            *about_alignment(problem, solution, residual, settings),
-            *about_held_effort(problem, estimates, settings),
-            *about_noise(problem, estimates, settings),
-            *about_residual(problem, values, error, settings),
+            *structure.about_alignment(problem, solution, residual, settings),
+            *structure.about_held_effort(problem, estimates, settings),
+            *structure.about_noise(problem, estimates, settings),
+            *structure.about_residual(problem, values, error, settings),
         )
     errors: dict[str, Any] = estimation.problem.errors(solution.values)
     names, friction = solution.space.reported, problem.model(values)
@@ -137,11 +114,11 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
             *about_estimates(estimates, uncertainty.correlation, names, settings.inseparable),
             *about_level(estimates, excitation),
             *rows,
-            *about_rise(problem, values),
+            *structure.about_rise(problem, values),
             *about_amplitudes(dataset, friction, settings),
             *about_fixed(problem),
             *(estimation.diagnostics if estimation.simulates else ()),
-            *about_treatment(dataset),
+            *structure.about_treatment(dataset),
             *(() if estimation.simulates else estimation.diagnostics),
         ),
         further=estimation.further,
@@ -267,7 +244,7 @@ class Judgement:
                 numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": dataset.resolution}
                 return Diagnostic("coarse_elements", name, "warning", numbers, dataset.kind)
         if self.filtered and is_inertia and dataset.acceleration_noise_share > least.noisy_inertia:
-            return noisy_inertia(dataset, name, least)
+            return structure.noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if is_inertia else None
         if acts_in_sliding(variable) and value > least.beyond_effort * largest:

@@ -68,7 +68,6 @@ def evolved(
     start: np.ndarray,
     best: BestSoFar,
     report: Callable[[float], None],
-    seed: int = EVOLUTION_SEED,
 ) -> np.ndarray:
     """Return the coordinates of the best member that differential evolution came to; `start` is one of the first.
 
@@ -94,7 +93,7 @@ def evolved(
         return generation_costs
 
     # Newer versions of scipy call the seed by another name, too.
-    options: dict[str, Any] = {"seed": seed, "workers": everywhere}
+    options: dict[str, Any] = {"seed": EVOLUTION_SEED, "workers": everywhere}
     solution = differential_evolution(
         lambda at: costs([coordinates(at)])[0],
         [(side.low, side.high) for side in box],

@@ -89,8 +89,7 @@ def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
 def half_cycles(dataset: Dataset) -> Groups:
     """Return the rows of each half-cycle, counted through all segments."""
     turns = [starts[1:] for starts in half_cycle_starts(dataset)]
-    counts = [segment.time.size for segment in dataset.segments]
-    return Groups(dataset.sampled(half_cycle_numbers(turns, counts)))
+    return Groups(dataset.sampled(half_cycle_numbers(turns, [segment.time.size for segment in dataset.segments])))
 
 
 def least_way(resolution: float, noise: float) -> float:
@@ -250,8 +249,7 @@ def force_with_scatter(
     first = segment.first_cycle
     turns = [0, *(first + start for start in starts[1:])]
     parameters = mean + (levels[:, None] - 1.0) * rise
-    signals = segment.signals(dt, transmitted)
-    return in_turns(friction, parameters, dt=dt, starts=turns, **signals)[first:]
+    return in_turns(friction, parameters, dt=dt, starts=turns, **segment.signals(dt, transmitted))[first:]
 
 
 FINER = 5  # steps of a sample
@@ -304,20 +302,20 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
     return Recovered(moved, visible)
 
 
-def between_samples(segment: Segment, dt: float, finer: int = FINER) -> Segment:
+def between_samples(segment: Segment, dt: float) -> Segment:
     """Return a segment on a grid that is finer by so many steps of a sample, the samples among its points.
 
     The velocity of a point is the mean over the step around it.
     """
     from scipy.interpolate import CubicSpline
 
-    h, origin = dt / finer, segment.position[0]
-    count = (segment.position.size - 1) * finer + 1
+    h, origin = dt / FINER, segment.position[0]
+    count = (segment.position.size - 1) * FINER + 1
     along = CubicSpline(dt * np.arange(segment.position.size), segment.position - origin)
     edges = along(h * (np.arange(count + 1) - 0.5))
-    at_rest = np.repeat(segment.velocity, finer)[:count] == 0.0
-    signed = np.repeat(segment.velocity, finer)[:count]
-    samples, points = np.arange(segment.position.size), np.arange(count) / finer
+    at_rest = np.repeat(segment.velocity, FINER)[:count] == 0.0
+    signed = np.repeat(segment.velocity, FINER)[:count]
+    samples, points = np.arange(segment.position.size), np.arange(count) / FINER
 
     def fine(signal: np.ndarray) -> np.ndarray:
         return np.interp(points, samples, signal)
@@ -330,7 +328,7 @@ def between_samples(segment: Segment, dt: float, finer: int = FINER) -> Segment:
         acceleration=fine(segment.acceleration),
         effort=fine(segment.effort),
         recorded=fine(segment.recorded),
-        first_cycle=segment.first_cycle * finer,
+        first_cycle=segment.first_cycle * FINER,
         surroundings={name: fine(values) for name, values in segment.surroundings.items()},
         regressors=tuple(fine(column) for column in segment.regressors),
     )

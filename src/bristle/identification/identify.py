@@ -15,10 +15,11 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import to_the_end
-from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
+from bristle.core.edge import FLAG, NAMES, PROGRESS, Progress, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
+from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
@@ -29,16 +30,6 @@ from bristle.identification.least_squares import Report, silent
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import aligned, calmed, treat_all
-from bristle.identification.request import (
-    METHODS,
-    asks_for_all,
-    freed,
-    models_of,
-    prior_knowledge_of,
-    settings_of,
-    treatment_of,
-    with_method,
-)
 from bristle.identification.result import Fit, Identification
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
@@ -54,14 +45,12 @@ WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # of slots added to the best of all models
 
-Progress = Callable[[float, str], None]
-
 
 @guarded(
     blocks=optional(whole(2, 10_000, none=True)),
     free=NAMES,
     draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    method=optional(among(*METHODS)),
+    method=optional(among(*request.METHODS)),
     global_search=optional(FLAG),
     settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")),
     progress=PROGRESS,
@@ -148,17 +137,17 @@ def identify(
     >>> best.parameters["M"].status, round(best.parameters["M"].value, 1), best.parameters["M"].unit
     ('identified', 12.0, 'kg')
     """
-    pairs = with_method(logs_and_axes(log, axis), method, global_search)
-    chosen = settings_of(pairs[0][1], settings)
-    components, extended = models_of(model), asks_for_all(model)
+    pairs = request.with_method(logs_and_axes(log, axis), method, global_search)
+    chosen = request.settings_of(pairs[0][1], settings)
+    components, extended = request.models_of(model), request.asks_for_all(model)
     for entry, _ in pairs:
         if entry.effort is None:
             mend = "Name the column of force, torque or current in the axis file"
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
-    prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
+    prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
-    context = _context(pairs, prior, chosen, progress, *treatment_of(cutoff, decimation, kind))
+    context = _context(pairs, prior, chosen, progress, *request.treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
@@ -262,8 +251,7 @@ def _left(context: Context) -> float:
     estimation = along_the_motion(replace(context, everywhere=False), find(TELLS_CHANNEL), silent)
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
-    residual = estimation.problem.residual(estimation.solution.values)
-    return float(np.linalg.norm(residual) / np.linalg.norm(context.dataset.effort))
+    return float(np.linalg.norm(estimation.problem.residual(estimation.solution.values)) / np.linalg.norm(context.dataset.effort))
 
 
 def _all_fits(

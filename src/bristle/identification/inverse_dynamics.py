@@ -27,24 +27,8 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
+from bristle.identification import half_cycles as cycles
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
-from bristle.identification.half_cycles import (
-    FINER,
-    NUDGE,
-    Disturbance,
-    Groups,
-    Recovered,
-    beside,
-    between_samples,
-    force_with_scatter,
-    half_cycle_starts,
-    half_cycles,
-    recovered,
-    room_for_blocks,
-    scaled,
-    signs,
-    time_blocks,
-)
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Away, Fold
@@ -186,9 +170,9 @@ class InverseDynamics:
         return self.dataset.decimation * self.dataset.sample_time
 
     @cached_property
-    def half_cycles(self) -> Groups:
+    def half_cycles(self) -> cycles.Groups:
         """The rows of each half-cycle."""
-        return half_cycles(self.dataset)
+        return cycles.half_cycles(self.dataset)
 
     @cached_property
     def away(self) -> Away:
@@ -224,8 +208,7 @@ class InverseDynamics:
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m]."""
-        nudged = self.friction(scaled(self.parameters.component, values, 1.0 + NUDGE))
-        return (nudged - self.friction(values)) / NUDGE
+        return (self.friction(cycles.scaled(self.parameters.component, values, 1.0 + cycles.NUDGE)) - self.friction(values)) / cycles.NUDGE
 
     def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> RowReplicates:
         """Return what draws logs of the fitted model."""
@@ -237,21 +220,16 @@ class InverseDynamics:
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
         """Return time blocks of the log; rows beside one share samples with it through the filters, and fit neither."""
-        name, blocks = time_blocks(self.dataset, count)
-        return name, [Fold(block, beside(block, self.dataset.reach), block) for block in blocks]
+        name, blocks = cycles.time_blocks(self.dataset, count)
+        return name, [Fold(block, cycles.beside(block, self.dataset.reach), block) for block in blocks]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
         """Return the logs where there are several, else so many time blocks; a log too short for them is refused."""
         log = self.dataset.log_of_row
         if log[0] != log[-1]:
             return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
-        if blocks > (most := room_for_blocks(self.dataset, settings)):
-            raise InputError(
-                "are too many for this log",
-                path="blocks",
-                value=blocks,
-                allowed=f"2 to {max(most, 2)}, or 0 for no comparison on held-out blocks",
-            )
+        if blocks > (most := cycles.room_for_blocks(self.dataset, settings)):
+            raise InputError("are too many for this log", path="blocks", value=blocks, allowed=f"2 to {max(most, 2)}, or 0")
         return self.folds(blocks)
 
 
@@ -272,14 +250,13 @@ class RowReplicates:
     def doubt(self) -> float:
         """The more, the less the position shows of what the filter takes from its reversals."""
         pairs = zip(self._recovered, self._starts, strict=True)
-        corners = np.concatenate([motion.visible[list(starts)] for motion, starts in pairs])
-        return DOUBT + UNSEEN * (1.0 - float(np.mean(corners)))
+        return DOUBT + UNSEEN * (1.0 - float(np.mean(np.concatenate([motion.visible[list(starts)] for motion, starts in pairs]))))
 
     def made_with(self, values: Mapping[str, float]) -> RowReplicates:
         """Return what draws logs of the same model with other parameters."""
         return replace(self, values=values, left=self._residual)
 
-    def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> InverseDynamics:
+    def draw(self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0) -> InverseDynamics:
         """Return the same problem on a log drawn anew."""
         dataset, log = self.problem.dataset, self.log(disturbance, rng, side)
         axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
@@ -292,7 +269,7 @@ class RowReplicates:
         finely = dataset.alignment is not None and dataset.alignment.slow > 0.0
         return replace(self.problem, dataset=differentiated(drawn) if finely else drawn)
 
-    def log(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
+    def log(self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
         """Return a log drawn anew: the segments of the motion, one after the other."""
         dataset = self.problem.dataset
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
@@ -301,19 +278,19 @@ class RowReplicates:
         motions = zip(self._motion, self._between, self._starts, self._residual, strict=True)
         for segment, between, starts, residual in motions:
             transmitted = transmitted_by(self._friction, self._plant, between)
-            fine = force_with_scatter(
+            fine = cycles.force_with_scatter(
                 self._friction,
                 between,
-                [FINER * start for start in starts],
-                dataset.sample_time / FINER,
+                [cycles.FINER * start for start in starts],
+                dataset.sample_time / cycles.FINER,
                 scatter,
                 rng,
                 transmitted=transmitted,
             )
-            pure = fine[::FINER] + mechanical(plant, segment)
+            pure = fine[:: cycles.FINER] + mechanical(plant, segment)
             slope = derivative(pure, dataset.sample_time)
             pure += bent * derivative(slope, dataset.sample_time) - late * slope
-            pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
+            pure += side * disturbance.unexplained * cycles.signs(pure.size, rng) * residual
             efforts.append(pure + noise * rng.standard_normal(pure.size))
             positions.append(segment.position + jitter * rng.standard_normal(pure.size))
             segments.append(slice(first, first + pure.size))
@@ -355,7 +332,7 @@ class RowReplicates:
 
     @cached_property
     def _starts(self) -> tuple[tuple[int, ...], ...]:
-        return half_cycle_starts(self.problem.dataset)
+        return cycles.half_cycle_starts(self.problem.dataset)
 
     @cached_property
     def _motion(self) -> tuple[Segment, ...]:
@@ -363,13 +340,13 @@ class RowReplicates:
         return tuple(motion.segment for motion in self._recovered)
 
     @cached_property
-    def _recovered(self) -> tuple[Recovered, ...]:
-        return tuple(recovered(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
+    def _recovered(self) -> tuple[cycles.Recovered, ...]:
+        return tuple(cycles.recovered(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
 
     @cached_property
     def _between(self) -> tuple[Segment, ...]:
         """The same between its samples."""
-        return tuple(between_samples(segment, self.problem.dataset.sample_time) for segment in self._motion)
+        return tuple(cycles.between_samples(segment, self.problem.dataset.sample_time) for segment in self._motion)
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:

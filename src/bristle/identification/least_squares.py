@@ -18,7 +18,7 @@ from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import OF_SLOTS, Variable
-from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
+from bristle.identification.global_search import box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
 from bristle.identification.parameters import Scales
@@ -141,8 +141,7 @@ class Search:
         def work(best: BestSoFar) -> None:
             self._from_several(best, between(report, 0.0, first))
             if everywhere:
-                theta = self.explored(best.result.theta, best, between(report, first, 1.0))
-                best.take(self.descend(theta, best=best))
+                best.take(self.descend(self.explored(best.result.theta, best, between(report, first, 1.0)), best=best))
 
         return self.as_far_as_it_came(work)
 
@@ -182,13 +181,13 @@ class Search:
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
         return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
 
-    def explored(self, theta: np.ndarray, best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED) -> np.ndarray:
+    def explored(self, theta: np.ndarray, best: BestSoFar, report: Report = silent) -> np.ndarray:
         """Return the best place in the whole range of each parameter, without a descent; `theta` is one of them."""
 
         def report_best(share: float) -> None:
             report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
 
-        return evolved(self.costs_at, box_of(self.space.transforms, theta), theta, best, report_best, seed)
+        return evolved(self.costs_at, box_of(self.space.transforms, theta), theta, best, report_best)
 
     def cost_at(self, theta: np.ndarray) -> float:
         """Return half the sum of squares at some coordinates."""

@@ -237,8 +237,7 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     force = math.sqrt(excess / square.size)
     if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(np.sqrt(np.mean(rows.friction**2))):
         return (), 0.0
-    left = math.sqrt(elsewhere / np.count_nonzero(around))
-    return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), left
+    return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), math.sqrt(elsewhere / np.count_nonzero(around))
 
 
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
@@ -323,8 +322,7 @@ class _LowPass:
         behind = np.empty_like(signals, dtype=float)
         for start, end in zip(self.starts, self.ends, strict=True):
             weight = gaussian_filter1d(np.ones(end - start), self.width, mode="constant")
-            slow = gaussian_filter1d(signals[start:end], self.width, axis=0, mode="constant")
-            behind[start:end] = (slow.T / weight).T
+            behind[start:end] = (gaussian_filter1d(signals[start:end], self.width, axis=0, mode="constant").T / weight).T
         return behind
 
 

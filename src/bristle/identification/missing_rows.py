@@ -62,24 +62,13 @@ class Rows:
         for name, surrounding in CHANNELS.items():
             if holds(dataset, surrounding):
                 surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
-        return cls(
-            dataset.time,
-            dataset.position,
-            dataset.velocity,
-            dataset.acceleration,
-            dataset.effort,
-            residual,
-            jacobian,
-            dataset.effort - residual,
-            friction,
-            slope,
-            cycles,
-            surroundings,
-            dataset.cutoff,
-            dataset.kind,
-            dataset.samples_from_reversal * dataset.sample_time,
-            min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff),
-        )
+        named: dict[str, Any] = {
+            name: getattr(dataset, name) for name in ("time", "position", "velocity", "acceleration", "effort", "cutoff", "kind")
+        }
+        derived: dict[str, Any] = {"predicted": dataset.effort - residual, "turned": dataset.samples_from_reversal * dataset.sample_time}
+        derived |= {"narrow": min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff)}
+        fitted: dict[str, Any] = {"residual": residual, "jacobian": jacobian, "friction": friction, "slope": slope}
+        return cls(**named, **derived, **fitted, cycles=cycles, surroundings=surroundings)
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return some of the rows, of which an array of bool is true."""
@@ -90,8 +79,7 @@ class Rows:
     @property
     def enough(self) -> bool:
         """Whether there are enough rows and half-cycles for some to be told by the others."""
-        moves = self.residual.size >= FEWEST_ROWS and bool(self.friction.any())
-        return moves and self.cycles.count >= FEWEST_CYCLES
+        return self.residual.size >= FEWEST_ROWS and bool(self.friction.any()) and self.cycles.count >= FEWEST_CYCLES
 
     @cached_property
     def far(self) -> np.ndarray:
@@ -121,8 +109,7 @@ class Rows:
     def explained(self) -> np.ndarray:
         """What is no missing force, shape (row, column): parameters, inertia, delay and filter, a constant."""
         rate = self.rate(self.predicted)
-        further = (self.acceleration, rate, self.rate(rate), np.ones_like(rate))
-        return np.column_stack([self.jacobian, *further])
+        return np.column_stack([self.jacobian, self.acceleration, rate, self.rate(rate), np.ones_like(rate)])
 
     def rate(self, signal: np.ndarray) -> np.ndarray:
         """Return the rate of a signal; none where rows are left out."""
@@ -181,8 +168,7 @@ class Weighed:
         weighed = columns.reshape(columns.shape[0], -1) * self.weight[:, None]
         power, cycles = self.rows.cycles.summed(slope * slope), self.rows.cycles
         level = cycles.summed(slope[:, None] * weighed) / _floored(power)[:, None]
-        freed = weighed - (self.lost[:, None] * level)[cycles.index] * slope[:, None]
-        return freed.reshape(columns.shape)
+        return (weighed - (self.lost[:, None] * level)[cycles.index] * slope[:, None]).reshape(columns.shape)
 
     @cached_property
     def residual(self) -> np.ndarray:

@@ -132,8 +132,7 @@ class OutputError:
         """Return what `residual` does, for each of several sets of free parameters."""
         values = [self.parameters.complete(free) for free in parameter_sets]
         plants, frictions = ([part(each) for each in values] for part in (self.inverse.plant, self.inverse.model))
-        signals = [output.all_simulated(plants, frictions, values) for output in self.outputs]
-        return list(self.measured - np.hstack(signals))
+        return list(self.measured - np.hstack([output.all_simulated(plants, frictions, values) for output in self.outputs]))
 
     def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
         """Return measured minus predicted effort along the measured motion, of each row of the data set [N or N*m]."""
@@ -169,8 +168,7 @@ class OutputError:
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
-        nudged = scaled(self.parameters.component, values, 1.0 + NUDGE)
-        return np.nan_to_num((self.simulated(nudged) - self.simulated(values)) / NUDGE)
+        return np.nan_to_num((self.simulated(scaled(self.parameters.component, values, 1.0 + NUDGE)) - self.simulated(values)) / NUDGE)
 
     def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> SignalReplicates:
         """Return what draws logs of the fitted model."""
@@ -212,12 +210,7 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
-        raise InputError(
-            "shows in a closed loop only",
-            path="effort.lag",
-            value="identify",
-            mend="Describe the [controller] and name the column of the reference",
-        )
+        raise InputError("shows in a closed loop only", path="effort.lag", value="identify", mend="Describe [controller] and reference")
     return loop
 
 
@@ -244,8 +237,7 @@ class SignalReplicates:
         pure, changes = [pure for pure, _ in self._pure], []
         for output, (signal, leaning), level, left in zip(self.error.outputs, self._pure, levels, self._split(self.left), strict=True):
             change = output.read(*self._models, self.values, signal, level * leaning, disturbance, rng)
-            lacking = disturbance.unexplained * signs(signal.size, rng) * left
-            changes.append(np.nan_to_num(change) + lacking)
+            changes.append(np.nan_to_num(change) + disturbance.unexplained * signs(signal.size, rng) * left)
         return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
 
     def made_with(self, values: Mapping[str, float]) -> SignalReplicates:

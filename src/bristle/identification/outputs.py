@@ -216,8 +216,7 @@ class Effort(Output):
     def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Effort:
         """Return a segment."""
         assert log.effort is not None
-        mend = 'write loop = "open" under [identification]'
-        loop = closed_loop_of(log, axis, part, "to fit the closed loop", mend)
+        loop = closed_loop_of(log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]')
         columns = tuple(column.values[part] for column in log.regressors)
         return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding, columns)
 

@@ -131,8 +131,7 @@ class Transform(NamedTuple):
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
             return {self.name: self.ceiling.largest_value(values), below: value / values[below], factor: -value / values[factor]}
-        own = {self.name: value if self.form == "log" else self.scale}
-        return own | ({self.above: 1.0} if self.above else {})
+        return {self.name: value if self.form == "log" else self.scale} | ({self.above: 1.0} if self.above else {})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,12 +240,9 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         low, high = scales.range(variable)
         low, high = max(low, variable.min), min(high, variable.max)
         if not low < high:
-            raise InputError(
-                f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI",
-                path=name,
-                allowed=f"{variable.min:g} to {variable.max:g}",
-                mend="Mend the units of the time and the position",
-            )
+            message, allowed = f"would be {low:.3g} to {high:.3g}", f"{variable.min:g} to {variable.max:g}"
+            mend = "Mend the units of the time and the position"
+            raise InputError(f"{message} by the extent of this log, in SI", path=name, allowed=allowed, mend=mend)
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
     return Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed)
 

@@ -155,8 +155,7 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
 
 def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
     """Return whether a log has this channel, and of this quantity."""
-    recorded = all(surrounding.name in segment.surroundings for segment in dataset.segments)
-    return recorded and _is_of_its_quantity(dataset, surrounding)
+    return all(surrounding.name in segment.surroundings for segment in dataset.segments) and _is_of_its_quantity(dataset, surrounding)
 
 
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
@@ -168,11 +167,8 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
         elif surrounding.is_recorded:
             slot, unit = slot_needing(component, name), surrounding.variable.unit(dataset.kind)
             written = f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
-            raise InputError(
-                f"has no {name}, which +{slot} needs",
-                path="log",
-                mend=f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}",
-            )
+            mend = f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}"
+            raise InputError(f"has no {name}, which +{slot} needs", path="log", mend=mend)
 
 
 def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
@@ -188,22 +184,13 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
     if not surrounding.is_own:
         return
     if not _is_of_its_quantity(dataset, surrounding):
-        raise InputError(
-            "is of another quantity than the slot takes it for",
-            path=f"{place}.unit",
-            value=unit,
-            allowed=allowed,
-            mend="Mend the unit in the axis file, or the channel in the file of the slot, if that is yours",
-        )
+        mend = "Mend the unit in the axis file, or the channel in the file of the slot"
+        message = "is of another quantity than the slot takes it for"
+        raise InputError(message, path=f"{place}.unit", value=unit, allowed=allowed, mend=mend)
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:
-        raise InputError(
-            "is out of range, in the middle of its values",
-            path=place,
-            value=usual,
-            allowed=variable.allowed(dataset.kind),
-            mend=f"Is its unit right? It is {variable.description}",
-        )
+        allowed, mend = variable.allowed(dataset.kind), f"Is its unit right? It is {variable.description}"
+        raise InputError("is out of range, in the middle of its values", path=place, value=usual, allowed=allowed, mend=mend)
 
 
 class Fixed(NamedTuple):
@@ -298,18 +285,12 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
             held[name] = Fixed(0.0, "held_plant_damping")
         elif name in component.defaults and not variable.excitation and name not in (*held, *prior.free):
             default = component.defaults[name]
-            code = variable.code(default, name) if variable.choices else default
-            held[name] = Fixed(code, "held_default")
+            held[name] = Fixed(variable.code(default, name) if variable.choices else default, "held_default")
     ahead = float(np.mean(~np.signbit(dataset.all_velocities)))
     side = "backward" if ahead < ONE_WAY else "forward" if ahead > 1.0 - ONE_WAY else ""
     split = directional(component)
     if side and split:
-        raise InputError(
-            f"the log moves {side} only, which does not show the friction of the other direction",
-            path="model",
-            value=component.name,
-            mend="Record both directions, or drop +asymmetry",
-        )
+        raise InputError(f"the log moves {side} only", path="model", value=component.name, mend="Record both directions or drop +asymmetry")
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
@@ -325,8 +306,7 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     else:
         variables = component.variables.items()
         forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
-        identifiable = not side or not forces
-        offset = None if identifiable else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
+        offset = None if not side or not forces else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
     offset = offset if prior.offset is None else Fixed(prior.offset, "held_known")
     if offset is not None:
         held |= dict.fromkeys(names_of(OFFSET, component.variables), offset)

@@ -66,19 +66,10 @@ def treat_all(
             raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
         if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference of sample times that is none
             period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
-            raise InputError(
-                f"was sampled every {period}, the first log every {first_period}",
-                path=path,
-                mend="Resample one of them, or identify them one by one",
-            )
+            raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path, mend="Resample one of them")
         for name in ("cutoff", "decimation", "held"):
             if getattr(part, name) != getattr(first, name):
-                raise InputError(
-                    f"is to be treated with another {name} than the first log",
-                    path=path,
-                    value=getattr(part, name),
-                    mend="Write the same into both axis files",
-                )
+                raise InputError(f"has another {name} than the first log", path=path, value=getattr(part, name), mend="Give both the same")
     segments, end = [], first.segments[0].time[0]
     for number, part in enumerate(parts):
         # Rows are told apart by their time: a log begins where the one before it ends.
@@ -119,12 +110,8 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            raise InputError(
-                "is not a finite number",
-                path=f"log.{name}[{bad[0]}]",
-                value=float(values[bad[0]]),
-                mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
-            )
+            place, mend = f"log.{name}[{bad[0]}]", f"Cut the log before it, or repair it ({bad.size} samples)"
+            raise InputError("is not a finite number", path=place, value=float(values[bad[0]]), mend=mend)
     resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
     dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
     shortest = 2 * dropped + ROWS_MIN * decimation
@@ -289,8 +276,7 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
         return rows, 0.0
     slow = list[np.ndarray]()
     for segment in dataset.segments:
-        force = segment.effort - alignment.mass * segment.acceleration
-        slow.append(dataset.without_edges(low_passed(force, alignment.slow, dt)))
+        slow.append(dataset.without_edges(low_passed(segment.effort - alignment.mass * segment.acceleration, alignment.slow, dt)))
     noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:

@@ -40,9 +40,7 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
             continue
         component = _component_of(item)
         if component.name in components:
-            raise InputError(
-                "is asked for twice", path="model", value=component.name, mend="Write it once; give a model of your own a name of its own"
-            )
+            raise InputError("is asked for twice", path="model", value=component.name, mend="Write it once; give your own another name")
         for names, kind in _not_identified(component):
             raise InputError(
                 f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
@@ -82,23 +80,13 @@ def _component_of(item: Any) -> SlottedModel:
     if isinstance(item, str):
         return find(item, path="model")
     if isinstance(item, Model):
-        raise InputError(
-            "has values already, which are to be identified",
-            path="model",
-            value=item,
-            mend=f"Write model={item.name!r}, or model.component for one of your own",
-        )
+        raise InputError("has values already", path="model", value=item, mend=f"Write model={item.name!r}, or model.component")
     if not isinstance(item, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
     component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
-        raise InputError(
-            "is the name of a model of bristle, and this is another one",
-            path="model",
-            value=base.name,
-            mend='Give yours a name of its own: FrictionModel(name="...")',
-        )
+        raise InputError("is the name of a model of bristle", path="model", value=base.name, mend='Write FrictionModel(name="...")')
     return component
 
 
@@ -122,12 +110,7 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     }
     for name in free:
         if name not in shapes:
-            raise InputError(
-                "is no shape that is kept at a default",
-                path="free",
-                value=name,
-                allowed=", ".join(sorted(shapes)) or "none for these models",
-            )
+            raise InputError("is no shape that is kept at a default", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none")
     return tuple(free)
 
 

@@ -77,13 +77,18 @@ class Estimate:
         return max((std for std in (self.std, self.robust_std) if std is not None), default=None)
 
     @property
+    def ends(self) -> tuple[float, float] | None:
+        """Ends of the 95 % interval in `unit`, from the larger standard error if need be; None where there is neither."""
+        if self.interval is not None or self.larger_std is None:
+            return self.interval
+        return self.value - NORMAL_95 * self.larger_std, self.value + NORMAL_95 * self.larger_std
+
+    @property
     def interval_percent(self) -> float | None:
         """Half-width of the 95 % interval as a percentage of the value, from the larger standard error if need be."""
-        if self.interval is not None and self.value != 0.0:
-            return 50.0 * (self.interval[1] - self.interval[0]) / abs(self.value)
-        if self.larger_std is None or self.value == 0.0:
+        if self.value == 0.0 or self.ends is None:
             return None
-        return NORMAL_95 * 100.0 * self.larger_std / abs(self.value)
+        return 50.0 * (self.ends[1] - self.ends[0]) / abs(self.value)
 
 
 class Information(NamedTuple):
@@ -240,17 +245,18 @@ class Fit:
     @property
     def effective(self) -> tuple[str, ...]:
         """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
-        lacking = (diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in LACKING)
-        names = {str(name) for group in lacking if isinstance(group, tuple) for name in group}
-        return tuple(estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names)
+        return self._named_by(LACKING)
 
     @property
     def doubted(self) -> tuple[str, ...]:
         """Parameters that are identified, and of which a diagnostic says that their intervals do not hold."""
-        named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in TRADED_IN]
+        return self._named_by(TRADED_IN)
+
+    def _named_by(self, codes: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the parameters that are identified and that diagnostics of these codes name."""
+        named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in codes]
         names = {name for group in named if isinstance(group, tuple) for name in group}
-        identified = [estimate.name for estimate in self.estimates if estimate.status == "identified"]
-        return tuple(name for name in identified if name in names)
+        return tuple(estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names)
 
     @property
     def with_constant(self) -> tuple[str, ...]:
@@ -268,8 +274,7 @@ class Fit:
     @property
     def friction_alone_error_percent(self) -> float:
         """The same as a percentage of friction alone, its constant part (weight, bias) taken out."""
-        constant = constant_of(self.friction.component.variables, self.friction.values)
-        friction = self.traces.friction - constant
+        friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property

@@ -34,18 +34,14 @@ class Settings(CheckThresholds):
     # Excitation: what a log shows at all.
     zone_noise: float = _set(10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ")
     zone_counts: float = _set(5.0, "encoder steps that a pre-sliding zone must exceed", "steps")
-    blurred_share: float = _set(
-        0.05, "share of the stiffness of elements that slip within so many steps, from which it is not identified", most=1.0
-    )
+    blurred_share: float = _set(0.05, "share of the stiffness of elements within so many steps, from which it is not identified", most=1.0)
 
     # Channels in time.
     delay_rough: float = _set(0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples")
     delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
     delay_inertia: float = _set(0.12, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0)
     filter_seen = 3.0  # standard errors from which a filter in one channel is suspected [σ]
-    inertia_unsure: float = _set(
-        0.03, "half-width of the inertia, as a share, beyond which each model has its own, if noise is little", most=1.0
-    )
+    inertia_unsure: float = _set(0.03, "half-width of the inertia, as a share, beyond which each model has its own", most=1.0)
     stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
     stages_apart = 0.02  # share of the inertia by which the rows of a fit may want another one
 
@@ -62,40 +58,19 @@ class Settings(CheckThresholds):
     reversal_periods = 3.0  # periods of the cut-off that count as around a reversal [periods]
     reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
     reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
-    missing_share: float = _set(
-        0.25,
-        "share of the residual, weighed by noise and scatter, that one cause must tell, away from reversals, on "
-        "half-cycles that it was not fitted to, for the model to lack it",
-        most=1.0,
-    )
+    missing_share: float = _set(0.25, "share of the held-out residual, away from reversals, that a missing force tells", most=1.0)
     missing_share_around: float = _set(0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0)
     missing_force: float = _set(0.006, "share of the friction force, root mean square, below which a model lacks no force")
-    missing_effort: float = _set(
-        0.006, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
-    )
-    missing_slow_share: float = _set(
-        0.2,
-        "the same of what is left below the frequencies at which the acceleration is noise, for a force that the "
-        "noise of single rows hides",
-        most=1.0,
-    )
+    missing_effort: float = _set(0.006, "share of the effort, root mean square, below which a missing force is one of the treatment")
+    missing_slow_share: float = _set(0.2, "the same of what is left below the frequencies at which the acceleration is noise", most=1.0)
     missing_slow_force = 0.0015  # share of the friction force, root mean square, below which a model lacks no such force
     missing_slow_share_around: float = _set(0.3, "the same share of a lag, of rows around reversals too", most=1.0)
     missing_slow_force_around = 0.005  # the same share of the friction force of such a lag
     # level at which such a cause must take more than with signs drawn by chance for each half-cycle; P. Kline, A. Santos, Journal of
     # Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006
     missing_level = 0.99
-    missing_flanks: float = _set(
-        2.1,
-        "ratio of the residual where the force on the load changes its side, away from reversals, to that of rows "
-        "of the same speed and jerk, from which a drive has play",
-        least=1.0,
-    )
-    missing_sought_force: float = _set(
-        0.01,
-        "share of the friction force, root mean square, below which the residual there is no play, and a ripple "
-        "that the noise of single rows hides none",
-    )
+    missing_flanks: float = _set(2.1, "residual where the load changes flanks over that elsewhere, from which a drive has play", least=1.0)
+    missing_sought_force: float = _set(0.01, "share of the friction force, root mean square, below which no play or hidden ripple is told")
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
     # Repetition: what a motion cannot tell, whatever is fitted.
@@ -107,34 +82,15 @@ class Settings(CheckThresholds):
 
     # Identifiability by refitting.
     clear_std = 0.5  # relative standard error up to which a parameter is asked whether the log sees it
-    moved: float = _set(
-        0.3,
-        "share by which a parameter is moved away, up and down, the others fitted again",
-        least=0.01,
-        most=0.9,
-        source="profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009, doi:10.1093/bioinformatics/btp358",
-    )
-    seen_rise: float = _set(
-        3.841,
-        "rise of the held-out squared error, in variances of the residual, from which a parameter is seen",
-        source="95 % quantile of chi-square with one degree of freedom",
-    )
+    # profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009
+    moved: float = _set(0.3, "share by which a parameter is moved away", "1", 0.01, 0.9, "doi:10.1093/bioinformatics/btp358")
+    seen_rise: float = _set(3.841, "rise of the held-out squared error from which a parameter is seen", source="95 % of chi-square")
     flat_rise = 0.1  # the same of the fitted rows, below which nothing in the log depends on a parameter
     follows: float = _set(0.1, "relative change of another parameter that makes up for a move")
 
     # Resampling.
-    at_odds: float = _set(
-        3.0,
-        "ratio of the jackknife over half-cycles to the bootstrap, and to that of replicates, from which intervals "
-        "are told to be too narrow",
-    )
-    white_lags: float = _set(
-        20.0,
-        "lags of the autocorrelation that tell whether a residual is white",
-        "rows",
-        least=1.0,
-        source="G. M. Ljung, G. E. P. Box, Biometrika 65(2), 1978, doi:10.1093/biomet/65.2.297",
-    )
+    at_odds: float = _set(3.0, "ratio of the jackknife to the bootstrap, from which intervals are told to be too narrow")
+    white_lags: float = _set(20.0, "lags that tell a white residual", "rows", least=1.0, source="doi:10.1093/biomet/65.2.297")
     white_level = 0.95  # level of that test
 
     # Validation and comparison of models.
@@ -144,11 +100,7 @@ class Settings(CheckThresholds):
     unfinished_error = 0.7  # share of the best held-out error below which an interrupted model leads nevertheless
 
     # The loop in simulation.
-    loop_differs: float = _set(
-        0.15,
-        "relative difference between measured and simulated following error, peak to peak or root mean square, "
-        "from which no gain is promised",
-    )
+    loop_differs: float = _set(0.15, "relative difference of measured and simulated following error from which no gain is promised")
 
 
 def thresholds() -> tuple[Threshold, ...]:

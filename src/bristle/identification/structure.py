@@ -116,8 +116,7 @@ def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[s
         # A ripple that turns with the motion is one of the level.
         causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)
     named = [name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))]
-    damped = [name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]
-    return tuple(dict.fromkeys([*named, *damped]))
+    return tuple(dict.fromkeys([*named, *[name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]]))
 
 
 def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:

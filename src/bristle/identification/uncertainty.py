@@ -326,8 +326,7 @@ class _Followed:
     def _trials(self) -> list[tuple[np.ndarray, np.ndarray, float]]:
         """Rows that are fitted, rows that are judged, and the squared error there: all of them, then each quarter."""
         count = self.solution.jacobian.shape[0]
-        chunk = np.arange(count) * CHUNKS // count
-        quarter = (np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4)[chunk]
+        quarter = (np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4)[np.arange(count) * CHUNKS // count]
         rows = np.ones(count, dtype=bool)
         trials = [(rows, rows), *((quarter != number, quarter == number) for number in range(4))]
         return [

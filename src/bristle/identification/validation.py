@@ -43,8 +43,7 @@ def held_out_error(
     measured, errors = estimation.problem.measured, []
     for number, fold in enumerate(folds):
         report(number / len(folds))
-        predicted = measured - estimation.residual_without(fold.fitted)
-        errors.append(relative_error_percent(measured[fold.held_out], predicted[fold.held_out]))
+        errors.append(relative_error_percent(measured[fold.held_out], (measured - estimation.residual_without(fold.fitted))[fold.held_out]))
     return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), name)
 
 

@@ -11,6 +11,7 @@ from markupsafe import escape
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.slot import Slot
+from bristle.core.symbols import GREEK, symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
@@ -29,7 +30,6 @@ from bristle.lab.packing import packed
 from bristle.lab.passivity import passivity_of, release_of
 from bristle.lab.sliders import AROUND, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
-from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}

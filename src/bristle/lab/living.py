@@ -7,7 +7,7 @@ the model with the values that are moved. Law and encoder are a module of their 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -16,7 +16,6 @@ from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start, Variant
-from bristle.core.normal import NORMAL_95
 from bristle.core.status import Status
 from bristle.core.typography import typeset
 from bristle.core.variable import unit_of
@@ -33,7 +32,6 @@ from bristle.lab.packing import as_json, differences, packed, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
-from bristle.report.page import Living
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
 
@@ -48,6 +46,18 @@ SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")
 AROUND = 3.0  # times up and down from an identified value
+
+
+class Living(NamedTuple):
+    """A part of a report in which parameters are moved; without scripts it is not there."""
+
+    policy: str
+    style: Markup
+    shared: Markup
+    script: Markup
+    data: Markup
+    follows: bool
+    macro = "living"
 
 
 def living_part(
@@ -81,14 +91,7 @@ def living_part(
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     """Return of each parameter whether it is identified, and its 95 % interval where there is one."""
-    uncertainty = {}
-    for name, estimate in fit.parameters.items():
-        interval = estimate.interval
-        if interval is None and estimate.larger_std is not None:
-            half = NORMAL_95 * estimate.larger_std
-            interval = (estimate.value - half, estimate.value + half)
-        uncertainty[name] = {"status": estimate.status, "interval": interval}
-    return uncertainty
+    return {name: {"status": estimate.status, "interval": estimate.ends} for name, estimate in fit.parameters.items()}
 
 
 MOST_SAMPLES = 25_000

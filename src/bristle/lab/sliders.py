@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Component, Model
+from bristle.core.symbols import symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.subject import Subject, presliding_distance
 from bristle.friction import gms, maxwell_slip, maxwell_stribeck
 from bristle.lab.passivity import SIDES, inner_of, of_side
 from bristle.plants import pulled_inertia
-from bristle.report.symbols import symbolic
 
 AROUND = 100.0
 """Factor from the middle of a slider without ends to either end."""

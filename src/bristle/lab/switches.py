@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_TEMPERATURE, Kind, Model, make_model
+from bristle.core.symbols import symbolic
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
@@ -29,7 +30,6 @@ from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.lab.surroundings import AROUND, Surroundings, around_named, surrounded
 from bristle.lab.walks import walked_together
-from bristle.report.symbols import symbolic
 
 SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
 """All that can be put on, in the order of a name."""

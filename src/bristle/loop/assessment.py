@@ -21,19 +21,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.loop.linear_system import (
-    ALIKE,
-    LARGE,
-    NO_FRICTION,
-    SAME,
-    SMALL,
-    LinearFriction,
-    LinearSystem,
-    linear_law,
-    linear_plant,
-    slope_in_sliding,
-    stiffness_at_rest,
-)
+from bristle.loop import linear_system as linear
 from bristle.loop.sampled_loop import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
 FINER, GAINS = 0.98, 400  # from one gain that is tried to the next, and how many are
@@ -154,9 +142,9 @@ def assess(variant: Variant) -> Assessment:
     feedback = _feedback_of(variant.feedforward, run.sample_time)
     points, stiffness = [], None
     for motions, law in laws.items():
-        amplitude = SMALL if motions is Motions.SMALL else LARGE
+        amplitude = linear.SMALL if motions is Motions.SMALL else linear.LARGE
         for name, frictions in _frictions(variant, motions).items():
-            plant = linear_plant(variant, amplitude, *frictions)
+            plant = linear.linear_plant(variant, amplitude, *frictions)
             combined = law
             if name is Friction.STUCK and feedback is not None:
                 fed, compensation = feedback
@@ -166,37 +154,37 @@ def assess(variant: Variant) -> Assessment:
     return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
 
 
-def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
+def _laws(variant: Variant) -> tuple[dict[Motions, linear.LinearSystem], bool]:
     """Return the law for each size of motion, and whether it switches."""
-    amplitudes = (0.1 * SMALL, SMALL, LARGE, 10.0 * LARGE)
-    smallest, small, large, larger = (linear_law(variant.controller, variant.run.sample_time, amplitude) for amplitude in amplitudes)
+    amplitudes = (0.1 * linear.SMALL, linear.SMALL, linear.LARGE, 10.0 * linear.LARGE)
+    smallest, small, large, larger = (linear.linear_law(variant.controller, variant.run.sample_time, size) for size in amplitudes)
     # A number that is less than half as large at ten times the amplitude fades.
     A, B, C, D = (np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True))
-    large = LinearSystem(A, B, C, float(D))
-    if _alike(small, large, SAME):
+    large = linear.LinearSystem(A, B, C, float(D))
+    if _alike(small, large, linear.SAME):
         return {Motions.ALL: large}, False
-    if not _alike(small, smallest, ALIKE):
+    if not _alike(small, smallest, linear.ALIKE):
         return {Motions.LARGE: large}, True
     return {Motions.SMALL: small, Motions.LARGE: large}, False
 
 
-def _alike(first: LinearSystem, second: LinearSystem, tolerance: float) -> bool:
+def _alike(first: linear.LinearSystem, second: linear.LinearSystem, tolerance: float) -> bool:
     return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(first, second, strict=True))
 
 
-def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[LinearFriction, LinearFriction]]:
+def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[linear.LinearFriction, linear.LinearFriction]]:
     """Return what acts on the port of the plant and on its table at each working point."""
-    frictions = {Friction.NONE: (NO_FRICTION, NO_FRICTION)}
+    frictions = {Friction.NONE: (linear.NO_FRICTION, linear.NO_FRICTION)}
     dt, screw = variant.run.sample_time, variant.plant.component.screw
-    stuck = stiffness_at_rest(variant.friction, dt)
-    behind = NO_FRICTION if variant.table is None else stiffness_at_rest(variant.table, dt)
+    stuck = linear.stiffness_at_rest(variant.friction, dt)
+    behind = linear.NO_FRICTION if variant.table is None else linear.stiffness_at_rest(variant.table, dt)
     if motions is not Motions.LARGE and stuck is not None and behind is not None and max(stuck.k, behind.k) > 0.0:
         frictions[Friction.STUCK] = (stuck, behind)
     speed = top_speed(variant)
     if speed > 0.0:
-        sliding, behind = slope_in_sliding(variant.friction, speed), NO_FRICTION
+        sliding, behind = linear.slope_in_sliding(variant.friction, speed), linear.NO_FRICTION
         if variant.table is not None and screw is not None:
-            behind = slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
+            behind = linear.slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
         frictions[Friction.SLIDING] = (sliding, behind)
     return frictions
 
@@ -213,22 +201,21 @@ def top_speed(variant: Variant) -> float:
     return float(np.max(np.abs(motion_of(variant)[1][:-1]), initial=0.0))
 
 
-def law_stiffness(law: LinearSystem) -> float:
+def law_stiffness(law: linear.LinearSystem) -> float:
     """Return the effort of a law over a deviation that lasts [N/m or N*m/rad], without end with an integral."""
     slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))  # a law without an integral answers alike there
     return float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0])
 
 
-def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[LinearSystem, float] | None:
+def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[linear.LinearSystem, float] | None:
     """Return what friction fed forward along the measured motion feeds back, and its stiffness; None where it has none."""
     friction = feedforward.friction if feedforward.along == "measured" else None
-    stuck = None if friction is None else stiffness_at_rest(friction, dt)
+    stuck = None if friction is None else linear.stiffness_at_rest(friction, dt)
     if stuck is None:
         return None
     # The mean force over the last sample, from the position before it to the present one.
     spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
-    fed = LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper)
-    return fed, 2.0 * spring
+    return linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper), 2.0 * spring
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
@@ -238,8 +225,7 @@ def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]
     """
     judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
     diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
-    bounded = tuple(variant for variant in experiment.variants if variant.name not in diverging)
-    return replace(experiment, variants=bounded), judged
+    return replace(experiment, variants=tuple(variant for variant in experiment.variants if variant.name not in diverging)), judged
 
 
 def verdict_of(assessment: Assessment) -> Diagnostic:
@@ -280,8 +266,7 @@ def _cause_of(assessment: Assessment) -> dict[str, Number]:
     numbers: dict[str, Number] = {"mend": "feed_desired"} if no_time_left else {}
     loops = [point.loop for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
     # From the shortest delay on: each sample of delay is one more state, and the poles of many take long.
-    delays = itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay))
-    delay = max(delays, default=None)
+    delay = max(itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay)), default=None)
     gain = next((FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None)
     numbers |= {"longest_delay": delay} if delay is not None else {}
     numbers |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}

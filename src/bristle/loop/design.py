@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.edge import PROGRESS, TEXT, Amount, amount, guarded, optional
+from bristle.core.edge import PROGRESS, TEXT, Amount, Progress, amount, guarded, optional
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
@@ -25,8 +25,6 @@ from bristle.references import circle
 from bristle.simulation import simulate
 
 SAMPLES_LEAST = 400  # in a revolution
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)

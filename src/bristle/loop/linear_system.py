@@ -49,8 +49,7 @@ class LinearSystem(NamedTuple):
         if not self.B.size:
             return np.full(z.shape, self.D, dtype=complex)
         resolvent = z[:, None, None] * np.eye(self.B.size) - self.A
-        states = np.linalg.solve(resolvent, np.broadcast_to(self.B[:, None], (z.size, self.B.size, 1)))
-        return states[:, :, 0] @ self.C + self.D
+        return np.linalg.solve(resolvent, np.broadcast_to(self.B[:, None], (z.size, self.B.size, 1)))[:, :, 0] @ self.C + self.D
 
 
 def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:

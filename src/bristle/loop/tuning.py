@@ -63,8 +63,7 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
         component = CONTROLLERS[name]
         own = {key: value for key, value in variant.controller.values.items() if key in component.variables}
         fixed = {"J": inertia_of(variant)} | own if "J" in component.variables else own
-        gains = GAINS[name](omega, fixed, variant)
-        return make_model(component, fixed | gains, kind=variant.plant.kind, validate=True)
+        return make_model(component, fixed | GAINS[name](omega, fixed, variant), kind=variant.plant.kind, validate=True)
 
     run = variant.run
     # No current loop is without a lag: each lag [s] with the phase margin [deg] that the loop must keep there.
@@ -152,8 +151,7 @@ def inertia_of(variant: Variant) -> float:
 def count_response(variant: Variant) -> float:
     """Return the effort that one count of the encoder calls up, at its peak [N or N*m]."""
     count = variant.sensor.values.get("resolution", 0.0)
-    peaks = np.abs(_step_response(variant.controller, variant.run.sample_time, SMALL))
-    return float(count * np.max(peaks))
+    return float(count * np.max(np.abs(_step_response(variant.controller, variant.run.sample_time, SMALL))))
 
 
 def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np.ndarray:
@@ -195,8 +193,7 @@ def delays_of(variant: Variant) -> Delays:
     # e^{-sT} is 1 - sT there, so that k_d T stands beside the square of the frequency in the real part.
     _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
     _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
-    velocity = float(lagging / k_d) if k_d > 0.0 else 0.0
-    return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, velocity)
+    return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, float(lagging / k_d) if k_d > 0.0 else 0.0)
 
 
 def feeds_inertia(controller: Model, dt: float) -> bool:

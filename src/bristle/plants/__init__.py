@@ -35,18 +35,14 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
     for term in terms:
         if term not in TERMS:
             allowed = ", ".join(f"+{choice}" for choice in TERMS)
-            raise InputError(
-                "there is no such term of a plant", path=path, value=f"+{term}", allowed=allowed, mend=did_you_mean(term, TERMS)
-            )
+            raise InputError("there is no such term", path=path, value=f"+{term}", allowed=allowed, mend=did_you_mean(term, TERMS))
     if not terms:
         return PLANTS[base]
     chosen = terms_in(keys)
     for term, example in (("cogging", "motor_6_cos"), ("known", "known_NAME")):
         has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns"]
         if term in terms and not has_any:
-            raise InputError(
-                f"has +{term} and no coefficient of it", path=path, value=name, mend=f"Write one below it, such as {example} = 0.1"
-            )
+            raise InputError(f"has +{term} and no coefficient", path=path, value=name, mend=f"Write one below it, such as {example} = 0.1")
     return with_terms(
         PLANTS[base],
         gravity="gravity" in terms,

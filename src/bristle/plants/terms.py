@@ -147,14 +147,12 @@ class TermedPlant(Plant):
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets: those of the plant, then those of its terms."""
-        own = _variables(self.gravity, self.turners, self.orders, self.columns)
-        return ReadOnly(self.inner.variables | own)
+        return ReadOnly(self.inner.variables | _variables(self.gravity, self.turners, self.orders, self.columns))
 
     @property
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value: a turn must be given."""
-        own = _variables(self.gravity, (), self.orders, self.columns)
-        return self.inner.defaults | dict.fromkeys(own, 0.0)
+        return self.inner.defaults | dict.fromkeys(_variables(self.gravity, (), self.orders, self.columns), 0.0)
 
     def is_array(self, name: str) -> bool:
         """Return False: every coefficient is a parameter of its own."""
@@ -232,8 +230,7 @@ def terms_in(names: Iterable[str]) -> dict[str, Any]:
 def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
     """Return the effort [N or N*m] that gravity and cogging take at some positions [m or rad], of their shape."""
     phase = np.multiply.outer(np.asarray(x, dtype=float), terms.waves)
-    waves = np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines
-    return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + waves
+    return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + (np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines)
 
 
 def terms_of(plant: Model) -> Terms | None:
@@ -254,13 +251,7 @@ def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray
         return None
     columns = [np.asarray(column, dtype=float) for column in columns]
     if len(columns) != terms.per_column.size:
-        raise InputError(
-            "has not the known columns of the plant",
-            path="log",
-            value=f"{len(columns)} columns",
-            allowed=", ".join(plant.component.columns),
-            mend="Name them under [[known]] of the axis file",
-        )
+        raise InputError("lacks known columns", path="log", allowed=", ".join(plant.component.columns), mend="Name them under [[known]]")
     return np.asarray(terms.per_column @ np.stack(columns))
 
 

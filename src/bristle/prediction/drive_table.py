@@ -270,13 +270,7 @@ def table_error(
 ) -> TableError:
     """Return how far a table is from the model along the motion of a log, as the identification sees that motion."""
     if friction.kind != log.kind:
-        raise InputError(
-            "is of another kind of axis than the model",
-            path="log",
-            value=log.kind,
-            allowed=friction.kind,
-            mend="Give the axis file of this log",
-        )
+        raise InputError("is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give its axis file")
     if log.effort is None:
         raise InputError("has no effort", path="log", mend="Name its column in the axis file")
     rows = rows_as_fitted(parted(log, axis), axis, treatment)

@@ -115,8 +115,7 @@ def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
     velocities = _of_other_sizes((own.velocity, *feed, *more.velocities))
     efforts = _of_other_sizes((own.effort, *more.efforts))
     drive = LogUnits(velocities[-1], next((unit for unit in efforts if "%" in unit.name), efforts[-1]))
-    si = DriveUnit(unit_of("mass", kind), 1.0)
-    return TableUnits(own, None if drive == own else drive, efforts, (si, *more.inertias))
+    return TableUnits(own, None if drive == own else drive, efforts, (DriveUnit(unit_of("mass", kind), 1.0), *more.inertias))
 
 
 def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:

@@ -214,8 +214,7 @@ def _best_factor(trial: _Trial, name: str) -> Suspect:
     best, step = min((_at(trial, name, float(factor)) for factor in FACTORS), key=BY_DIFFERENCE), 2.0**0.5
     for _ in range(5):
         step **= 0.5
-        nearer = (_at(trial, name, best.value * factor) for factor in (1.0 / step, step))
-        best = min((best, *nearer), key=BY_DIFFERENCE)
+        best = min((best, *(_at(trial, name, best.value * factor) for factor in (1.0 / step, step))), key=BY_DIFFERENCE)
     return best
 
 
@@ -256,8 +255,7 @@ def _reference_later(variant: Variant, time: float) -> Variant:
     reference, dt = variant.reference, variant.run.sample_time
     position = np.asarray(reference.parameters.position)
     samples = np.arange(position.size)
-    later = np.interp(samples - time / dt, samples, position)
-    return replace(variant, reference=reference.with_values(position=later))
+    return replace(variant, reference=reference.with_values(position=np.interp(samples - time / dt, samples, position)))
 
 
 CHANGES: dict[str, Callable[[Variant, float], Variant]] = {

@@ -45,6 +45,8 @@ CHANNELS = {
 
 
 @guarded(
+    plant=model("plant"),
+    friction=model("friction"),
     mode=among(*MODES),
     velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
     **CHANNELS,
@@ -115,16 +117,9 @@ def predict(
     InputError
         If the log or the axis lacks what the mode needs.
     """
-    plant, friction = _checked_model(plant, "plant", "plant"), _checked_model(friction, "friction", "friction")
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
-        raise InputError(
-            "model and log are of different kinds of axis",
-            path="model",
-            value=plant.kind,
-            allowed=log.kind,
-            mend="Use the axis file that the model was identified with",
-        )
+        raise InputError("is of another kind of axis than the log", path="model", value=plant.kind, allowed=log.kind, mend="Give its axis")
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     log = parted(log, axis)
@@ -139,8 +134,7 @@ def predict(
         refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         return with_doubts(_inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max)
-    axis = axis or Axis(kind=log.kind)
-    axis = axis if lag is None else replace(axis, lag=lag)
+    axis = replace(axis or Axis(kind=log.kind), **({} if lag is None else {"lag": lag}))
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
 
 
@@ -178,55 +172,31 @@ def _inverse(
     # Where the contact stood before each stretch, where that matters.
     percents = tuple(100.0 * place for place in dataset.contacts(friction, plant) if place is not None)
     start = (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
-    return Prediction(
-        mode="inverse",
-        time=dataset.time,
-        effort=dataset.effort,
-        effort_predicted=predicted,
-        position=dataset.rows_of([segment.position for segment in dataset.segments]),
-        position_predicted=None,
-        half_width=width,
-        metrics=_metrics(log, dataset.effort, predicted, None, None),
-        diagnostics=(
-            *remarks,
-            *start,
-            Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
-        ),
-        log=log.source.name.strip("<>"),
-    )
+    filtered = Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation})
+    signals = (dataset.time, dataset.effort, predicted, dataset.rows_of([segment.position for segment in dataset.segments]), None)
+    return replace(_prediction("inverse", log, *signals), half_width=width, diagnostics=(*remarks, *start, filtered))
 
 
 def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: tuple[Diagnostic, ...]) -> Prediction:
     assert log.effort is not None
-    effort = np.concatenate([log.effort.values[part] for part in used])
-    position = np.concatenate([log.position.values[part] for part in used])
+    time, effort, position = (np.concatenate([channel.values[part] for part in used]) for channel in (log.time, log.effort, log.position))
     command = np.concatenate([run.command for run in runs]) if mode == "closed-loop" else None
     reached = np.concatenate([run.position for run in runs])
     status = max((run.status for run in runs), key=int)
-    return Prediction(
-        mode=mode,
-        time=np.concatenate([log.time.values[part] for part in used]),
-        effort=effort,
-        effort_predicted=command,
-        position=position,
-        position_predicted=reached,
-        metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
-        status=status,
-        diagnostics=about,
-        log=log.source.name.strip("<>"),
-    )
+    return replace(_prediction(mode, log, time, effort, command, position, reached, status), diagnostics=about)
 
 
-def _metrics(
-    log: Log, effort: Any, effort_hat: Any, position: Any, position_hat: Any, *, failed: bool = False
-) -> dict[str, float | str | None]:
+def _prediction(
+    mode: str, log: Log, time: np.ndarray, effort: Any, effort_hat: Any, position: Any, position_hat: Any, status: Status = Status.OK
+) -> Prediction:
+    """Return what was measured and predicted, with its errors; none of a simulation that left the finite numbers."""
     metrics: dict[str, float | str | None] = {}
     for name, quantity, signal, predicted in (("force", "force", effort, effort_hat), ("position", "length", position, position_hat)):
-        compared = None if failed else predicted
+        compared = None if status == Status.NOT_FINITE else predicted
         metrics[f"{name}_error_percent"] = None if compared is None else relative_error_percent(signal, compared)
         metrics[f"{name}_rmse"] = None if compared is None else float(np.sqrt(np.mean((signal - compared) ** 2)))
         metrics[f"{name}_unit"] = unit_of(quantity, log.kind)
-    return metrics
+    return Prediction(mode, time, effort, effort_hat, position, position_hat, metrics, status, log=log.source.name.strip("<>"))
 
 
 def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None) -> Dataset:
@@ -291,22 +261,10 @@ def unexplained_force(
     return finite(force, friction, "friction")
 
 
-def _checked_model(model: Any, family: str, path: str) -> Model:
-    """Return a model with parameters, refused where it is not of the family that belongs there."""
-    if not isinstance(model, Model):
-        raise InputError(f"must be a {family} model with parameters", path=path, value=model)
-    model_family = model.component.family
-    if model_family != family:
-        raise InputError(
-            f"must be a {family} model, and is a {model_family} model", path=path, value=model, mend="The order is plant, friction, log"
-        )
-    return model
-
-
 def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
     """Return a prediction with what speaks against it."""
     settings = CheckThresholds.among(axis.settings if axis else {})
-    wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
+    wrong = (diagnostic for diagnostic in checked(log, axis, settings) if diagnostic.code in RECORDED)
     doubts: list[Diagnostic] = []
     for key, signal in (("position", "position"), ("force", "effort")):
         percent = prediction.metrics.get(f"{key}_error_percent")

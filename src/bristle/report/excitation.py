@@ -3,23 +3,81 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Mapping
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from bristle.core.content import Content
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import unit_of
-from bristle.excitation import PURPOSES
+from bristle.excitation import PURPOSES, excite
+from bristle.excitation.motion import moves_of
+from bristle.files.motion import gcode_of, moves_table, write_motion
+from bristle.files.summary import provenance
+from bristle.files.user_model import origins_of_code
 from bristle.report.messages import as_data, note_of
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.results import write_report
 from bristle.report.table import Table, fixed, length_text, span_text
 
 if TYPE_CHECKING:
     from bristle.excitation import Excitation
+    from bristle.files.results import Results
     from bristle.identification.result import Estimate
 
 SMALL_PERCENT = 2.0  # an error that nobody minds
+
+
+FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
+"""What the files of a motion are called, by what they are."""
+
+
+class DesignedMotion(NamedTuple):
+    """A motion to run on an axis, and what was read for it."""
+
+    excitation: Excitation
+    axis_file: Content
+    model_file: Content | None
+    command: str
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """Versions, files, checksums."""
+        code = origins_of_code([self.excitation.prior.friction.component])
+        return provenance(self.command, axis=self.axis_file, model=self.model_file, code=code)
+
+    def next_command(self, axis: str) -> str:
+        """Return the command that identifies the log of the motion, with the axis file of this name."""
+        rehearsal = self.excitation.rehearsal
+        model = rehearsal.identification.best.name if rehearsal else self.excitation.prior.friction.name
+        presliding = any(piece.purpose == "presliding" for piece in self.excitation.motion.pieces)
+        if presliding and model != "maxwell_slip":
+            # Loops inside loops tell whether the contact remembers more than one force.
+            model += ",maxwell_slip"
+        return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
+
+    def summary(self, files: dict[str, str], identify: str) -> dict[str, Any]:
+        """Return the motion in numbers, with the names of its files and the command that comes next."""
+        return excitation_summary(self.excitation, files=files, identify=identify, provenance=self.provenance)
+
+    def write(self, folder: Results, identify: str) -> None:
+        """Write the motion, its moves and its report into a folder of results, with the command that comes next."""
+        motion, axis = self.excitation.motion, self.excitation.axis
+        page = excitation_report(self.excitation, command=self.command, identify=identify, provenance=self.provenance)
+        signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
+        write_motion(folder / FILES["motion"], axis, signals)
+        moves, left_out = moves_of(motion)
+        folder.write(FILES["moves"], moves_table(moves, axis))
+        folder.write(FILES["program"], gcode_of(moves, axis, left_out))
+        folder.write(FILES["axis"], self.axis_file.data)
+        write_report(folder, page, self.summary(FILES, identify))
+
+
+def designed_motion(axis_file: Content, *, command: str, model_file: Content | None = None, **options: Any) -> DesignedMotion:
+    """Return the motion to run on an axis."""
+    return DesignedMotion(excite(axis_file, model=model_file, **options), axis_file, model_file, command)
 
 
 def excitation_report(excitation: Excitation, *, command: str, identify: str, provenance: Mapping[str, str]) -> str:

@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Content, Readable
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.errors import InputError
 from bristle.core.typography import interval_text, number, with_unit
 from bristle.core.variable import Kind, unit_of
+from bristle.files.proposal import Proposal, propose_axis
+from bristle.files.results import SUMMARY
+from bristle.files.summary import as_json
 from bristle.logs.passages import KINDS
+from bristle.logs.readers import read_table
+from bristle.logs.summary import Summary, summary_of, summary_of_columns
+from bristle.logs.tables import content_of_log
+from bristle.report.messages import as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.results import write_report
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import Quantity, Table, fixed, span_text
 
 if TYPE_CHECKING:
+    from bristle.files.results import Results
     from bristle.identification.result import Resampling
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
     from bristle.logs.passages import Passage
+    from bristle.logs.table import Table as LogTable
 
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
@@ -33,6 +50,65 @@ TREATMENT = {
     "lag": ("Lag of the drive behind its controller, identified", "{:.3g} s"),
     "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
 }
+
+
+class Inspected(NamedTuple):
+    """What is in a log."""
+
+    summary: dict[str, Any]
+    content: Content
+    table: LogTable
+    axis: Axis | None
+    proposal: Proposal | None
+    log: Log | None
+    passages: tuple[Passage, ...]
+
+    def write(self, folder: Results, command: str) -> None:
+        """Write the numbers, and the report of a log that can be used, into a folder of results."""
+        if self.log is None:
+            folder.write(SUMMARY, as_json(self.summary))
+            return
+        page = log_report(
+            self.log,
+            self.passages,
+            name=self.axis.name if self.axis else Path(self.summary["file"]).stem,
+            command=command,
+            provenance=self.summary["provenance"],
+            diagnostics=self.summary["diagnostics"],
+        )
+        write_report(folder, page, self.summary)
+
+
+def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
+    """Return what is in a log; without an axis, the axis file that its columns speak of."""
+    content, proposal = content_of_log(log, limit=size_limit), None
+    if axis is None:
+        with suppress(InputError):  # no column can be the position
+            proposal = propose_axis(content, size_limit=size_limit)
+    axis = proposal.axis if proposal else axis
+    table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
+    looked_at = _looked_at(table, axis, proposal.unknown if proposal else ())
+    diagnostics = [Diagnostic(**entry, kind=looked_at.data["kind"]) for entry in looked_at.data["diagnostics"]]
+    if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
+        # Of a size that nobody knows nothing can be said.
+        diagnostics = [
+            diagnostic for diagnostic in diagnostics if not (diagnostic.code == "unit_suspect" and "speed" in diagnostic.numbers)
+        ]
+    summary = looked_at.data | {"diagnostics": as_data(diagnostics), "proposal": {"text": None, "missing": []}}
+    if proposal is not None:
+        summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
+        summary["notes"] = [*proposal.notes, *summary["notes"]]
+    return Inspected(summary, content, table, axis, proposal, looked_at.log, looked_at.passages)
+
+
+def _looked_at(table: LogTable, axis: Axis | None, unknown: Collection[str]) -> Summary:
+    """Return what is in a table; of channels in a unit that is not known nothing is said in SI."""
+    if axis is None or not unknown:
+        return summary_of(table, axis)
+    usable = {name: column for name, column in axis.columns.items() if name not in unknown}
+    if "time" in unknown or "position" in unknown or not {"position", "velocity"} & set(usable):
+        return summary_of_columns(table)
+    return summary_of(table, replace(axis, columns=usable))
 
 
 def log_report(

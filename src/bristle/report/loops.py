@@ -11,6 +11,7 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.status import Status
+from bristle.core.symbols import GREEK
 from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
@@ -18,7 +19,6 @@ from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
-from bristle.report.symbols import GREEK
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 
 if TYPE_CHECKING:

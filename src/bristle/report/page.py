@@ -17,13 +17,14 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core.errors import InputWarning, place_in_own_code, told_by
+from bristle.core.symbols import worded
 from bristle.core.typography import typeset_sentence
-from bristle.report.symbols import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bristle.figures.report_figure import Facts, ReportFigure
+    from bristle.lab.living import Living
 
 QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
 """What a person who answers for an axis asks of each report."""
@@ -90,18 +91,6 @@ class Figures(NamedTuple):
     """The place for the figures of a section of `bristle.figures.on_reports`, where it is not the end of the one of that name."""
 
     section: str
-
-
-class Living(NamedTuple):
-    """A part of a report in which parameters are moved; without scripts it is not there."""
-
-    policy: str
-    style: Markup
-    shared: Markup
-    script: Markup
-    data: Markup
-    follows: bool
-    macro = "living"
 
 
 class Section(NamedTuple):

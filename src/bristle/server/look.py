@@ -8,9 +8,9 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.files.components import FILL_IN
+from bristle.report.log import Inspected, inspect_log
 from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
 from bristle.server.errand import Answer, Errand, thinned
-from bristle.workflow.commands import Inspected, inspect_log
 
 PLOTTED = ("position", "velocity", "reference", "effort")
 

@@ -12,15 +12,14 @@ from bristle.core.errors import InputError
 from bristle.exports.face import NAME
 from bristle.files.toml import read_toml
 from bristle.friction import DEFAULT_MODELS
-from bristle.report.log import passage_table
+from bristle.report.log import inspect_log, passage_table
 from bristle.server.axis_form import EMPTY, edited
 from bristle.server.errand import Answer, Errand, thinned, zipped
 from bristle.server.look import look
-from bristle.workflow.commands import inspect_log
 
 if TYPE_CHECKING:
+    from bristle.report.identified import Identified, Outcome
     from bristle.report.table import Table
-    from bristle.workflow.identified import Identified, Outcome
 
 POINTS = 20  # of a table of a drive
 DRAWS = 100
@@ -136,7 +135,7 @@ def predict(errand: Errand) -> Answer:
 def export(errand: Errand) -> Answer:
     """Leave the model as an archive of files for a target, and return what the target loses."""
     from bristle.files.results import results_folder
-    from bristle.workflow.commands import export_model_file
+    from bristle.report.exported import export_model_file
 
     if errand.results is None:
         raise InputError("is missing", path="model", mend="Identify first")
@@ -162,8 +161,7 @@ def export(errand: Errand) -> Answer:
 def excite(errand: Errand) -> Answer:
     """Leave a motion as an archive of files, and return what its log will tell."""
     from bristle.files.results import results_folder
-    from bristle.report.excitation import outlook_table, piece_table
-    from bristle.workflow.commands import designed_motion
+    from bristle.report.excitation import designed_motion, outlook_table, piece_table
 
     text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())

@@ -11,10 +11,9 @@ import numpy as np
 from bristle.controllers import open_loop
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional, whole
+from bristle.core.edge import Amount, amount, array, guarded, instance, model
 from bristle.core.experiment import LOOP_VARIANTS, RUN, Effort, Experiment, Feedforward, Run, Start, Variant
 from bristle.core.fingerprint import digest
-from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
 from bristle.files.variant import at_rest
 from bristle.friction import without_presliding
@@ -32,18 +31,10 @@ def settling(duration: float) -> float:
 
 @guarded(
     plant=model("plant"),
-    friction=FRICTION,
     compensator=FRICTION,
-    controller=model("controller"),
     reference=array(least=3),
     sample_time=amount(RUN["sample_time"]),
-    disturbance=optional(array()),
-    injected=optional(array()),
-    resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
-    effort_limit=amount(RUN["effort_limit"], endless=True),
     lag=amount(RUN["current_lag"]),
-    start=optional(instance(Start, "a Start")),
-    name=TEXT,
 )
 def compensation_experiment(
     plant: Model,
@@ -118,8 +109,7 @@ def compensation_experiment(
     bent = plant if terms_of(plant) else None
     follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller
     fed = replace(base, name=FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass, plant=bent))
-    forward = Feedforward(mass=mass, plant=bent, friction=compensator)
-    compensated = replace(fed, name=COMPENSATED, feedforward=forward)
+    compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, plant=bent, friction=compensator))
     return Experiment(name=name, kind=kind, variants=(base, fed, compensated))
 
 
@@ -133,30 +123,9 @@ def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
     }
 
 
-@guarded(
-    plant=model("plant"),
-    friction=FRICTION,
-    effort=array(least=3),
-    sample_time=amount(RUN["sample_time"]),
-    tolerance=amount(RUN["tolerance"]),
-    substeps=whole(0, 10_000),
-    sensor=optional(model("sensor")),
-    effort_limit=amount(RUN["effort_limit"], endless=True),
-    settle=amount(RUN["settle"]),
-    name=TEXT,
-)
+@guarded(plant=model("plant"), effort=array(least=3), sample_time=amount(RUN["sample_time"]))
 def open_loop_experiment(
-    plant: Model,
-    friction: Model,
-    effort: Any,
-    sample_time: Amount,
-    *,
-    tolerance: Amount = 0.0,
-    substeps: int = 0,
-    sensor: Model | None = None,
-    effort_limit: Amount = math.inf,
-    settle: Amount = 0.0,
-    name: str = "open loop",
+    plant: Model, friction: Model, effort: Any, sample_time: Amount, *, sensor: Model | None = None, name: str = "open loop", **run: Any
 ) -> Experiment:
     """Return the experiment in which a given effort drives a plant with friction, and no controller.
 
@@ -168,19 +137,14 @@ def open_loop_experiment(
         Effort of the drive from each sample until the next one [N or N*m].
     sample_time : float or str
         Time between samples [s].
-    tolerance : float or str
-        Largest error of the position over the whole run [m or rad]; the steps are chosen for it. Without one they have
-        one length.
-    substeps : int
-        Steps of one length in a sample; as many as `substeps_for` returns where neither is given.
     sensor : Model, optional
         What reads the position; an encoder without steps and noise where not given.
-    effort_limit : float or str
-        Largest effort of the drive [N or N*m].
-    settle : float or str
-        Time at the start that the statistics leave out [s].
     name : str
         Name of the experiment.
+    **run : float or str
+        Further arguments of `bristle.core.Run`: `tolerance`, the largest error of the position over the whole run [m or
+        rad], for which the steps are chosen, or `substeps` of one length in a sample; `effort_limit` [N or N*m]; `settle`,
+        the time at the start that the statistics leave out [s].
 
     Raises
     ------
@@ -196,14 +160,6 @@ def open_loop_experiment(
     >>> br.simulate(experiment).variants["base"].motion.max.__round__(4)
     1.2726
     """
-    run = Run(
-        duration=sample_time * effort.size,
-        sample_time=sample_time,
-        substeps=substeps,
-        tolerance=tolerance,
-        effort_limit=effort_limit,
-        settle=settle,
-    )
     variant = Variant(
         name="base",
         plant=plant,
@@ -212,7 +168,7 @@ def open_loop_experiment(
         sensor=sensor or encoder(kind=plant.kind, resolution=0.0),
         reference=at_rest(plant.kind),
         feedforward=Feedforward(),
-        run=run,
+        run=Run(duration=sample_time * effort.size, sample_time=sample_time, **run),
         effort=Effort(effort),
     )
     return Experiment(name=name, kind=plant.kind, variants=(variant,))

@@ -56,14 +56,7 @@ def statistics_of(signal: Any) -> Statistics:
         return NO_STATISTICS
     low, high = float(signal.min()), float(signal.max())
     with np.errstate(over="ignore", invalid="ignore"):
-        return Statistics(
-            peak_to_peak=high - low,
-            mean=float(signal.mean()),
-            std=float(signal.std()),
-            rms=float(np.sqrt(np.mean(signal * signal))),
-            min=low,
-            max=high,
-        )
+        return Statistics(high - low, float(signal.mean()), float(signal.std()), float(np.sqrt(np.mean(signal * signal))), low, high)
 
 
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
@@ -290,8 +283,7 @@ class SimulationResult(WithCard):
         rows = tuple((name, *variant._row()) for name, variant in self.variants.items())
         title = f"{self.experiment.name}: {len(rows)} {'variant' if len(rows) == 1 else 'variants'} simulated"
         heads = OPEN_HEADS if rows and all(variant.is_open for variant in self.variants.values()) else HEADS
-        refused = (f"{name} was not simulated: {reason}" for name, reason in self.refused.items())
-        return Card(title, heads, rows, tuple(refused))
+        return Card(title, heads, rows, tuple(f"{name} was not simulated: {reason}" for name, reason in self.refused.items()))
 
 
 @dataclass(frozen=True)
@@ -354,8 +346,7 @@ class Prediction(Tabular):
         return _inside_percent(self.position, self.position_predicted, self.position_half_width)
 
     def _facts(self) -> dict[str, Any]:
-        inside = {"inside_percent": self.inside_percent, "position_inside_percent": self.position_inside_percent}
-        return super()._facts() | inside
+        return super()._facts() | {"inside_percent": self.inside_percent, "position_inside_percent": self.position_inside_percent}
 
     def _title(self) -> str:
         return f"Prediction ({self.mode}) of {len(self.time)} samples, {self.kind}"

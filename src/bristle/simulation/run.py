@@ -12,7 +12,7 @@ import numpy as np
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
-from bristle.core.edge import PROGRESS, guarded
+from bristle.core.edge import PROGRESS, Progress, guarded
 from bristle.core.errors import InputError
 from bristle.core.experiment import Learning, Start, Variant
 from bristle.core.status import Status
@@ -23,7 +23,8 @@ from bristle.friction.level import rises_with_effort
 from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
-Progress = Callable[[float, str], None]
+RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
+DIRECTIONS = {"forward": 1.0, "backward": -1.0}
 
 
 @guarded(experiment=EXPERIMENT, progress=PROGRESS)
@@ -124,24 +125,13 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         name=variant.name,
         following_error=statistics_of(following[judged]),
         true_error=statistics_of(true[judged]),
-        by_direction={
-            "forward": statistics_of(following[judged][moving > 0.0]),
-            "backward": statistics_of(following[judged][moving < 0.0]),
-        },
+        by_direction={name: statistics_of(following[judged][side * moving > 0.0]) for name, side in DIRECTIONS.items()},
         effort_rms=statistics_of(trace.effort[judged]).rms,
         effort_peak=float(np.max(np.abs(trace.effort[judged]), initial=0.0)),
-        time=trace.time,
         reference=position[:count],
-        measured=trace.measured,
-        position=trace.position,
-        velocity=trace.velocity,
-        command=trace.command,
-        effort=trace.effort,
         feedforward=effort[:count] + compensation,
-        friction=trace.friction,
-        status=trace.status,
-        kind=trace.kind,
         motion=statistics_of(trace.position[judged]),
+        **{name: getattr(trace, name) for name in RECORDED},
     )
 
 
@@ -214,12 +204,7 @@ def learn(
     from scipy.signal import butter, sosfiltfilt
 
     if not learning.cutoff < 0.5 / dt:
-        raise InputError(
-            "out of range",
-            path="controller.learning.cutoff",
-            value=learning.cutoff,
-            allowed=f"below half the sampling frequency, {0.5 / dt:g} Hz",
-        )
+        raise InputError("out of range", path="controller.learning.cutoff", value=learning.cutoff, allowed=f"< {0.5 / dt:g} Hz")
     low_pass = butter(2, learning.cutoff, fs=1.0 / dt, output="sos")
     learned = np.zeros(desired.shape[1])
     errors: list[float] = []

@@ -48,8 +48,6 @@ def test_weights_are_never_negative_whatever_the_data():
 
 
 def test_thresholds_without_a_range_are_refused():
-    with pytest.raises(InputError, match="no range"):
+    with pytest.raises(InputError, match="must have a range"):
         thresholds_over(0.0)
-    with pytest.raises(InputError, match="whole number"):
-        thresholds_over(1.0, 1)
     assert np.allclose(np.diff(np.log(thresholds_over(1e-5, 30))), np.log(100.0) / 29.0)

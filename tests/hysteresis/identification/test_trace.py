@@ -28,7 +28,7 @@ def test_the_regressor_of_stops_is_their_response(path, history):
 
 def test_the_regressor_of_cells_is_the_response_of_the_grid():
     rng = np.random.default_rng(1)
-    cells = _Cells(-3.0, 3.0, 12, relays=False)
+    cells = _Cells(-3.0, 3.0, 12)
     weights = rng.standard_normal(cells.i.size)
     operator = hysteresis.preisach_grid(low=-3.0, high=3.0, E=cells.everett(weights), offset=0.4)
     u = to_and_fro(rng)

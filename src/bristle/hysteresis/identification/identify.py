@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model, make_model
 from bristle.core.diagnostic import HeldOut
-from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.edge import NAMES, PROGRESS, Progress, among, guarded, instance, whole
+from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.engine import response
 from bristle.hysteresis import preisach, table_of_curves
 from bristle.hysteresis.everett import KERNELS
-from bristle.hysteresis.identification.linear import RESOLUTION, Rows, fit_grid, fit_stops, outputs_of
+from bristle.hysteresis.identification.linear import RESOLUTION, Fitted, Rows, fit_grid, fit_stops, outputs_of
 from bristle.hysteresis.identification.result import (
     Congruency,
     OperatorFit,
@@ -31,69 +32,29 @@ from bristle.logs.curves import Curves
 
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
-Progress = Callable[[float, str], None]
 
-
-class Fitted(NamedTuple):
-    """An operator, the constant beside it, and what to say of it."""
-
-    operator: Model
-    offset: float
-    notes: tuple[str, ...] = ()
-
-
-def _stops(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
-    fit = fit_stops(recorded, count=stops, rows=rows)
-    return Fitted(fit.operator, fit.offset, (f"{len(fit.operator.parameters.weights)} stops have a weight",))
-
-
-def _closed_form(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
-    fit = fit_closed_form(recorded, rows=rows)
-    return Fitted(fit.operator, fit.offset)
-
-
-def _grid(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
-    fit = fit_grid(recorded, cells=cells, rows=rows)
-    notes = [f"off the diagonal the measure has the sign of a {fit.sign}: that sign fits better"]
-    if fit.unseen > 0.0:
-        notes.append(f"no curve crosses {100.0 * fit.unseen:.3g} % of the cells, which are left empty")
-    return Fitted(fit.operator, 0.0, tuple(notes))
-
-
-def _table(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
+    """Return the table along first-order reversal curves; all their rows are taken."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
-        raise InputError(
-            "needs first-order reversal curves, which all start from saturation",
-            path="model",
-            value="reversal_table",
-            mend='Write start = "saturated" if they do, or fit preisach_grid',
-        )
+        mend = 'Write start = "saturated" if they do, or fit preisach_grid'
+        raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
     remark = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
-    return Fitted(table, 0.0, (remark,) if behind.window > 1 else ())
-
-
-FITTED: dict[str, Callable[[Curves, Rows, int, int], Fitted]] = {
-    "prandtl_ishlinskii": _stops,
-    "preisach": _closed_form,
-    "preisach_grid": _grid,
-    "reversal_table": _table,
-}
-"""The operators that can be identified, and how."""
+    return Fitted(table, notes=(remark,) if behind.window > 1 else ())
 
 
 @guarded(
     recorded=instance(Curves, "recorded curves", "Write read_curves(...)"),
     model=NAMES,
-    stops=whole(1, 10_000),
-    cells=whole(2, 1000),
+    stops=whole(2, 10_000),
+    cells=whole(2, 100),
     folds=whole(2, 1000, none=True),
     progress=PROGRESS,
 )
 def identify_operator(
     recorded: Curves,
-    model: Any = tuple(FITTED),
+    model: Any = "all",
     *,
     stops: int = RESOLUTION,
     cells: int = RESOLUTION,
@@ -129,8 +90,8 @@ def identify_operator(
     InputError
         If there is no such operator, or the data do not serve.
     """
-    names = _names(model, recorded)
-    fits = []
+    names, fits = _names(model, recorded), []
+    options = {"prandtl_ishlinskii": {"count": stops}, "preisach_grid": {"cells": cells}}
     for number, name in enumerate(names):
 
         def report(share: float, name: str = name, before: int = number) -> None:
@@ -138,7 +99,7 @@ def identify_operator(
                 progress((before + share) / len(names), f"fitting {name}")
 
         try:
-            fits.append(_fit(name, recorded, lambda recorded, rows, name=name: FITTED[name](recorded, rows, stops, cells), folds, report))
+            fits.append(_fit(name, recorded, partial(FITTED[name], **options.get(name, {})), folds, report))
         except KeyboardInterrupt:
             if not fits:
                 raise
@@ -153,16 +114,7 @@ def identify_operator(
 
 
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    names = list(FITTED) if list(model) == ["all"] else list(model)
-    for name in names:
-        if name not in FITTED:
-            raise InputError(
-                "is no operator that can be identified",
-                path="model",
-                value=name,
-                allowed=f"{', '.join(FITTED)}, or all",
-                mend=did_you_mean(str(name), FITTED),
-            )
+    names = list(FITTED) if list(model) == ["all"] else [among(*FITTED)(name, "model", None) for name in model]
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
@@ -172,9 +124,8 @@ def _names(model: Sequence[str], recorded: Curves) -> list[str]:
 
 def _fit(name: str, recorded: Curves, fit_operator: Callable[..., Fitted], folds: int, report: Callable[[float], None]) -> OperatorFit:
     report(0.0)
-    fitted = fit_operator(recorded, None)
-    prediction = predict_operator(fitted.operator, recorded, fitted.offset)
-    fit = OperatorFit(fitted.operator, fitted.offset, prediction, notes=fitted.notes)
+    fitted = fit_operator(recorded)
+    fit = OperatorFit(fitted.operator, fitted.offset, predict_operator(fitted.operator, recorded, fitted.offset), notes=fitted.notes)
     by_curve = len(recorded.curves) >= 2 * folds
     if not folds or (name == "reversal_table" and not by_curve):
         return fit
@@ -191,7 +142,7 @@ def _without_curves(recorded: Curves, fit_operator: Callable[..., Fitted], folds
     for fold in range(folds):
         out = [k for k in range(1, len(order) - 1) if k % folds == fold]
         held = replace(recorded, curves=tuple(order[k] for k in out))
-        fit = fit_operator(replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out)), None)
+        fit = fit_operator(replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out)))
         yield predict_operator(fit.operator, held, fit.offset).rmse
 
 
@@ -199,14 +150,13 @@ def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds
     """Yield the root mean square error on blocks of samples, fitted to all others; the memory runs through."""
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
-        raise InputError(
-            "is too short for so many folds", path="folds", value=folds, allowed=f"2 to {max(sum(sizes) // SAMPLES_LEAST, 2)}, or 0"
-        )
+        most = max(sum(sizes) // SAMPLES_LEAST, 2)
+        raise InputError("is too short for so many folds", path="folds", value=folds, allowed=f"2 to {most}, or 0")
     fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
     measured = np.concatenate([curve.f for curve in recorded.curves])
     for fold in range(folds):
-        fit = fit_operator(recorded, [np.flatnonzero(part != fold) for part in parts])
+        fit = fit_operator(recorded, rows=[np.flatnonzero(part != fold) for part in parts])
         predicted = np.concatenate(predict_operator(fit.operator, recorded, fit.offset).outputs)
         yield float(np.sqrt(np.mean((predicted - measured)[fold_of == fold] ** 2)))
 
@@ -222,75 +172,59 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)
 
 
-EVALUATIONS = 60
 CURVES_MOST = 25
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
-STIFFEST = (1e-3, 1e4)  # the same, between which it is sought
-EXPONENTS = (0.5, 4.0)
 
 
-class ClosedFormFit(NamedTuple):
-    """A `preisach` operator from data, and the constant output beside it."""
-
-    operator: Model
-    offset: float
-    rms: float
-
-
-def fit_closed_form(recorded: Curves, *, kernel: str | None = None, rows: Rows = None) -> ClosedFormFit:
-    """Fit stiffness, saturation and exponent to recorded hysteresis, by one kernel or the best of all.
+def fit_closed_form(recorded: Curves, *, kernels: Sequence[str] = KERNELS, rows: Rows = None) -> Fitted:
+    """Fit stiffness, saturation and exponent to recorded hysteresis, by the best of some kernels.
 
     Raises
     ------
     InputError
-        If input or output does not move, or there is no such kernel.
+        If input or output does not move.
     """
-    if kernel is not None and kernel not in KERNELS:
-        raise InputError("no such kernel", path="kernel", value=kernel, allowed=", ".join(KERNELS))
     # Two or three numbers need no more than some curves, evenly chosen.
     step = -(-len(recorded.curves) // CURVES_MOST)
     recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):
         raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
-    fits = [_Search(recorded, name, extent, 0.5 * spread, rows).best() for name in ([kernel] if kernel else KERNELS)]
-    return min(fits, key=lambda fit: fit.rms)
+    return min((_closed_form(recorded, kernel, extent, 0.5 * spread, rows) for kernel in kernels), key=lambda fit: fit.rms)
 
 
-class _Search:
-    """Least squares in the logarithms of f_p over half the range of the output, of s x/f_p, and in the exponent."""
+def _closed_form(recorded: Curves, kernel: str, extent: float, level: float, rows: Rows) -> Fitted:
+    """Return least squares in the logarithms of f_p over half the range of the output, of s x/f_p, and in the exponent."""
+    from scipy.optimize import least_squares
 
-    def __init__(self, recorded: Curves, kernel: str, extent: float, level: float, rows: Rows) -> None:
-        self.recorded, self.kernel, self.extent, self.level, self.rows = recorded, kernel, extent, level, rows
-        self.target = outputs_of(recorded, rows)
-        self.shaped = kernel == "dahl_masing"
+    target = outputs_of(recorded, rows)
+    low, high = ([math.log(level_share), math.log(stiffness)] for level_share, stiffness in ((0.1, 1e-3), (100.0, 1e4)))
+    if kernel == "dahl_masing":
+        low, high = [*low, 0.5], [*high, 4.0]
 
-    def operator(self, x: np.ndarray) -> Model:
-        f_p = self.level * math.exp(x[0])
-        values = {"s": f_p * math.exp(x[1]) / self.extent, "f_p": f_p}
-        if self.shaped:
-            values["exponent"] = float(x[2])
-        return make_model(preisach, values | {"kernel": self.kernel}, kind=self.recorded.kind, validate=True)
+    def operator_at(x: np.ndarray) -> Model:
+        f_p = level * math.exp(x[0])
+        values = {"s": f_p * math.exp(x[1]) / extent, "f_p": f_p, "kernel": kernel} | ({"exponent": float(x[2])} if x.size > 2 else {})
+        return make_model(preisach, values, kind=recorded.kind, validate=True)
 
-    def output(self, x: np.ndarray) -> np.ndarray:
-        operator = self.operator(x)
-        outputs = [response(operator, curve.u, history=self.recorded.history(curve)) for curve in self.recorded.curves]
-        if self.rows is not None:
-            outputs = [output[rows] for output, rows in zip(outputs, self.rows, strict=True)]
-        return np.concatenate(outputs)
+    def error_at(x: np.ndarray) -> np.ndarray:
+        operator = operator_at(x)
+        outputs = [response(operator, curve.u, history=recorded.history(curve)) for curve in recorded.curves]
+        return np.concatenate([output[part] for output, part in zip(outputs, rows or [slice(None)] * len(outputs), strict=True)]) - target
 
-    def residual(self, x: np.ndarray) -> np.ndarray:
-        error = self.output(x) - self.target
-        return (error - error.mean()) / self.level
+    def residual(x: np.ndarray) -> np.ndarray:
+        error = error_at(x)
+        return (error - error.mean()) / level
 
-    def best(self) -> ClosedFormFit:
-        from scipy.optimize import least_squares
+    start = min([np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS], key=lambda x: float(np.sum(residual(x) ** 2)))
+    solution = least_squares(residual, start, bounds=(low, high), max_nfev=60, xtol=1e-9, ftol=1e-10)
+    return Fitted(operator_at(solution.x), -float(np.mean(error_at(solution.x))), level * float(np.sqrt(np.mean(solution.fun**2))))
 
-        low, high = ([math.log(level), math.log(stiffness)] for level, stiffness in zip((0.1, 100.0), STIFFEST, strict=True))
-        if self.shaped:
-            low, high = [*low, EXPONENTS[0]], [*high, EXPONENTS[1]]
-        starts = [np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS]
-        start = min(starts, key=lambda x: float(np.sum(self.residual(x) ** 2)))
-        solution = least_squares(self.residual, start, bounds=(low, high), max_nfev=EVALUATIONS, xtol=1e-9, ftol=1e-10)
-        offset = float(np.mean(self.target - self.output(solution.x)))
-        return ClosedFormFit(self.operator(solution.x), offset, self.level * float(np.sqrt(np.mean(solution.fun**2))))
+
+FITTED: dict[str, Callable[..., Fitted]] = {
+    "prandtl_ishlinskii": fit_stops,
+    "preisach": fit_closed_form,
+    "preisach_grid": fit_grid,
+    "reversal_table": fit_table,
+}
+"""The operators that can be identified, and how."""

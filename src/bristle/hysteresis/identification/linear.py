@@ -162,64 +162,48 @@ class NormalEquations:
         unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
         weights = np.bincount(active, side * unit / self.scale[active], minlength=self.scale.size)
         left = self.square - 2.0 * float(unit @ (side * self.right[active])) + float(unit @ gram @ unit)
-        rms = float(np.sqrt(max(left, 0.0) / self.rows))
-        return Weighted(weights, self.level - float(self.middle @ weights), rms)
+        return Weighted(weights, self.level - float(self.middle @ weights), float(np.sqrt(max(left, 0.0) / self.rows)))
 
 
-SIGNS = ("magnet", "friction", "textbook")
 RESOLUTION = 30  # stops, or cells along a side of a grid
-LAGGING = ("piezo",)  # kinds whose output may lag behind the input: plays are tried beside stops
 ROWS_MOST = 10_000  # of a regressor: beyond, samples are left out evenly
 
 
-class GridFit(NamedTuple):
-    """A Preisach operator from data: the sign off the diagonal, and the share of cells that no curve crosses."""
+class Fitted(NamedTuple):
+    """An operator from data, the constant output beside it, the root mean square of what is left, and what to say of it."""
 
     operator: Model
-    sign: str
-    rms: float
-    unseen: float
+    offset: float = 0.0
+    rms: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
-def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, sign: str | None = None, rows: Rows = None) -> GridFit:
-    """Fit the measure of each cell of a grid to recorded hysteresis, with the sign off the diagonal that fits better.
-
-    Raises
-    ------
-    InputError
-        If the input does not move, or there is no such sign.
-    """
-    if cells != int(cells) or not 2 <= cells <= 100:
-        raise InputError("must be a whole number", path="cells", value=cells, allowed="2 to 100")
-    if sign is not None and sign not in SIGNS:
-        raise InputError("no such sign", path="sign", value=sign, allowed=", ".join(SIGNS))
-    low, high = _range_of(recorded)
-    features = _Cells(low, high, int(cells), relays=sign == "textbook")
-    traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
-    samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
-    thinned = [part[:: max(sum(part.size for part in samples) // ROWS_MOST, 1)] for part in samples]
-    equations = NormalEquations.of(stacked(traces, features, thinned), outputs_of(recorded, thinned))
-    tried = {name: equations.solve(features.signs(name)) for name in ((sign,) if sign else ("magnet", "friction"))}
-    chosen = min(tried, key=lambda name: tried[name].rms)
-    best = tried[chosen]
-    operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
-    return GridFit(operator, chosen, best.rms, float(np.mean(equations.scale == 0.0)))
-
-
-def _range_of(recorded: Curves) -> tuple[float, float]:
+def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] = ("magnet", "friction"), rows: Rows = None) -> Fitted:
+    """Fit the measure of each cell of a grid to recorded hysteresis, with the sign off the diagonal that fits best."""
     low, high = recorded.low, recorded.high
     if recorded.start == "virgin":
         low, high = min(low, -high), max(high, -low)
     if not high > low:
         raise InputError("does not move", path="input", value=high)
-    return low, high
+    features = _Cells(low, high, cells)
+    traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
+    samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
+    thinned = [part[:: max(sum(part.size for part in samples) // ROWS_MOST, 1)] for part in samples]
+    equations = NormalEquations.of(stacked(traces, features, thinned), outputs_of(recorded, thinned))
+    tried = {name: equations.solve(features.signs(name)) for name in signs}
+    chosen = min(tried, key=lambda name: tried[name].rms)
+    best, unseen = tried[chosen], float(np.mean(equations.scale == 0.0))
+    operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
+    notes = [f"off the diagonal the measure has the sign of a {chosen}: that sign fits better"]
+    notes += [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which are left empty"] if unseen > 0.0 else []
+    return Fitted(operator, rms=best.rms, notes=tuple(notes))
 
 
 class _Cells:
     """The cells of a grid, as functions of (alpha, beta)."""
 
-    def __init__(self, low: float, high: float, count: int, *, relays: bool) -> None:
-        self.low, self.high, self.count, self.relays = low, high, count, relays
+    def __init__(self, low: float, high: float, count: int) -> None:
+        self.low, self.high, self.count = low, high, count
         self.i, self.j = np.tril_indices(count)
         self.diagonal = np.flatnonzero(self.i == self.j)
 
@@ -230,28 +214,32 @@ class _Cells:
         a = np.clip((alpha[:, None] - self.low) / size - cell, 0.0, 1.0)
         b = np.clip(cell + 1.0 - (beta[:, None] - self.low) / size, 0.0, 1.0)
         shares = a[:, self.i] * b[:, self.j]
-        inside = np.maximum(a + b - 1.0, 0.0)
-        shares[:, self.diagonal] = inside**2 if self.relays else inside
+        shares[:, self.diagonal] = np.maximum(a + b - 1.0, 0.0)
         return shares
 
     def signs(self, name: str) -> np.ndarray:
         """Return the sign of each cell: positive on the diagonal, negative off it for friction."""
-        signs = np.ones(self.i.size)
-        if name == "friction":
-            signs[self.i != self.j] = -1.0
-        return signs
+        return np.where((self.i != self.j) & (name == "friction"), -1.0, 1.0)
 
     def everett(self, weights: np.ndarray) -> np.ndarray:
         """Return the Everett function at the levels, in the order of `preisach_grid`."""
         mass = np.zeros((self.count, self.count))
         mass[self.i, self.j] = weights
         # The triangle of (i + 1, j) holds the cells of rows up to i and columns from j on.
-        summed = np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1]
-        return summed[self.i, self.j]
+        return np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1][self.i, self.j]
 
 
-class StopsFit(NamedTuple):
-    r"""A Prandtl-Ishlinskii operator from data, and the constant output beside it.
+def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | None = None) -> np.ndarray:
+    """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad]."""
+    low = 0.01 * largest if smallest is None else smallest
+    if not 0.0 < low < largest < np.inf:
+        interval, mend = f"{low} to {largest}", "The input must move by more than its smallest step"
+        raise InputError("must have a range", path="thresholds", value=interval, mend=mend)
+    return np.geomspace(low, largest, int(count))
+
+
+def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarray | None = None, rows: Rows = None) -> Fitted:
+    r"""Fit stops and a spring to recorded hysteresis; stops that get no weight are left out of the operator.
 
     .. math:: f = f_0 + k u + \sum_i w_i\,\mathcal S_{r_i}[u], \qquad w_i \ge 0, \quad k \ge 0
 
@@ -259,42 +247,15 @@ class StopsFit(NamedTuple):
     :math:`\mathcal P_r[u] = u - \mathcal S_r[u]`, and what errs less is taken. Neighbouring weights trade places under
     noise, the virgin curve :math:`f_v(x) = k x + \sum_i w_i \min(x, r_i)` does not.
     """
-
-    operator: Model
-    offset: float
-    rms: float
-
-
-def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | None = None) -> np.ndarray:
-    """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad]."""
-    if count != int(count) or count < 2:
-        raise InputError("must be a whole number", path="count", value=count, allowed=">= 2")
-    low = 0.01 * largest if smallest is None else smallest
-    if not 0.0 < low < largest < np.inf:
-        raise InputError(
-            "there is no range for the thresholds",
-            path="thresholds",
-            value=f"{low} to {largest}",
-            mend="The input must move, and by more than its smallest step",
-        )
-    return np.geomspace(low, largest, int(count))
-
-
-def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarray | None = None, rows: Rows = None) -> StopsFit:
-    """Fit stops and a spring to recorded hysteresis; stops that get no weight are left out of the operator."""
     traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
     # The largest threshold that slips: half the way from a turning point, or from the origin.
     reach = max(0.5 * float(np.max(trace.alpha - trace.beta)) for trace in traces)
     r = thresholds_over(reach, count) if thresholds is None else np.asarray(thresholds, dtype=float)
-
-    fit = _fit(recorded, traces, r, rows, plays=False)
-    if recorded.kind not in LAGGING:
-        return fit
-    lagging = _fit(recorded, traces, r, rows, plays=True)
-    return lagging if lagging.rms < fit.rms else fit
+    tried = (False, True) if recorded.kind == "piezo" else (False,)
+    return min((_with_stops(recorded, traces, r, rows, plays=plays) for plays in tried), key=lambda fit: fit.rms)
 
 
-def _fit(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool) -> StopsFit:
+def _with_stops(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool) -> Fitted:
     """Fit stops, or what is left of the input beside each of them: plays, whose output lags behind the input."""
 
     def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
@@ -309,4 +270,4 @@ def _fit(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, pl
     if plays:  # a play is the input less the stop of its threshold
         spring, weights = spring + float(np.sum(weights[used])), -weights
     operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring)
-    return StopsFit(operator, solution.offset, solution.rms)
+    return Fitted(operator, solution.offset, solution.rms, (f"{np.count_nonzero(used)} stops have a weight",))

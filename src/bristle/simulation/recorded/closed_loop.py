@@ -136,8 +136,7 @@ def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: i
     for sample, measured in zip(desired.T.tolist(), log.position.values[part].tolist(), strict=False):
         effort, law = component.step(law, Reference(*sample), measured, dt, p)
         efforts.append(effort)
-    lacking = log.effort.values[part] - log.injected_effort[part] - np.array(efforts)
-    return efforts[0] + float(np.mean(lacking))
+    return efforts[0] + float(np.mean(log.effort.values[part] - log.injected_effort[part] - np.array(efforts)))
 
 
 def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
@@ -151,17 +150,9 @@ def closed_loop_of(
 ) -> ClosedLoop:
     """Return the closed loop of a stretch of a log."""
     if not isinstance(axis.controller, Model):
-        raise InputError(
-            f"is needed {purpose}",
-            path="axis.controller",
-            mend=f"Describe the controller that was running in [controller] of the axis file, or {instead}",
-        )
+        raise InputError(f"is needed {purpose}", path="axis.controller", mend=f"Write [controller] in the axis file, or {instead}")
     if log.reference is None:
-        raise InputError(
-            "has no reference, which the closed loop follows",
-            path="log",
-            mend=f"Name its column in [columns] of the axis file, or {instead}",
-        )
+        raise InputError("has no reference to follow", path="log", mend=f"Name its column in [columns] of the axis file, or {instead}")
     desired = desired_of(log.reference.values[part], log.sample_time)
     limit, first, injected = axis.effort_limit or math.inf, part.indices(len(log))[0], log.injected_effort[part]
     law = within_drive(axis.controller, limit, injected)

@@ -140,8 +140,7 @@ def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
     after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
     fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
     faded = np.concatenate([fade * before, effort, fade[::-1] * after])
-    fine = np.asarray(resample(faded, faded.size * steps))
-    return fine[beyond * steps : (beyond + effort.size) * steps]
+    return np.asarray(resample(faded, faded.size * steps))[beyond * steps : (beyond + effort.size) * steps]
 
 
 def period_of(effort: np.ndarray) -> int | None:

@@ -144,8 +144,7 @@ class ModelInHand(WithCard):
         from bristle.lab import Widget
         from bristle.lab.living import uncertainty_of
 
-        fastest = float(self.treatment.get("velocity_max", 0.0))
-        return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=fastest)
+        return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=float(self.treatment.get("velocity_max", 0.0)))
 
     def to_dataframe(self) -> Any:
         """Return the parameters as a data frame of pandas, one row a parameter."""

@@ -18,7 +18,7 @@ from bristle.core.variable import Variable
 from bristle.files.arguments import axes_for, log_and_axis
 from bristle.files.summary import provenance
 from bristle.logs.log import Log
-from bristle.workflow.result import Result
+from bristle.report.results import Result
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
@@ -89,8 +89,7 @@ class Compared(Result, Comparison):
             for name, change in self.changes.items()
             for ends in (change.interval or (None, None),)
         ]
-        columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
-        return pandas.DataFrame(rows, columns=columns)
+        return pandas.DataFrame(rows, columns=["quantity", "before", "after", "change", "low", "high", "unit", "verdict"])
 
     def _summary(self) -> dict[str, Any]:
         return self.summary

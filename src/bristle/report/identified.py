@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
+from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.files.arguments import logs_and_axes
@@ -23,8 +24,8 @@ from bristle.identification.request import models_of
 from bristle.identification.result import Identification
 from bristle.logs.log import Log
 from bristle.prediction.drive_table import drive_table, steady_curve
-from bristle.workflow.model_in_hand import ModelInHand
-from bristle.workflow.result import Result
+from bristle.report.model_in_hand import ModelInHand
+from bristle.report.results import Result
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
 P = ParamSpec("P")
-Progress = Callable[[float, str], None]
 ENTRIES = 20  # of the table for the drive
 EXPERIMENT = "experiment.toml"
 """What the experiment file is called that an identification leaves."""
@@ -140,8 +140,7 @@ class Identified(Identification, ModelInHand, Result):
         if experiment is None:
             return None, None, following_of(self.log)
         simulation = simulate(experiment, progress)
-        prediction = predict(*of_axis, "closed-loop", lag=self.best.lag)
-        return simulation, prediction, following_of(self.log, simulation, self.settings)
+        return simulation, predict(*of_axis, "closed-loop", lag=self.best.lag), following_of(self.log, simulation, self.settings)
 
     def _summary(self) -> dict[str, Any]:
         return self.outcome.summary

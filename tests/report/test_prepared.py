@@ -132,7 +132,7 @@ def test_a_digest_that_was_written_by_hand_is_not_believed(copied):
 
 
 def test_what_is_interrupted_is_not_kept(rig, monkeypatch):
-    import bristle.workflow.identified as identified
+    import bristle.report.identified as identified
 
     whole = identified.identify
     monkeypatch.setattr(identified, "identify", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
+from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.fingerprint import digest
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from bristle.identification.result import Fit
     from bristle.logs.log import Log
 
-Progress = Callable[[float, str], None]
 SIGNALS = ("time", "position", "effort", "reference")
 
 
@@ -103,7 +102,7 @@ def prepare(
 def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress) -> Fit:
     from bristle.files.arguments import read_log
     from bristle.files.axis import read_axis
-    from bristle.workflow.identified import identify
+    from bristle.report.identified import identify
 
     plan.folder.parent.mkdir(exist_ok=True)
     with results_folder(plan.folder, force=True) as folder:
@@ -132,12 +131,7 @@ def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
     kind = variant.plant.kind
     outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
     if outcome.status is not Status.OK:
-        raise InputError(
-            "does not run to its end",
-            path=f"compare.{variant.name}",
-            value=outcome.status.sentence,
-            mend="Simulate it alone and mend the loop first",
-        )
+        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Mend its loop")
     signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
     axis = axis or Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis

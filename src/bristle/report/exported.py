@@ -1,0 +1,130 @@
+"""What the command line and the lab do alike: look at a log, design a motion, write a model for another world."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from bristle.core.axis import Axis
+from bristle.core.content import Content, content_of
+from bristle.core.edge import among, amount
+from bristle.core.errors import InputError
+from bristle.core.experiment import RESTS
+from bristle.core.variable import Variable
+from bristle.files.results import SUMMARY
+from bristle.files.summary import as_json, provenance
+from bristle.files.toml import TOML_LIMIT
+from bristle.files.user_model import origins_of_code
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Model
+    from bristle.core.experiment import Variant
+    from bristle.exports.targets import Product, Target
+    from bristle.files.results import Results
+
+
+class ExportedModel(NamedTuple):
+    """Files of an export, what is in them, and where it comes from."""
+
+    target: str
+    product: Product
+    name: str
+    provenance: dict[str, str]
+    beside: tuple[str, ...] = ()
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What was written, as ``summary.json`` holds it."""
+        effect = None if self.product.effect is None else self.product.effect.as_data()
+        notes = [*self.product.notes, *self.beside]
+        about = {"target": self.target, "model": self.name, "files": list(self.product.files)}
+        return about | {"notes": notes, "effect": effect, "provenance": self.provenance}
+
+    def write(self, folder: Results) -> None:
+        """Write the files and the summary into a folder of results."""
+        for file_name, content in self.product.files.items():
+            folder.write(file_name, content)
+        folder.write(SUMMARY, as_json(self.summary))
+
+
+def export_model_file(
+    model: Path,
+    to: str | Target,
+    *,
+    command: str,
+    name: str | None = None,
+    step: str | float | None = None,
+    tunable: bool = False,
+    float32: bool = False,
+    axis: Any = None,
+    speed: str | None = None,
+    points: int = 20,
+    log: Any = None,
+    rest: str | None = None,
+    accept_harm: bool = False,
+    allow_code: bool = False,
+) -> ExportedModel:
+    """Return a friction model or an operator, from its file, as files for another world."""
+    from bristle.exports.described import Source
+    from bristle.exports.face import NAME, PERIOD, STEP
+    from bristle.exports.targets import Request
+    from bristle.exports.writing import files_for, name_for, target_named
+    from bristle.files.axis import read_axis
+    from bristle.logs import read_log
+
+    target, file, beside = target_named(to), content_of(model, limit=TOML_LIMIT), model.parent / "axis.toml"
+    plant, exported, facts = _read(file, allow_code=allow_code)
+    code = origins_of_code([exported.component]) if exported.component.family == "friction" else ()
+    described = read_axis(beside if axis is None else axis) if axis is not None or beside.is_file() else None
+    recorded = None if log is None else read_log(log, described)
+    source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
+    fastest = facts["treatment"].get("velocity_max", 0.0)
+    if speed is not None:
+        fastest = amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(speed, "--speed", exported.kind)
+    loop, remarks = _loop_beside(model.parent / "experiment.toml", exported, described)
+    request = Request(
+        exported,
+        name_for(name or NAME),
+        PERIOD(STEP if step is None else step, "--step", None),
+        Source(source, facts["uncertainty"]),
+        tunable,
+        float32,
+        described,
+        float(fastest),
+        points,
+        1.0 if plant is None else float(plant.values.get("M", 1.0)),
+        plant,
+        recorded,
+        facts,
+        "" if rest is None else among(*RESTS)(rest, "--rest", None),
+        loop,
+    )
+    return ExportedModel(target.name, files_for(target, request, accept_harm=accept_harm), exported.name, source, remarks)
+
+
+def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict[str, Any]]:
+    """Return plant, friction model or operator, and what a model file knows of them."""
+    from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
+    from bristle.hysteresis.beside_constant import with_constant
+    from bristle.testing import admit
+
+    if holds_operator(file):
+        operator, offset, _ = read_operator(file)
+        return None, with_constant(operator, offset), {"uncertainty": {}, "treatment": {}}
+    plant, exported, facts = read_model(file, allow_code=allow_code)
+    admit(exported)
+    return plant, exported, facts
+
+
+def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
+    """Return the loop of the experiment that an identification left beside a model file, and why it cannot be read."""
+    from bristle.files.experiment import read_experiment
+
+    if axis is None or axis.controller is None or not file.is_file():
+        return None, ()
+    try:
+        variants = read_experiment(file).variants
+    except InputError as error:
+        return None, (f"the loop of {file.name} is not simulated: {error}",)
+    return next((variant for variant in variants if variant.feedforward.friction == model), None), ()
