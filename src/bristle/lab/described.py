@@ -10,7 +10,6 @@ import numpy as np
 from markupsafe import escape
 
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.slot import Slot
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
@@ -170,17 +169,11 @@ def _numbers(variable: Variable, value: Any) -> list[float]:
 def head_of(component: FrictionModel) -> dict[str, str]:
     """Return how a model is named in a model file and in Python."""
     (base, *slots), inner = component.name.split("+"), base_of(component)
-    named = {slot.name: file_of(slot) for slot in channel_slots_of(component)}
-    slots = [named.get(slot, slot) for slot in slots]
+    files = {slot.name: code.source.name for slot in channel_slots_of(component) if (code := code_of(slot)) is not None}
+    slots = [files.get(slot, slot) for slot in slots]
     if MODELS.get(base) is inner:
         python = f'br.friction.find("{component.name}")' if goes_by_name(component) else ""
         return {"toml": f'model = "{"+".join([base, *slots])}"', "python": python}
     file = inspect.getfile(inner.trial).replace("\\", "/").rpartition("/")[2]
     beside = f"\nslots = {slots}".replace("'", '"') if slots else ""
     return {"toml": f'file = "{file}"{beside}', "python": ""}
-
-
-def file_of(slot: Slot) -> str:
-    """Return what names a slot in a model file: its file, or its name where it has none."""
-    code = code_of(slot)
-    return slot.name if code is None else code.source.name

@@ -1,13 +1,11 @@
 """What is around a contact, as parameters of it: on a page load, temperature and so on stand still, and are moved.
 
-A kernel is told them with each step of the motion. A module on the page is told a position alone, so that layers around
-all slots tell the rest: one what a motion holds, and one inside of it what slots of this model need beyond that.
+A kernel is told them with each step of the motion. A module on the page is told a position alone, so that a layer around
+all slots tells the rest.
 """
 
 from __future__ import annotations
 
-from collections import namedtuple
-from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
@@ -16,10 +14,9 @@ from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TR
 from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.lazy import once
-from bristle.core.surroundings import Surrounding, motion_with
+from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable
-from bristle.exports.scope import defined
-from bristle.friction.enclosing import CoefficientsModel, EnclosingModel, enclosed
+from bristle.friction.enclosing import CoefficientsModel, enclosed
 
 
 class Surroundings(NamedTuple):
@@ -74,72 +71,5 @@ class SurroundedModel(CoefficientsModel):
 def surrounded(model: FrictionModel) -> SurroundedModel:
     """Return a friction model whose parameters tell what is around it."""
     return enclosed(
-        SurroundedModel,
-        _with_channels(model),
-        name=model.name,
-        description=model.description,
-        Parameters=Surrounded,
-        trial=trial,
-        slots=("around",),
-    )
-
-
-WITH_CHANNELS = """
-def trial(state, memory, motion, dt, p):
-    force, move = friction_trial(state, memory, Motion({values}), dt, p.inner)
-    return force, move
-"""
-
-
-@dataclass(frozen=True, kw_only=True)
-class WithChannels(EnclosingModel):
-    """A friction model with the further channels that its slots depend on."""
-
-    channels: tuple[Surrounding, ...]
-
-    @property
-    def beside(self) -> Mapping[str, Variable]:
-        """The channels, described."""
-        return {around_named(channel): channel.variable for channel in self.channels}
-
-    @property
-    def surroundings(self) -> tuple[Surrounding, ...]:
-        """What of its surroundings no parameter tells."""
-        return tuple(item for item in self.inner.surroundings if item not in self.channels)
-
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
-        return self.inner.defaults | {around_named(channel): channel.usual for channel in self.channels}
-
-    def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
-        return self.Parameters(self.inside(values), *(values[name] for name in self.beside))
-
-    def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
-        return self.inner.values(parameters.inner) | {name: getattr(parameters, name) for name in self.beside}
-
-
-def around_named(channel: Surrounding) -> str:
-    """Return what the number of a channel is called on a page; the name is that of no parameter of a model."""
-    return f"around_{channel.name}"
-
-
-def _with_channels(model: FrictionModel) -> FrictionModel:
-    """Return a friction model whose parameters tell what a motion does not hold; the model where that holds all."""
-    channels = tuple(dict.fromkeys(channel for channel in model.surroundings if channel.is_own))
-    if not channels:
-        return model
-    names = [around_named(channel) for channel in channels]
-    values = ", ".join([*(f"motion.{field}" for field in Motion._fields), *(f"p.{name}" for name in names)])
-    scope = {"__name__": __name__, "friction_trial": friction_trial, "Motion": motion_with(channels)}
-    return enclosed(
-        WithChannels,
-        model,
-        name=model.name,
-        description=model.description,
-        Parameters=namedtuple("WithChannels", ("inner", *names)),
-        trial=kernel(defined("trial", WITH_CHANNELS.format(values=values), scope)),
-        channels=channels,
+        SurroundedModel, model, name=model.name, description=model.description, Parameters=Surrounded, trial=trial, slots=("around",)
     )

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_TEMPERATURE, Kind, Model, make_model
+from bristle.core.errors import InputError
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
@@ -24,10 +25,10 @@ from bristle.friction.level import RISES_WITH as RISING
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
 from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
-from bristle.lab.described import described, example_named, file_of, head_of, module_described, variables_of, walks_of
+from bristle.lab.described import described, example_named, module_described, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
-from bristle.lab.surroundings import AROUND, Surroundings, around_named, surrounded
+from bristle.lab.surroundings import AROUND, Surroundings, surrounded
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
 
@@ -101,8 +102,7 @@ def plain_of(model: Model) -> Model:
 
 
 def _with(model: Model, slots: Sequence[str]) -> SlottedModel:
-    """Return a friction model with these slots, besides those over a channel that it has anyway."""
-    return with_slots(base_of(model.component), [*slots, *reversed(channel_slots_of(model.component))])
+    return with_slots(base_of(model.component), slots)
 
 
 def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
@@ -184,6 +184,9 @@ def switched(
     Parameters are those of `bristle.lab.described.described`. Modules are packed as what follows `common_module`, the
     wide one as what follows the plain one too.
     """
+    if over := channel_slots_of(model.component):
+        names = ", ".join(slot.name for slot in over)
+        raise InputError("has a slot over a channel of the log, which no page has", path="model", value=names, mend="Take the slot off")
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
     facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model)
@@ -211,29 +214,7 @@ def switched(
         base = base_of(plain.component).variables
         rows = [row | ({} if _of_both(row["name"], plain) in (*base, "offset") else {"slot": True}) for row in rows]
         facts["own"] = {"slots": list(slots), "rows": rows}
-    return facts | _over(plain, facts) if channel_slots_of(plain.component) else facts
-
-
-def _over(plain: Model, facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a page knows of a model with slots over a channel, which stay on: names, and what is around it."""
-    slots, bare = channel_slots_of(plain.component)[::-1], with_slots(base_of(plain.component), ())
-    component = surrounded(plain.component)
-    model = make_model(component, component.defaults | dict(plain.values), kind=plain.kind, validate=False)
-    rows = {row["name"]: row for row in variables_of(model, facts["wide"]["places"], 1.0, {})}
-    over = []
-    for slot in slots:
-        row = rows.get(around_named(slot.channel), {})
-        symbol = SYMBOLS.get(around_named(slot.channel), f"<i>{slot.channel.name[0]}</i>")
-        around = row | {"slot": True, "symbol": symbol, "nothing": slot.channel.usual}
-        words = f"varying with {slot.channel.variable.description}"
-        over.append({"name": slot.name, "file": file_of(slot), "words": words} | ({"around": around} if row else {}))
-    return {
-        "model": bare.name,
-        "description": bare.description,
-        "head": head_of(bare),
-        "over": over,
-        "variables": [row | ({} if row["name"] in bare.variables else {"slot": True}) for row in facts["variables"]],
-    }
+    return facts
 
 
 @cache
