@@ -28,6 +28,7 @@ LOG_FILE = (
 )
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
+# What to write in place of commands and options that an earlier release had; with its command where another one still has it.
 REMOVED = {
     "watch": "Use bristle identify LOGS --each, whose report says which axis differs from the others",
     "--data": "Write --format csv",
@@ -45,7 +46,6 @@ REMOVED = {
     "check --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
     "excite --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
 }
-"""What to write in place of commands and options that an earlier release had; with its command where another one still has it."""
 
 
 class Format(StrEnum):

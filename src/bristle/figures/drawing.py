@@ -92,8 +92,7 @@ def own_settings() -> Iterator[None]:
 class Drawing(Figure):
     """A figure drawn with the settings and the fonts that it was made with: much is decided as late as that."""
 
-    has_room_above = False
-    """Whether there is room for a legend above all panels."""
+    has_room_above = False  # whether there is room for a legend above all panels
 
     def draw(self, renderer: Any) -> None:
         """Draw the figure."""

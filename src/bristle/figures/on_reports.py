@@ -42,6 +42,7 @@ class Place(NamedTuple):
         return self.condition(facts) and self.figure.applies_to(facts)
 
 
+# The figures of a kind of report, by section.
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
         Place("front", "first_page", _has_curve),
@@ -68,7 +69,6 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "fleet": (Place("parameters", "fleet_parameters"),),
     "operator": (Place("front", "recorded_curves"),),
 }
-"""The figures of a kind of report, by section."""
 
 
 @cache

@@ -91,8 +91,7 @@ def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     return uncertainty
 
 
-MOST_SAMPLES = 25_000
-"""Samples of the loop that a page carries at most."""
+MOST_SAMPLES = 25_000  # samples of the loop that a page carries at most
 COLUMNS = 1000  # of the line of a following error
 STEPS = 4096.0  # steps of a following error that is shown
 FINE = 2**12  # steps of the reference in a count of the encoder, or in its own longest step

@@ -28,8 +28,8 @@ from bristle.friction import find
 from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
+# What lasts of a law: whether it has begun, what it is told, and from there on its state.
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
-"""What lasts of a law: whether it has begun, what it is told, and from there on its state."""
 STATE = 1 + len(SAMPLE)
 LAW = """
 def command(lasting, x, dt, p):

@@ -22,12 +22,9 @@ from bristle.lab.switches import common_module, slots_described, switched
 if TYPE_CHECKING:
     import jinja2
 
-MARK = "<!-- A page of bristle lab -->"
-"""What a page begins with, so that it is known as one."""
-FIRST = "preisach_lugre"
-"""The model that is shown first, where none is given."""
-SHARED = ("inflate.js", "physics.js", "loop.js")
-"""What a worker runs too."""
+MARK = "<!-- A page of bristle lab -->"  # what a page begins with, so that it is known as one
+FIRST = "preisach_lugre"  # the model that is shown first, where none is given
+SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
 SCRIPTS = (
     "paths.js",
     "certificates.js",

@@ -25,8 +25,7 @@ from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
-MOST_INTERVALS, MOST_ROWS = 30_000, 12_000
-"""Intervals of the motion and rows that a page carries at most."""
+MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
 FINE = 2**20  # steps in the longest way of an interval
 STEPS = 64.0  # steps in the root mean square of what the model leaves over
 AROUND_TURN = 0.9  # share of the response of the filters that is looked at sample by sample around a turn

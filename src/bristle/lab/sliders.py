@@ -17,8 +17,7 @@ from bristle.lab.passivity import SIDES, inner_of, of_side
 from bristle.plants import pulled_inertia
 from bristle.report.symbols import symbolic
 
-AROUND = 100.0
-"""Factor from the middle of a slider without ends to either end."""
+AROUND = 100.0  # factor from the middle of a slider without ends to either end
 DECADES = 100.0  # from this ratio on equal factors are taken
 SIGNED = 4.0  # ends of a number of either sign, over its value
 

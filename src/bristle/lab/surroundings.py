@@ -27,8 +27,8 @@ class Surroundings(NamedTuple):
     around_transmitted: Annotated[float, Variable("force", "effort that passes on")] = NOTHING_TRANSMITTED
 
 
+# For each slot that needs more than the motion, what it needs.
 AROUND = {"load": "around_load", "temperature": "around_temperature", "transmitted": "around_transmitted"}
-"""For each slot that needs more than the motion, what it needs."""
 
 
 class Surrounded(NamedTuple):

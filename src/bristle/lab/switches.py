@@ -32,10 +32,8 @@ from bristle.lab.surroundings import AROUND, Surroundings, surrounded
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
 
-SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
-"""All that can be put on, in the order of a name."""
-SIDES = {"_pos": 1.1, "_neg": 0.9}
-"""What the parameters of either direction begin with, over that of both."""
+SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")  # all that can be put on, in the order of a name
+SIDES = {"_pos": 1.1, "_neg": 0.9}  # what the parameters of either direction begin with, over that of both
 
 
 class Start(NamedTuple):
@@ -72,8 +70,7 @@ STARTS = {
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
 }
-NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
-"""What the number of a slot is where nothing varies."""
+NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults  # what the number of a slot is where nothing varies
 SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
 POSITIVE = "1 + <i>p</i><sub>1</sub> ξ + <i>p</i><sub>2</sub> ξ² &gt; 0 for ξ from −1 to 1"
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from bristle.identification.settings import Settings
     from bristle.prediction.following import Following
 
-LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
-"""The words of each level."""
+LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
+# Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first.
 DOUBTS = (
     "structure",
     "stages_differ",
@@ -41,7 +41,6 @@ DOUBTS = (
     "below_resolution",
     "half_cycles_differ",
 )
-"""Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first."""
 WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
 
 # The purposes of a motion (`bristle excite --for`) that serves.

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from bristle.loop import Assessment
     from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
-MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
-"""By its unit on a carriage, the unit of a gain at the motor."""
+MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # by its unit on a carriage, the unit of a gain at the motor
 
 
 def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:

@@ -24,6 +24,7 @@ DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as 
 VERDICTS = {True: "passed", False: "FAILED", None: "does not apply"}
 
 
+# What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more.
 USES = {
     "well_posed": "every use",
     "passive": "a simulation that must not gain energy, friction fed forward along the measured motion",
@@ -31,7 +32,6 @@ USES = {
     "closure": "a simulation of small motions inside large ones",
     "dissipation": "a simulation that must not gain energy, friction fed forward along the measured motion",
 }
-"""What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more."""
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
 
+# What a person who answers for an axis asks of each report.
 QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
-"""What a person who answers for an axis asks of each report."""
 SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line
 HEADING_OF_FIGURES = "Further figures"
 

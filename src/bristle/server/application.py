@@ -56,11 +56,11 @@ async def _refused(_: Request, error: Exception) -> Response:
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
 TO_PAGE = 'location.replace("/" + location.hash)'
+# What leads on to the page with the fragment as it is, and the policy under which a browser runs it.
 ENTER = (
     f'<!DOCTYPE html><html lang="en"><title>bristle</title><script>{TO_PAGE}</script></html>',
     f"default-src 'none'; script-src {hash_of(TO_PAGE)}; frame-ancestors 'none'",
 )
-"""What leads on to the page with the fragment as it is, and the policy under which a browser runs it."""
 
 
 def server_page(limits: Limits) -> tuple[str, str]:

@@ -14,8 +14,7 @@ from bristle.files.components import FILL_IN
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)
-"""What a column of the form may be."""
+CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # what a column of the form may be
 EMPTY = 'schema = 1\nname = "axis"\n'
 DEEPEST = 3
 

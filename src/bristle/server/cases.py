@@ -16,10 +16,10 @@ from bristle.server.bodies import RefusedRequestError
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
-ROLES = ("fit", "held_out", "axis")
-"""What a file is for: to be fitted to, to be predicted only, to describe the axis."""
+ROLES = ("fit", "held_out", "axis")  # what a file is for: to be fitted to, to be predicted only, to describe the axis
 LONGEST_LABEL = 100
 FORGOTTEN = 600.0  # [s] without a tab, after which an analysis makes room for a new one
+# What came out -> what it was made of; once that changes, it is told to be old.
 DEPENDS = {
     "looked": ("fit", "axis"),
     "checked": ("fit", "axis", "held_out"),
@@ -28,7 +28,6 @@ DEPENDS = {
     "exported": ("fit", "axis"),
     "excited": (),
 }
-"""What came out -> what it was made of; once that changes, it is told to be old."""
 
 
 @dataclass(frozen=True)

@@ -19,14 +19,11 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LOOPBACK = "127.0.0.1"
-TOKEN = "x-bristle-token"
-"""The header that carries the token."""
-HAS_TOKEN = "bristle.has_token"
-"""What stands in the state of a request that had the token."""
-ENTRANCE = "/opened/"
-"""Where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket."""
+TOKEN = "x-bristle-token"  # the header that carries the token
+HAS_TOKEN = "bristle.has_token"  # what stands in the state of a request that had the token
+ENTRANCE = "/opened/"  # where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket
+# What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each.
 OPEN = ("/shown/", ENTRANCE)
-"""What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each."""
 HEADERS = {
     "cache-control": "no-store",
     "x-content-type-options": "nosniff",

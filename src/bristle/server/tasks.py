@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 POINTS = 20  # of a table of a drive
 DRAWS = 100
 MODE = "inverse"
+# What a log of the motion is taken to hold, where nobody has said it.
 COLUMNS = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
-"""What a log of the motion is taken to hold, where nobody has said it."""
 
 
 def check(errand: Errand) -> Answer:
@@ -203,5 +203,5 @@ def _with_columns(text: str) -> str:
     return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in COLUMNS.items()})
 
 
+# By the name that the page knows.
 TASKS = {"look": look, "check": check, "identify": identify, "predict": predict, "export": export, "excite": excite}
-"""By the name that the page knows."""

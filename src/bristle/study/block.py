@@ -29,8 +29,7 @@ NAMES = {
     Status.MEMORY_OVERFLOW: "memory_overflow",
     Status.NOT_FINITE: "not_finite",
 }
-FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)
-"""The statuses of runs that have no numbers."""
+FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)  # the statuses of runs that have no numbers
 
 MODELS = ("plant", "friction")
 SAMPLES_AT_ONCE = 4_000_000  # of all runs together, so that their records stay in some tens of megabytes

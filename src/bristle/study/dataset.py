@@ -15,11 +15,9 @@ from bristle.core.tabular import library
 from bristle.files.growing import verified
 from bristle.study.store import OF_STUDIES, RUNS, STUDY, study_in
 
-OK = "ok"
-"""Status of a run, or of a log of a fleet, that ended well."""
+OK = "ok"  # status of a run, or of a log of a fleet, that ended well
 
-BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")
-"""Columns that stand beside the numbers of a run."""
+BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")  # columns that stand beside the numbers of a run
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from bristle.simulation.result import Statistics, VariantResult
 STATISTICS = tuple(field.name for field in fields(Statistics))
 LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
 EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
-METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)
-"""The numbers of a variant by dotted name."""
+METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)  # the numbers of a variant by dotted name
 
 SHORT = {
     "following_error": "following error",
