@@ -13,7 +13,6 @@ from bristle.cli.terminal import say, say_laid_out, show_table
 if TYPE_CHECKING:
     from bristle.core import Component, Surrounding, Variable
 
-_EXAMPLES = ("motor_6_cos", "known_NAME")  # of terms that a plant has as many of as one likes
 EXAMPLE = """Example:
   bristle models lugre+asymmetry"""
 
@@ -76,7 +75,7 @@ def _selected(name: str) -> dict[str, list[Component]]:
         raise InputError("there is no such model", path="NAME", value=name, mend=mend)
     chosen: Any = named[base]
     if plus and family_of[base] == "plant":
-        return {"plant": [plants.find(name, _EXAMPLES, "NAME")]}
+        return {"plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]}  # examples of terms that a plant takes any number of
     if plus and family_of[base] != "friction":
         raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:

@@ -16,8 +16,7 @@ EXAMPLE = """Example:
   bristle paper --figure 8 --format pdf --format csv
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
-USUAL_PLACE, ROBUST_PLACE = Path("bristle-paper"), Path("bristle-robust")
-USUAL_SEEDS = 20
+USUAL_PLACE = Path("bristle-paper")
 Robust = Annotated[bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")]
 Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default.")]
 
@@ -61,8 +60,8 @@ def paper(
         of_figures = {"--figure": figure, "--write": write, "--from": source, "--force": force}
         refuse(of_figures, "says nothing beside --robust")
         is_usual = getattr(context.get_parameter_source("out"), "name", "DEFAULT") == "DEFAULT"
-        output = Output(context, ROBUST_PLACE if is_usual else out, formats, as_json=as_json)
-        _try_robustness(output, truths or [], seeds or USUAL_SEEDS, axis, allow_code=allow_code)
+        output = Output(context, Path("bristle-robust") if is_usual else out, formats, as_json=as_json)
+        _try_robustness(output, truths or [], seeds or 20, axis, allow_code=allow_code)
         return
     refuse({"TRUTH": truths, "--seeds": seeds, "--axis": axis}, "says nothing without --robust")
     if write is not None:

@@ -26,7 +26,6 @@ OUR_BUG = 70
 INTERRUPTED = 130
 LONGEST = 500  # letters
 NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, errno.EROFS}
-NO_MORE_FILES = {errno.EMFILE, errno.ENFILE}
 PATIENCE = 1.0  # [s]
 PIPE_WIDTH = 160
 READ_WELL = 100
@@ -179,7 +178,7 @@ def report(error: BaseException, *, results: bool = False) -> int:
     if isinstance(error, MemoryError):
         complain("there is not enough memory for this. Take a shorter log or experiment")
         return BAD_INPUT
-    if isinstance(error, OSError) and error.errno in NO_MORE_FILES:
+    if isinstance(error, OSError) and error.errno in {errno.EMFILE, errno.ENFILE}:
         complain("no more files can be opened: the limit of this process or of the system is reached (ulimit -n)")
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:

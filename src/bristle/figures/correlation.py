@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 # Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
 SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
-SLOPE = 0.7  # height of a slanted name over its length, the height of its letters included
 
 
 @style.styled
@@ -31,7 +30,7 @@ def correlation(fit: Fit) -> Figure:
     left = 0.5 + label_width
     cell = min(0.62, (style.WIDTH - left - 0.15) / count)
     slanted = label_width > cell
-    bottom = 0.38 + (label_width * SLOPE if slanted else 0.2)
+    bottom = 0.38 + (label_width * 0.7 if slanted else 0.2)  # height of a slanted name over its length, the height of its letters included
     tall = min(0.36, cell) * count
     figure, ((axes,),) = style.panels(tall + bottom + 0.15, left=left, right=style.WIDTH - left - cell * count, bottom=bottom, top=0.15)
     axes.pcolormesh(np.ma.masked_invalid(np.abs(matrix)), cmap=SHADES, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=0.8)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-FEWEST = 2  # columns of a stretch
 COLUMNS = 480  # about one a point of a figure as wide as a page
 
 
@@ -47,7 +46,8 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
     kept_x, kept_y = [], []
     for part in parts:
         # A long stretch takes its share of the width, or a few short ones beside it would make it coarse.
-        samples = envelope(y[part], max(columns * (part.stop - part.start) // total, FEWEST)) + part.start
+        # Two columns at least for each stretch.
+        samples = envelope(y[part], max(columns * (part.stop - part.start) // total, 2)) + part.start
         kept_x += [x[samples], [np.nan]]
         kept_y += [y[samples], [np.nan]]
     if not parts:

@@ -20,9 +20,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
-FEW = 60  # logs up to which markers are large
-
 
 @style.styled
 def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray]) -> Figure:
@@ -43,12 +40,12 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
     # Past what most logs span, and to all of them if they are near.
     usual = np.quantile(value[tells], (0.05, 0.95))
-    margin = MARGIN * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0
+    margin = 0.6 * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0  # logs beyond end in an arrow
     bottom = max(float(usual[0]) - margin, float(value[tells].min()) - 0.3 * margin)
     top = min(float(usual[1]) + margin, float(value[tells].max()) + 0.3 * margin)
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
-    size = 3.4 if runs.count <= FEW else 2.0
+    size = 3.4 if runs.count <= 60 else 2.0  # smaller markers for many logs
     axes.axhline(float(np.median(value[tells])), label="median", linestyle="--", **style.AID)
     inside = (value >= bottom) & (value <= top)
     for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "stands apart")):

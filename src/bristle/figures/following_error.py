@@ -22,10 +22,8 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.simulation.result import SimulationResult
 
-BINS = 80
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit
-CLOSE_UP = 0.05  # share of the samples, where nothing reverses
 SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
 
 
@@ -97,7 +95,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     # The share of samples in bins common to all.
     errors = np.concatenate([loop.error for loop in near]) * scale.factor
     low, high = float(errors.min()), float(errors.max())
-    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    edges = np.linspace(low, high if high > low else low + 1.0, 80 + 1)
     for loop in near:
         counts, _ = np.histogram(loop.error * scale.factor, edges)
         spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
@@ -170,7 +168,7 @@ def _turn(loop: _Loop) -> np.ndarray:
     Where the reference never reverses, around the largest error.
     """
     at = worst_reversal(loop.reference, loop.error)
-    return loop.time[window(loop.time, loop.error, CLOSE_UP) if at is None else at]
+    return loop.time[window(loop.time, loop.error, 0.05) if at is None else at]  # where nothing reverses
 
 
 def has_completed(result: SimulationResult) -> bool:

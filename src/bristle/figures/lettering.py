@@ -28,8 +28,6 @@ FILES = {
 }
 BOLD = {"semibold", "demibold", "demi", "bold", "heavy", "extra bold", "black"}
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji
-WITHOUT_WIDTH = {"Mn", "Me", "Cf"}
-POINTS = 72.0  # in an inch
 LETTERS = 8.5  # points
 LONGEST_READ = 400  # letters: more than fit anywhere
 CUT = "…"
@@ -41,7 +39,6 @@ _UNFIT = re.compile(
     + "".join(f"{chr(plane + 0xFFFE)}{chr(plane + 0xFFFF)}" for plane in range(0, 0x110000, 0x10000))
     + "]"
 )
-MARK = "\ufffd"
 # Hebrew, Arabic and their like: what stands behind their last letter would be read to the left of them.
 _RIGHT_TO_LEFT = "\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc"
 FROM_LEFT_ON = "\u200e"
@@ -56,7 +53,7 @@ def printable(text: str) -> str:
     >>> printable("a\x00b\ud800c")
     'a�b�c'
     """
-    return _UNFIT.sub(MARK, escaped(text))
+    return _UNFIT.sub("\ufffd", escaped(text))
 
 
 def one_line(text: str) -> str:
@@ -104,7 +101,7 @@ class Lettering:
 def width(text: str, size: float) -> float:
     """Return how wide a line of text is [inch], its letters `size` points high."""
     font = FontProperties(fname=REGULAR, size=size)
-    return TextToPath().get_text_width_height_descent(_drawable(text, REGULAR), font, False)[0] / POINTS
+    return TextToPath().get_text_width_height_descent(_drawable(text, REGULAR), font, False)[0] / 72.0  # points in an inch
 
 
 def _own(prop: FontProperties) -> tuple[FontProperties, Path]:
@@ -122,7 +119,7 @@ def _drawable(text: str, font: Path) -> str:
     if text.isascii() or has.issuperset(text):
         return text
     return "".join(
-        letter if letter in has else WIDE for letter in text if letter in has or unicodedata.category(letter) not in WITHOUT_WIDTH
+        letter if letter in has else WIDE for letter in text if letter in has or unicodedata.category(letter) not in {"Mn", "Me", "Cf"}
     )
 
 

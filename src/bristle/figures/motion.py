@@ -16,8 +16,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.excitation.motion import ExcitationMotion
 
-TICKS = (1.0, 2.0, 5.0)
-
 
 @style.styled
 def motion(planned: ExcitationMotion) -> Figure:
@@ -52,7 +50,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         scale = scale_for("length/time", planned.kind, speed)
         row[0].semilogx(speed * scale.factor, level * force.factor, ".", markersize=3.0, color=style.PREDICTED["color"])
         # Plain numbers: the powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
-        row[0].xaxis.set_major_locator(LogLocator(subs=TICKS))
+        row[0].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         row[0].xaxis.set_minor_locator(NullLocator())
         row[0].set(xlabel=scale.label("Speed"), ylabel=label)

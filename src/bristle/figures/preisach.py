@@ -20,7 +20,7 @@ from bristle.figures.small_multiples import loop_units
 
 SAMPLES = 120  # of a way from turn to turn
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
-HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
+HATCHES = ("////", "\\\\\\\\", "....", "xxxx")
 NOW = style.MEASURED["color"]
 
 
@@ -140,7 +140,7 @@ def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
     for index, corners in enumerate(trapezoids(path)):
         scaled, hatch = corners * length.factor, HATCHES[index % len(HATCHES)]
         name = "_trapezoid" if index else "trapezoids Qₖ"
-        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=HATCH, hatch=hatch, linewidth=0.8, label=name)
+        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor="#55708f", hatch=hatch, linewidth=0.8, label=name)
         (left, _), (_, top), (right, _), _ = scaled
         x = left + 0.42 * (right - left)  # the middle of a trapezoid over a slanted base
         axes.text(x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK, bbox=box)

@@ -17,8 +17,6 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-LAGS = 60
-
 
 @style.styled
 def residuals(fit: Fit) -> Figure:
@@ -52,7 +50,7 @@ def residuals(fit: Fit) -> Figure:
     return figure
 
 
-def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = LAGS) -> tuple[np.ndarray, int]:
+def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = 60) -> tuple[np.ndarray, int]:
     """Return the autocorrelation of residuals, no product taken across a gap in time, and the samples used."""
     parts = [residual[part] - residual.mean() for part in runs(time, residual)]
     longest = max((part.size for part in parts), default=1)

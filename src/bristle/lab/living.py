@@ -91,11 +91,8 @@ def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     return uncertainty
 
 
-MOST_SAMPLES = 25_000  # samples of the loop that a page carries at most
 COLUMNS = 1000  # of the line of a following error
 STEPS = 4096.0  # steps of a following error that is shown
-FINE = 2**12  # steps of the reference in a count of the encoder, or in its own longest step
-PUSHED = 16.0  # steps of what pushes the axis in its root mean square
 
 
 def followed_part(friction: Model, simulation: SimulationResult | None, following: Following | None) -> dict[str, Any] | None:
@@ -165,7 +162,7 @@ def _reason_against(variant: Variant, friction: Model) -> str:
 def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     """Return what computes a loop: laws, numbers, and how it begins."""
     run, dt = variant.run, variant.run.sample_time
-    count = min(round(run.duration / dt), MOST_SAMPLES)
+    count = min(round(run.duration / dt), 25_000)  # as many samples as a page carries
     reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
     x, v, a = (float(signal[0]) for signal in reference)
     start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit, variant.injected)
@@ -214,11 +211,12 @@ def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
 def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, Any]:
     """Return the reference and what pushes the axis, as whole numbers times a step."""
     origin, moved = float(position[0]), position - position[0]
-    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / FINE or 1.0
+    # A fine step in a count of the encoder, or in the longest step of the reference itself.
+    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (2**12) or 1.0
     step = max(step, float(np.max(np.abs(moved))) / 2**29)
     force = np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
     if variant.injected is not None:  # the same while the drive is not at its limit
         force = force - np.asarray(variant.injected)[:count]
-    pushed = float(np.sqrt(np.mean(force**2))) / PUSHED or 1.0
+    pushed = float(np.sqrt(np.mean(force**2))) / 16.0 or 1.0
     numbers = [differences(np.round(moved / step), 2), differences(np.round(force / pushed), 1)]
     return {"origin": origin, "step": step, "pushed": pushed, "numbers": packed_numbers(numbers)}

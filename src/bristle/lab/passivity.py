@@ -38,7 +38,6 @@ from bristle.friction.slip_law import slip
 from bristle.friction.slots import variations_of
 
 SIDES = {"forward": "_pos", "backward": "_neg"}
-ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
 CONDITIONS = {
     bouc_wen.Parameters: (["beta"], ">=", ["0.5"], "its hysteresis gives energy back at every speed"),
     gms.Parameters: (
@@ -99,7 +98,7 @@ def passivity_of(model: Model) -> dict[str, Any] | None:
         left, sign, right, because = CONDITIONS[inner]
         pairs = [{"left": of_side(left, side, names), "sign": sign, "right": of_side(right, side, names)} for side in sides]
         return rows | {"conditions": pairs, "because": because}
-    return rows if inner in [module.Parameters for module in ALWAYS] else None
+    return rows if inner in [module.Parameters for module in (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)] else None
 
 
 def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:

@@ -28,10 +28,8 @@ from bristle.simulation.result import relative_error_percent
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
 FINE = 2**20  # steps in the longest way of an interval
 STEPS = 64.0  # steps in the root mean square of what the model leaves over
-AROUND_TURN = 0.9  # share of the response of the filters that is looked at sample by sample around a turn
 TAIL = 1e-4  # share of the response of the filters that is left out on either side
 NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
-CHANGE = 0.1  # of a parameter, by which that is looked at
 
 
 def _kept(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.ndarray]:
@@ -162,7 +160,8 @@ def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], resp
     if sum(map(len, runs)) <= MOST_INTERVALS:
         ends = [np.arange(run.size) for run in runs]
     else:  # an interval ends after each sample near a turn, and as often as there is room for elsewhere
-        near = int(np.searchsorted(response[response.size // 2 :], AROUND_TURN))
+        # Around a turn nine tenths of the response of the filters are looked at sample by sample.
+        near = int(np.searchsorted(response[response.size // 2 :], 0.9))
         ends = _kept(runs, max(float(np.ptp(run)) for run in runs) / FINE, near)
     step = max(float(np.max(np.abs(np.diff(run[end])), initial=0.0)) for run, end in zip(runs, ends, strict=True))
     step = (step or 1.0) / FINE
@@ -185,7 +184,7 @@ def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -
         estimate, value = fit.parameters.get(name), plant.values[name]
         if estimate is None or estimate.status != "identified" or isinstance(value, str) or np.ndim(value):
             continue
-        change = CHANGE * (abs(value) or 1.0)
+        change = 0.1 * (abs(value) or 1.0)
         once, twice = (dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort for i in (1, 2))
         if float(np.max(np.abs(twice - 2.0 * once))) <= negligible:
             columns.append(_column(name, once[chosen] / change, finest / abs(value or 1.0)))

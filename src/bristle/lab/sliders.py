@@ -18,8 +18,6 @@ from bristle.plants import pulled_inertia
 from bristle.report.symbols import symbolic
 
 AROUND = 100.0  # factor from the middle of a slider without ends to either end
-DECADES = 100.0  # from this ratio on equal factors are taken
-SIGNED = 4.0  # ends of a number of either sign, over its value
 
 
 class Slider(NamedTuple):
@@ -48,7 +46,8 @@ def slider_for(
     low, high = variable.min, variable.max
     within = [number for number in (value, *(interval or ())) if math.isfinite(number)]
     if math.isfinite(low) and math.isfinite(high):
-        if low > 0.0 and high / low >= DECADES:
+        # Equal factors from there on.
+        if low > 0.0 and high / low >= 100.0:
             return Slider(low, high, logarithmic=True)
         return Slider(low, high, logarithmic=False)
     if low >= 0.0:
@@ -56,15 +55,14 @@ def slider_for(
         first = min([middle / around, *(number for number in within if number > 0.0)])
         last = max([middle * around, *within])
         return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0, endless=math.isinf(value))
-    farthest = max([SIGNED * abs(number) for number in within] + [span]) or abs(variable.nominal)
+    # Four times the value, for a number of either sign.
+    farthest = max([4.0 * abs(number) for number in within] + [span]) or abs(variable.nominal)
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)
 
 
-FAST = 1000.0  # distances of pre-sliding in a second, where no Stribeck velocity tells what is fast
 PULL = 0.25  # velocity of the far end of the spring over that at which friction falls
 PERIODS = 30.0  # natural periods that a mass on the spring sticks for
 DROP = 0.3  # share of friction that the spring gains meanwhile
-MASS = 1.0  # [kg or kg*m^2]
 
 
 class Scales(NamedTuple):
@@ -85,14 +83,15 @@ def scales_of(subject: Subject) -> Scales:
         for name, value in model.values.items()
         if variables[name].quantity == "force" and not isinstance(value, str)
     ]
-    speed = float(model.values.get("v_S", FAST * reach))
+    # A thousand distances of pre-sliding in a second, where no Stribeck velocity is known.
+    speed = float(model.values.get("v_S", 1000.0 * reach))
     viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
     return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)
 
 
 def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
     """Return a mass on a spring that this friction lets stick and slip, its far end moving slowly."""
-    m, v_e = mass or MASS, float(f"{PULL * scales.speed:.2g}")
+    m, v_e = mass or 1.0, float(f"{PULL * scales.speed:.2g}")  # [kg or kg*m^2]
     # It sticks for 2 * drop / (k * v_e), which is so many times 2 * pi * sqrt(m / k).
     root = DROP * scales.force / (v_e * PERIODS * math.pi * math.sqrt(m))
     return pulled_inertia(M=m, k=float(f"{root**2:.2g}"), v_e=v_e, kind=model.kind)

@@ -30,8 +30,6 @@ WORDS = {
     "friction.level": "Friction level",
 }
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
-GROUPS = ("following_error", "reversals", "effort", "friction")
-FINEST = 0.1  # percent, told to two digits
 
 
 class Wording(NamedTuple):
@@ -51,11 +49,10 @@ class Wording(NamedTuple):
 
 KEEP = "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"
 BACK = "take the change back, then `bristle identify BEFORE --axis axis.toml`"
-HARDLY = f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %"
 ZERO = "the interval of the following error's change holds zero"
 VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
-    "hardly": Wording("with_care", "It hardly helped", HARDLY, KEEP),
+    "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
     "higher": Wording("no", "It did not help", "the following error is higher", BACK),
     "no_change": Wording("with_care", "No change told", ZERO, "record more cycles of each side, several times", is_open=True),
     "unknown": Wording("with_care", "Not told", "one cycle gives no interval", "record ten cycles or more of each side", is_open=True),
@@ -117,7 +114,7 @@ def comparison_sentences(compared: Comparison) -> list[str]:
 def _signed(value: float, change: Change) -> str:
     """Return a number of percent with its sign, to the digits that the interval allows but for those that nobody reads."""
     ends = change.interval_percent
-    text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), FINEST), digits=2)
+    text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), 0.1), digits=2)  # percent to two digits
     return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
 
 
@@ -218,7 +215,7 @@ def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> lis
 
 def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return two logs in numbers, in SI of the axis."""
-    groups: dict[str, Any] = {group: {} for group in GROUPS}
+    groups: dict[str, Any] = {group: {} for group in ("following_error", "reversals", "effort", "friction")}
     for full, change in compared.changes.items():
         group, _, own = full.partition(".")
         groups[group][own] = change.as_data()

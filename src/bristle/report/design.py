@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.loop import Design, Proposal
 
-MUCH = 0.5  # of the friction: effort for a single count that is worth a word
-WORTH = 0.8  # of an error: above it other gains are not worth their margins
 GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
 motions and large ones; “with an observer” a proportional-derivative law with a disturbance observer and the same margins.
 Both feed forward along the desired motion. Neither knows how the friction of the real axis will differ from the model."""
@@ -116,7 +114,7 @@ def design_sentences(design: Design) -> list[str]:
 
 def _counts_much(design: Design) -> bool:
     """Return whether a single count of the encoder calls up an effort like that of friction."""
-    return design.friction > 0.0 and design.proposals[0].count_effort > MUCH * design.friction
+    return design.friction > 0.0 and design.proposals[0].count_effort > 0.5 * design.friction  # An effort that is worth a word
 
 
 def _peak(proposal: Proposal) -> float:
@@ -132,7 +130,8 @@ def _best(design: Design) -> Proposal | None:
 def _chosen(design: Design) -> Proposal:
     """Return the loop to run: the one as it is, unless another one errs less or that one is not stable."""
     present, best = design.proposals[0], _best(design)
-    return best if best is not None and (not design.is_stable or _peak(best) < WORTH * _peak(present)) else present
+    # Other gains are not worth their margins for less.
+    return best if best is not None and (not design.is_stable or _peak(best) < 0.8 * _peak(present)) else present
 
 
 def _advice(design: Design) -> list[str]:

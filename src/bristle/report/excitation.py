@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from bristle.excitation import Excitation
     from bristle.identification.result import Estimate
 
-SMALL_PERCENT = 2.0  # an error that nobody minds
-
 
 def excitation_report(excitation: Excitation, *, command: str, identify: str, provenance: Mapping[str, str]) -> str:
     """Return the report of a motion as one HTML page; `identify` is the command for its log."""
@@ -87,7 +85,8 @@ def _error(estimate: Estimate, put_in: float | None) -> float | None:
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
     """Return whether a parameter that counts as identified lies further from what was put in than its interval."""
     error, half = _error(estimate, put_in), estimate.interval_percent
-    return estimate.status == "identified" and error is not None and half is not None and abs(error) > half + SMALL_PERCENT
+    # 2 %: an error that nobody minds.
+    return estimate.status == "identified" and error is not None and half is not None and abs(error) > half + 2.0
 
 
 def _sought(excitation: Excitation) -> list[Estimate]:

@@ -18,10 +18,8 @@ from bristle.study.dataset import OK
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-IDENTIFIED = "identified"
-LOGS_SHOWN, DRAWN_MOST = 200, 12
+LOGS_SHOWN = 200
 APART = 3.5  # robust standard deviations, its own interval counted in
-FEWEST = 5  # logs of which one can stand apart
 
 
 def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -59,7 +57,7 @@ def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> 
 
 def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     """Return which logs tell a parameter, shape (log,)."""
-    return np.isfinite(columns[name]) & (columns[f"{name}.status"] == IDENTIFIED)
+    return np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
 
 
 def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str]) -> dict[str, Any]:
@@ -86,7 +84,8 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     own interval allow (Iglewicz and Hoaglin 1993).
     """
     tells = np.flatnonzero(identified(columns, name))
-    if tells.size < FEWEST:
+    # Of fewer logs no log stands apart.
+    if tells.size < 5:
         return tells[:0]
     values = columns[name][tells]
     std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
@@ -143,7 +142,7 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
 
 def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
     """Return the report of a fleet as one HTML page."""
-    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:DRAWN_MOST]
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:12]
     rows = [
         (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
         for name, about in summary["parameters"].items()

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from bristle.report.page import Living
     from bristle.simulation.result import Prediction, SimulationResult
 
-ROUNDING = 1e-6  # of the largest effort
-WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the page says so
 NO_BREAK = "\u00a0"
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
 the position is differentiated twice for it, and its noise with it."""
@@ -99,7 +97,8 @@ def identification_report(
     drive: list[object] = []
     if table:
         deviation, lines = largest_deviation(fit, table), "follow the model"
-        if deviation > ROUNDING * max(abs(effort) for _, effort in table):
+        # Beyond rounding.
+        if deviation > 1e-6 * max(abs(effort) for _, effort in table):
             lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
         lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
         beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
@@ -162,7 +161,8 @@ def answers(
     held_out = "nothing was held out"
     if fit.held_out is not None:
         held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
-        if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.error_percent:
+        # Ratio of held-out to fitted error from which the page says so.
+        if fit.held_out.mean_percent > 1.25 * fit.error_percent:
             held_out += ", clearly larger: too free a model for this log, or friction that changed"
     return answered(
         [quality, held_out],

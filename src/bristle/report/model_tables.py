@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
-VERDICTS = {True: "passed", False: "FAILED", None: "does not apply"}
 
 
 # What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more.
@@ -216,7 +215,7 @@ def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Tab
     rows = [
         (
             key,
-            VERDICTS[certificate.passed],
+            {True: "passed", False: "FAILED", None: "does not apply"}[certificate.passed],
             *("" if value is None else with_unit(value, certificate.unit) for value in (certificate.value, certificate.threshold)),
             certificate.advice,
             USES[key],

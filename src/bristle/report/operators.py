@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
-NEAR, FAR = 5.0, 20.0  # percent of full scale: errors up to which an operator is usable, and of some use
-TWICE = 2.0  # times the fitted error, from which what was not fitted tells of too many parameters
-
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return the identification of an operator in numbers: the best one on top, all of them under ``models``."""
@@ -122,11 +119,13 @@ def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ru
     reasons = [f"it misses {percent_text(decisive)} of full scale {place}"]
     if fitted and held_out is None:
         reasons.append("nothing was held out: its error says nothing of other curves")
-    if held_out is not None and held_out > TWICE * error:
+    # Too many parameters: the error outside the fit is much larger.
+    if held_out is not None and held_out > 2.0 * error:
         reasons.append(f"on the curves that it was fitted to it misses no more than {percent_text(error)}")
-    if decisive > FAR:
+    # Beyond 20 % of full scale it is of no use.
+    if decisive > 20.0:
         return Ruling("no", "Not usable", tuple(reasons))
-    care = decisive > NEAR or len(reasons) > 1
+    care = decisive > 5.0 or len(reasons) > 1  # up to 5 % of full scale an operator is usable
     return Ruling("with_care" if care else "usable", "Use with care" if care else "Usable", tuple(reasons))
 
 

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 # What a person who answers for an axis asks of each report.
 QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
 SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line
-HEADING_OF_FIGURES = "Further figures"
 
 
 class Ruling(NamedTuple):
@@ -177,7 +176,7 @@ def report_page(
         banner=banner,
         living=living,
         front=front._replace(figure=next(iter(pictures.get("front", ())), None)),
-        sections=[section for section in (*filled, Section("further", HEADING_OF_FIGURES, own)) if section.blocks],
+        sections=[section for section in (*filled, Section("further", "Further figures", own)) if section.blocks],
     )
 
 

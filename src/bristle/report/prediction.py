@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-INSIDE = 80.0  # percent of what is measured that lie in a band of 95 %, below which the band is said to be too narrow
-OWN_LOG = "it was fitted to this very log, which says nothing of another one"
-
 
 def prediction_report(
     prediction: Prediction,
@@ -115,11 +112,12 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     errors = {signal: prediction.metrics.get(key) for signal, key in signals.items()}
     finite = {signal: float(value) for signal, value in errors.items() if isinstance(value, (int, float)) and np.isfinite(value)}
     signal, error = next(iter(finite.items()), ("log", 0.0))
-    care = [OWN_LOG] if own_log else []
+    care = ["it was fitted to this very log, which says nothing of another one"] if own_log else []
+    # Fewer than 80 %: the band is too narrow.
     care += [
         f"no more than {percent_text(share)} of the {name} lie in the band that should hold 95 %"
         for name, share in _bands(prediction).items()
-        if share < INSIDE
+        if share < 80.0
     ]
     care += [] if prediction.status is Status.OK else [prediction.status.sentence]
     reasons = ([f"it misses {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts

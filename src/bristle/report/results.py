@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult
 
 REPORT = "report.html"
-LONGEST = 200  # bytes: file systems take 255
 
 
 class ResultsFolder(Protocol):
@@ -41,7 +40,8 @@ def log_names(variants: Sequence[str]) -> dict[str, str]:
         return {variants[0]: "log.csv"}
     labels = [re.sub(r"[^\w.-]", "_", name) for name in variants]
     # Some systems tell no capital letters from small ones.
-    if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > LONGEST:
+    # File systems take names of 255 bytes.
+    if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > 200:
         labels = [str(number) for number in range(1, len(labels) + 1)]
     return {name: f"log_{label}.csv" for name, label in zip(variants, labels, strict=True)}
 

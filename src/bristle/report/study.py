@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
 FAILURES_SHOWN = 20
-GROUPS_DRAWN = 5
 WORST_SHOWN = 10
 
 
@@ -183,7 +182,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
         Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
     ]
     entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
-    together = not described["grid"] or len(points) > GROUPS_DRAWN
+    together = not described["grid"] or len(points) > 5
     spread = {
         name: (
             _capital(entry["description"]),

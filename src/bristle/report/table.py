@@ -11,7 +11,6 @@ from bristle.core.typography import Scale, number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
-EMPTY = ("", "–")  # cells that say nothing
 _NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")
 
 
@@ -29,7 +28,8 @@ class Table(NamedTuple):
 
     def without_empty_columns(self) -> Table:
         """Return the table without the columns in which no row has anything to say."""
-        filled = [column for column in range(len(self.heads)) if any(row[column] not in EMPTY for row in self.rows)]
+        # Cells that say nothing.
+        filled = [column for column in range(len(self.heads)) if any(row[column] not in ("", "–") for row in self.rows)]
         return Table(self.caption, [self.heads[column] for column in filled], [[row[column] for column in filled] for row in self.rows])
 
 

@@ -86,9 +86,6 @@ def server_page(limits: Limits) -> tuple[str, str]:
     return page, policy
 
 
-ARRIVES = 0.1  # [s] within which what was sent with a connection is read
-
-
 def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
     """Return the protocol of a connection that ends it where no request is whole within a time."""
 
@@ -99,7 +96,7 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
             super().connection_made(transport)
             self._begun = self._connected_at = self.loop.time()
             self._watch()
-            self.loop.call_later(ARRIVES, self._make_room)
+            self.loop.call_later(0.1, self._make_room)  # until then what was sent with a connection is read [s]
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._timer.cancel()

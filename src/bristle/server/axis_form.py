@@ -16,7 +16,6 @@ from bristle.files.toml import read_toml
 
 CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # what a column of the form may be
 EMPTY = 'schema = 1\nname = "axis"\n'
-DEEPEST = 3
 
 
 def edited(text: str, edits: Mapping[str, Any], label: str = "axis.toml") -> str:
@@ -34,7 +33,7 @@ def _set(document: Any, key: str, value: Any) -> None:
     import tomlkit
 
     *parents, last = key.split(".")
-    if len(parents) >= DEEPEST or not all((*parents, last)):
+    if len(parents) >= 3 or not all((*parents, last)):
         raise InputError("is no key of an axis file", path=key)
     if not (value is None or isinstance(value, (str, int, float))):
         raise InputError("must be text or a number", path=key, value=value)

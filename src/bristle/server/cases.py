@@ -18,7 +18,6 @@ from bristle.server.limits import Limits
 
 ROLES = ("fit", "held_out", "axis")  # what a file is for: to be fitted to, to be predicted only, to describe the axis
 LONGEST_LABEL = 100
-FORGOTTEN = 600.0  # [s] without a tab, after which an analysis makes room for a new one
 # What came out -> what it was made of; once that changes, it is told to be old.
 DEPENDS = {
     "looked": ("fit", "axis"),
@@ -130,7 +129,8 @@ class Cases:
         """Return a new analysis; one that no tab has looked at for long makes room for it."""
         if len(self._cases) >= self._limits.cases:
             oldest = min(self, key=lambda case: case.seen_at)
-            if time.monotonic() - oldest.seen_at < FORGOTTEN or (oldest.job is not None and oldest.job.runs):
+            # Ten minutes without a tab.
+            if time.monotonic() - oldest.seen_at < 600.0 or (oldest.job is not None and oldest.job.runs):
                 raise RefusedRequestError(
                     429, f"{len(self._cases)} analyses are open", path="analysis", allowed=f"up to {self._limits.cases}", mend="Close one"
                 )

@@ -19,7 +19,6 @@ from bristle.files.owned import lock
 
 PREFIX = "bristle-lab-"
 NOTE = ".bristle-lab"
-LONGEST_NOTE = 200  # [byte]
 
 
 @contextmanager
@@ -69,7 +68,7 @@ def _remove_if_dead(path: Path, folder: int) -> None:
     try:
         status = os.fstat(folder)
         is_ours = {status.st_uid, os.fstat(note).st_uid} == {os.getuid()}
-        if is_ours and os.read(note, LONGEST_NOTE) == _words_of(path.name, status) and lock(note):
+        if is_ours and os.read(note, 200) == _words_of(path.name, status) and lock(note):
             for name in os.listdir(folder):  # the note goes last: what could not be removed is found again
                 if stat.S_ISDIR(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
                     shutil.rmtree(name, dir_fd=folder)

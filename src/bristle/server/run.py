@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from uvicorn import Server
 
 LOOPBACK = "127.0.0.1"
-BACKLOG, KEEP_ALIVE, FAREWELL = 128, 5, 1  # connections waiting; [s] each
+BACKLOG = 128  # connections waiting; [s] each
 
 
 def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print) -> None:
@@ -75,8 +75,8 @@ def server_of(app: ASGIApp, limits: Limits) -> Server:
         server_header=False,
         proxy_headers=False,
         backlog=BACKLOG,
-        timeout_keep_alive=KEEP_ALIVE,
-        timeout_graceful_shutdown=FAREWELL,
+        timeout_keep_alive=5,
+        timeout_graceful_shutdown=1,
     )
     return uvicorn.Server(config)
 

@@ -14,8 +14,6 @@ from typing import Any
 
 from bristle.core.errors import BristleError, told_by
 
-AGAIN = 0.02  # [s]
-
 
 class Interruption:
     """What the server says while the work goes on: to end with what there is, or, by hanging up, to end at once."""
@@ -44,7 +42,7 @@ class Interruption:
                     self._allowed = False
                     _thread.interrupt_main()
                     return
-            time.sleep(AGAIN)
+            time.sleep(0.02)
 
     @contextmanager
     def allowed(self) -> Iterator[None]:

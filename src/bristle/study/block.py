@@ -32,7 +32,6 @@ NAMES = {
 FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)  # the statuses of runs that have no numbers
 
 MODELS = ("plant", "friction")
-SAMPLES_AT_ONCE = 4_000_000  # of all runs together, so that their records stay in some tens of megabytes
 REASON = 300  # letters
 
 
@@ -102,7 +101,7 @@ class Simulator:
         for index, variant in enumerate(self.study.experiment.variants):
             own = [metric for metric in self.study.metrics if metric.variant == variant.name]
             effort = np.zeros(0) if variant.effort is None else variant.effort.values
-            size = max(1, SAMPLES_AT_ONCE // max(effort.size, 1))
+            size = max(1, 4_000_000 // max(effort.size, 1))  # records of some tens of megabytes
             for first in range(0, len(places), size):
                 part = slice(first, first + size)
                 models = [changes[place][index] for place in places[part].tolist()]

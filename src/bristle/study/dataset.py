@@ -17,8 +17,6 @@ from bristle.study.store import OF_STUDIES, RUNS, STUDY, study_in
 
 OK = "ok"  # status of a run, or of a log of a fleet, that ended well
 
-BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")  # columns that stand beside the numbers of a run
-
 
 @dataclass(frozen=True)
 class Runs:
@@ -117,4 +115,5 @@ def read_study(folder: str | Path) -> Any:
             data = data.assign_coords({name: (name, values, {"units": unit} if unit else {})})
     else:
         data = data.assign_coords(run=numbers)
-    return data.set_coords([name for name in BESIDE if name in data])
+    # Columns that stand beside the numbers of a run.
+    return data.set_coords([name for name in ("seed", "folder", "log", "time_of_log", "status", "reason") if name in data])

@@ -13,7 +13,6 @@ from bristle.study.block import FAILED
 from bristle.study.dataset import Runs
 
 RESAMPLES = 400
-MOST_RESAMPLED = 2000  # draws: of more a share is resampled, and its interval made as narrow as that of all
 SEED = 20_110_517
 FEWEST = 10
 LEVELS = (2.5, 97.5)  # [%]
@@ -127,7 +126,7 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
     value = float(np.corrcoef(a, b)[0, 1])
     _, member = np.unique(draws, return_inverse=True)
     groups, generator = int(member[-1]) + 1, np.random.default_rng(SEED)
-    share = min(groups, MOST_RESAMPLED)
+    share = min(groups, 2000)  # the interval is made as narrow as that of all
     # Correlations of resamples follow from sums over each draw, each as often as it is resampled.
     products = (np.ones_like(a), a, b, a * a, b * b, a * b)
     sums = np.stack([np.bincount(member, weights=part, minlength=groups) for part in products])

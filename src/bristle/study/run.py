@@ -23,7 +23,6 @@ from bristle.study.workers import Cluster, Crew, Here
 
 SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
-ENOUGH = 0.25  # [s] of runs, by which the cost of one is measured
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ def cost_of(study: Study) -> tuple[float, int, bool]:
         begin = time.perf_counter()
         simulator.columns(Block(0, count))
         seconds = time.perf_counter() - begin
-        if seconds > ENOUGH or count >= min(study.count, study.block):
+        if seconds > 0.25 or count >= min(study.count, study.block):
             return seconds / count, count, simulator.in_batches
         count = min(4 * count, study.count, study.block)
 
