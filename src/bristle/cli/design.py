@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures
-from bristle.cli.terminal import NO, say, show_table
+from bristle.cli.terminal import NO
 
 EXAMPLE = """Example:
   bristle design experiment.toml --out results"""
@@ -54,13 +54,6 @@ def design(
         if folder:
             write_report(folder, design_report(outcome, command=output.command, provenance=source, figures=further), summary)
 
-    def show() -> None:
-        show_table(margin_table(outcome))
-        if outcome.budget is not None:
-            show_table(budget_table(outcome.budget, outcome))
-        show_table(proposal_table(outcome))
-        for sentence in design_sentences(outcome):
-            say(sentence)
-
-    output.tell(summary, show)
+    budget = None if outcome.budget is None else budget_table(outcome.budget, outcome)
+    output.tell(summary, margin_table(outcome), budget, proposal_table(outcome), *design_sentences(outcome))
     return 0 if outcome.is_stable else NO

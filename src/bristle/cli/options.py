@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import typer
 
-from bristle.cli.terminal import complain, progress
+from bristle.cli.terminal import complain, progress, show
 
 if TYPE_CHECKING:
     from bristle.core.content import Content, Origin
     from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
+    from bristle.report.table import Table
 
 LOG_FILE = (
     "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
@@ -116,12 +117,14 @@ class Output:
         with place as folder, progress(words) as report, figure_files(folder, self.formats):
             yield folder, report
 
-    def tell(self, summary: Any, show: Callable[[], object], files: str = "") -> None:
-        """Print numbers as JSON, or what is shown of them; say where results lie."""
+    def tell(self, summary: Any, *parts: str | Table | None, warnings: Iterable[str] = (), files: str = "") -> None:
+        """Print numbers as JSON, or paragraphs and tables of them with warnings; say where results lie."""
         if self.as_json:
             print_json(summary)
         else:
-            show()
+            show(*parts)
+            for warning in warnings:
+                complain(warning)
         if self.out:
             complain(f"wrote {self.out}; open {self.out / 'report.html'} in a browser" if not files else f"wrote {self.out}: {files}")
 

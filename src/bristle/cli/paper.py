@@ -9,7 +9,7 @@ import typer
 
 from bristle.cli.options import AllowCode, AxisFile, Force, Formats, Json, Output, folder_named, print_json, refuse
 from bristle.cli.study import interruptible
-from bristle.cli.terminal import complain, progress, say, show_table
+from bristle.cli.terminal import complain, progress, show
 
 EXAMPLE = """Example:
   bristle paper --out paper-results
@@ -71,8 +71,7 @@ def paper(
         if as_json:
             print_json({"written": [str(path) for path in written]})
             return
-        for path in written:
-            say(str(path))
+        show(*map(str, written))
         complain(f"change them, and run them with: bristle paper --from {write}")
         return
     from bristle.files.summary import provenance
@@ -90,12 +89,8 @@ def paper(
         report(1.0, "writing the report")
         write_report(folder, paper_report(results, command=output.command, provenance=made_from), summary)
 
-    def show() -> None:
-        show_table(claim_table(results))
-        for sentence in [sentence for result in results for sentence in result.found] if figure else ():
-            say(sentence)
-
-    output.tell(summary, show)
+    sentences = [sentence for result in results for sentence in result.found] if figure else ()
+    output.tell(summary, claim_table(results), *sentences)
 
 
 def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | None, *, allow_code: bool) -> None:
@@ -123,10 +118,4 @@ def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | N
         summary = robust_summary(trial, provenance=made_from)
         write_report(store, robust_report(trial, command=output.command, provenance=made_from), summary)
 
-    def show() -> None:
-        show_table(claim_table(trial))
-        show_table(best_table(trial))
-        for sentence in words_of(trial):
-            say(sentence)
-
-    output.tell(summary, show)
+    output.tell(summary, claim_table(trial), best_table(trial), *words_of(trial))

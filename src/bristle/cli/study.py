@@ -23,7 +23,7 @@ from bristle.cli.options import (
     refuse,
     size_limit,
 )
-from bristle.cli.terminal import NO, complain, progress, say, show_table
+from bristle.cli.terminal import NO, complain, progress, say
 
 if TYPE_CHECKING:
     from bristle.study import Study
@@ -144,11 +144,7 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
             page = simulation_report(result, command=output.command, provenance=source, figures=own.figures)
             write_report(folder, page, summary)
 
-    def show() -> None:
-        say(f"Run {number}: {_in_words(values, study.units)}.")
-        show_table(variant_table(result))
-
-    output.tell(summary, show)
+    output.tell(summary, f"Run {number}: {_in_words(values, study.units)}.", variant_table(result))
     return 0 if all(variant["completed"] for variant in summary["variants"].values()) else NO
 
 
@@ -183,13 +179,7 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
         with figure_files(store.grown, output.formats):
             summary = _write(store, ran, command, command_told(["study", str(file)]), own)
 
-    def show() -> None:
-        for table in spread_tables(summary):
-            show_table(table)
-        for sentence in study_sentences(summary):
-            say(sentence)
-
-    output.tell(summary, show)
+    output.tell(summary, *spread_tables(summary), *study_sentences(summary))
     return exit_code(ran, summary)
 
 

@@ -123,6 +123,15 @@ def show_table(table: Table) -> None:
                 console.print(f"  {head}: {one_line(text)}")
 
 
+def show(*parts: str | Table | None) -> None:
+    """Write paragraphs and tables to the standard output, one after the other; None is left out."""
+    for part in parts:
+        if isinstance(part, str):
+            say(part)
+        elif part is not None:
+            show_table(part)
+
+
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float, str], None]]:
     """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second."""
