@@ -85,27 +85,22 @@ def _selected(name: str) -> dict[str, list[Component]]:
 
 def _described(family: str, component: Component) -> dict[str, Any]:
     from bristle.files.components import key_of
+    from bristle.report.messages import picked
 
     return {
-        "name": component.name,
+        **picked(component, "name", "description", "reference"),
         "family": family,
-        "description": component.description,
-        "reference": component.reference,
         "equations": list(component.equations),
         "relations": [relation.condition for relation in component.relations],
         "channels": [channel.name for channel in _channels(component)],
         "parameters": {
-            key_of(name): {
-                "description": variable.description,
-                "quantity": variable.quantity,
+            key_of(name): picked(variable, "description", "quantity", "min", "max", "directional")
+            | {
                 "unit": variable.unit("translational"),
                 "unit_rotational": variable.unit("rotational"),
-                "min": variable.min,
-                "max": variable.max,
                 "default": component.defaults.get(name),
                 "array": component.is_array(name),
                 "choices": list(variable.choices),
-                "directional": variable.directional,
             }
             for name, variable in component.variables.items()
         },

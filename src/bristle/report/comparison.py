@@ -9,7 +9,7 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.log import log_facts
-from bristle.report.messages import as_data, message
+from bristle.report.messages import as_data, message, picked
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, fixed, length_text, percent_text
@@ -244,7 +244,4 @@ def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[s
 
 
 def _logs(logs: Sequence[Log]) -> list[dict[str, Any]]:
-    return [
-        {"name": log.origin.name, "samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": list(log.notes)}
-        for log in logs
-    ]
+    return [picked(log, "sample_time", "duration", "notes") | {"name": log.origin.name, "samples": len(log)} for log in logs]

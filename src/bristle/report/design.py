@@ -16,7 +16,7 @@ from bristle.loop.tuning import UNSTATED
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
 from bristle.report.loops import controller_text, law_lines
-from bristle.report.messages import as_data, message, whole_sentence
+from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text, short_text
 
@@ -242,23 +242,17 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
             },
         },
         "proposals": {
-            loop.name: {
+            loop.name: picked(loop, "bandwidth", "stiffness", "count_effort", "effort_rms")
+            | {
                 "controller": loop.variant.controller.name,
-                "bandwidth": loop.bandwidth,
                 "parameters": loop.variant.controller.values,
                 "mass_fed_forward": loop.variant.feedforward.mass,
-                "stiffness": loop.stiffness,
-                "count_effort": loop.count_effort,
                 "verdict": loop.assessment.verdict.value,
                 "following_error": None if loop.following_error is None else vars(loop.following_error),
-                "effort_rms": loop.effort_rms,
             }
             for loop in design.proposals
         },
-        "circles": {
-            circle.variant: {"radius": circle.radius, "feed": circle.feed, "peak_to_peak": circle.peak_to_peak, "glitches": circle.glitches}
-            for circle in design.circles
-        },
+        "circles": {circle.variant: picked(circle, "radius", "feed", "peak_to_peak", "glitches") for circle in design.circles},
         "provenance": provenance,
     }
 

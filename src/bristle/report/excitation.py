@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import unit_of
 from bristle.excitation import PURPOSES
-from bristle.report.messages import as_data, note_of
+from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Table, fixed, length_text, span_text
@@ -123,25 +123,15 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
         "identify": identify,
         "verdict": excitation_ruling(excitation).as_data(),
         "motion": {
-            "duration": motion.duration,
-            "sample_time": motion.sample_time,
+            **picked(motion, "duration", "sample_time", "start"),
             "samples": motion.time.size,
-            "start": motion.start,
             "travel": travel,
             "velocity_max": velocity,
             "acceleration_max": acceleration,
             "units": {name: unit_of(name, kind) for name in ("length", "length/time", "length/time^2", "force")},
         },
         "pieces": [
-            {
-                "purpose": piece.purpose,
-                "name": piece.name,
-                "begin": float(begin),
-                "duration": piece.duration,
-                "amplitude": piece.amplitude,
-                "speed": piece.speed,
-                "reference": piece.reference.name,
-            }
+            picked(piece, "purpose", "name", "duration", "amplitude", "speed") | {"begin": float(begin), "reference": piece.reference.name}
             for piece, begin in zip(motion.pieces, motion.begins, strict=True)
         ],
         "assumed": excitation.prior.assumed,
@@ -155,13 +145,10 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
     best = rehearsal.identification.best
     data |= {"model": best.name, "peak_effort": rehearsal.peak_effort, "diagnostics": as_data(best.diagnostics)}
     data["parameters"] = {
-        estimate.name: {
+        estimate.name: picked(estimate, "value", "unit", "interval_percent", "status")
+        | {
             "put_in": rehearsal.truth.get(estimate.name),
-            "value": estimate.value,
-            "unit": estimate.unit,
             "error_percent": _error(estimate, rehearsal.truth.get(estimate.name)),
-            "interval_percent": estimate.interval_percent,
-            "status": estimate.status,
             "note": note_of(estimate),
         }
         for estimate in best.estimates

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.report.messages import picked
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
@@ -26,15 +27,9 @@ def operator_summary(identification: OperatorIdentification, *, provenance: Mapp
         "verdict": operator_ruling(best.prediction.error_percent, best.held_out and best.held_out.mean_percent, fitted=True).as_data(),
         "metrics": best.metrics,
         "notes": best.notes,
-        "congruency": {"alike": identification.congruency.alike, "anywhere": identification.congruency.anywhere},
+        "congruency": picked(identification.congruency, "alike", "anywhere"),
         "models": [
-            {
-                "name": fit.name,
-                "rank": fit.rank,
-                "parameters": _parameters(fit.operator, fit.offset),
-                "metrics": fit.metrics,
-                "notes": fit.notes,
-            }
+            picked(fit, "name", "rank", "metrics", "notes") | {"parameters": _parameters(fit.operator, fit.offset)}
             for fit in identification.fits
         ],
         "log": _log(identification.recorded),
@@ -182,10 +177,5 @@ def _parameters(operator: Model, offset: float) -> dict[str, Any]:
 
 
 def _log(recorded: Curves) -> dict[str, Any]:
-    return {
-        "curves": len(recorded.curves),
-        "samples": sum(curve.u.size for curve in recorded.curves),
-        "start": recorded.start,
-        "full_scale": recorded.full_scale,
-        "notes": recorded.notes,
-    }
+    counts = {"curves": len(recorded.curves), "samples": sum(curve.u.size for curve in recorded.curves)}
+    return counts | picked(recorded, "start", "full_scale", "notes")
