@@ -134,19 +134,18 @@ def _show_one(component: Component) -> None:
     explained = [part for part in component.explanation if part.kind != REFERENCE]
     say_laid_out(lambda width: laid_out(explained, width))
     rows = [
-        (
-            key_of(name),
-            variable.description,
-            typeset(variable.unit("translational")),
-            typeset(variable.unit("rotational")),
-            _range(variable),
-            default if isinstance(default, str) else f"{default:g}",
-        )
+        {
+            "Parameter": key_of(name),
+            "Meaning": variable.description,
+            "Unit": typeset(variable.unit("translational")),
+            "Unit, rotational": typeset(variable.unit("rotational")),
+            "Allowed": _range(variable),
+            "Default": default if isinstance(default, str) else f"{default:g}",
+        }
         for name, variable in component.variables.items()
         for default in [component.defaults.get(name, "")]
     ]
-    heads = ("Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default")
-    show_table(Table(f"{component.name}: {component.description}", heads, rows))
+    show_table(Table.of(f"{component.name}: {component.description}", rows))
     for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
     for channel in _channels(component):

@@ -16,31 +16,17 @@ if TYPE_CHECKING:
 
 def margin_table(design: Design) -> Table:
     """Return poles and margins of each loop; variants that are one loop share its rows."""
-    heads = (
-        "Variant",
-        "Motions",
-        "Friction",
-        "Largest pole",
-        "Phase margin [°]",
-        "Gain margin",
-        "Delay margin [samples]",
-        "Crossover [Hz]",
-    )
+    heads = ("Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]", "Crossover [Hz]")
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
-        rows = tuple(
-            (
-                point.motions.value,
-                point.friction.value,
-                number(point.loop.spectral_radius),
-                *map(_cell, (point.margins.phase, point.margins.gain, point.margins.delay)),
-                _cell(None if point.margins.crossover is None else point.margins.crossover / (2.0 * math.pi)),
-            )
-            for point in assessment.points
-        )
-        loops.setdefault(rows, []).append(assessment.name)
+        rows = []
+        for point in assessment.points:
+            margins, turns = point.margins, None if point.margins.crossover is None else point.margins.crossover / (2.0 * math.pi)
+            cells = (number(point.loop.spectral_radius), *map(_cell, (margins.phase, margins.gain, margins.delay, turns)))
+            rows.append((point.motions.value, point.friction.value, *cells))
+        loops.setdefault(tuple(rows), []).append(assessment.name)
     table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
-    return Table("Poles and margins of the sampled loop", heads, table_rows)
+    return Table("Poles and margins of the sampled loop", ("Variant", *heads), table_rows)
 
 
 def _cell(value: float | None) -> str:
@@ -87,30 +73,22 @@ def proposal_table(design: Design) -> Table:
     length = _lengths(design, [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error])
     effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
     count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
-    heads = (
-        "Loop",
-        "Law",
-        "Bandwidth [1/s]",
-        "Smallest phase margin [°]",
-        "Stiffness",
-        count.head("Effort of one count"),
-        length.head("Following error, peak to peak"),
-        effort.head("Effort, rms"),
-    )
     rows = [
-        (
-            loop_name(proposal.name, design),
-            proposal.variant.controller.name,
-            _cell(proposal.bandwidth),
-            _cell(least_phase(proposal.assessment)),
-            "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
-            count.cell(proposal.count_effort),
-            "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),
-            "–" if proposal.effort_rms is None else effort.cell(proposal.effort_rms),
-        )
+        {
+            "Loop": loop_name(proposal.name, design),
+            "Law": proposal.variant.controller.name,
+            "Bandwidth [1/s]": _cell(proposal.bandwidth),
+            "Smallest phase margin [°]": _cell(least_phase(proposal.assessment)),
+            "Stiffness": "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
+            count.head("Effort of one count"): count.cell(proposal.count_effort),
+            length.head("Following error, peak to peak"): "–"
+            if proposal.following_error is None
+            else length.cell(proposal.following_error.peak_to_peak),
+            effort.head("Effort, rms"): "–" if proposal.effort_rms is None else effort.cell(proposal.effort_rms),
+        }
         for proposal in proposals
     ]
-    return Table("The loop as it is, and what is proposed", heads, rows)
+    return Table.of("The loop as it is, and what is proposed", rows)
 
 
 def loop_name(name: str, design: Design) -> str:
@@ -127,10 +105,9 @@ def least_phase(assessment: Assessment) -> float | None:
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     """Return how round the circles are."""
     length = _lengths(design, [circle.peak_to_peak for circle in circles])
-    reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
-    heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [
-        (loop_name(circle.variant, design), length.cell(circle.peak_to_peak), *(length.cell(glitch) for glitch in circle.glitches))
+        {"Loop": loop_name(circle.variant, design), length.head("Deviation, peak to peak"): length.cell(circle.peak_to_peak)}
+        | {length.head(f"Glitch at {90 * quarter}°"): length.cell(glitch) for quarter, glitch in enumerate(circle.glitches)}
         for circle in circles
     ]
-    return Table("The circle", heads, rows)
+    return Table.of("The circle", rows)

@@ -64,17 +64,19 @@ def outlook_table(excitation: Excitation) -> Table:
     for estimate in _sought(excitation):
         put_in = excitation.rehearsal.truth.get(estimate.name)
         scale, half, error = scale_of(estimate.unit, estimate.value or put_in or 0.0), estimate.interval_percent, _error(estimate, put_in)
-        cells = (
-            "" if put_in is None else number(put_in * scale.factor),
-            number(estimate.value * scale.factor),
-            scale.unit or "–",
-            "" if error is None else number(error, digits=2),
-            "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
-            "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+        rows.append(
+            {
+                "Parameter": estimate.name,
+                "Meaning": estimate.description,
+                "Put in": "" if put_in is None else number(put_in * scale.factor),
+                "Found": number(estimate.value * scale.factor),
+                "Unit": scale.unit or "–",
+                "Error [%]": "" if error is None else number(error, digits=2),
+                "95 % interval [%]": "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
+                "Remark": "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+            }
         )
-        rows.append((estimate.name, estimate.description, *cells))
-    heads = ("Parameter", "Meaning", "Put in", "Found", "Unit", "Error [%]", "95 % interval [%]", "Remark")
-    return Table(f"What the log would tell, by {excitation.rehearsal.identification.best.name}", heads, rows).without_empty_columns()
+    return Table.of(f"What the log would tell, by {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:

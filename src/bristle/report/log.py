@@ -178,19 +178,17 @@ def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
     forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
     distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])
     rows = [
-        (
-            speeds.cell(break_away.speed),
-            str(break_away.legs),
-            forces.cell(break_away.force),
-            _between(forces, break_away.force_interval),
-            distances.cell(break_away.distance),
-            _between(distances, break_away.distance_interval),
-        )
+        {
+            speeds.head("Rate"): speeds.cell(break_away.speed),
+            "Legs": str(break_away.legs),
+            forces.head("Force"): forces.cell(break_away.force),
+            "95 % interval of the force": _between(forces, break_away.force_interval),
+            distances.head("Distance"): distances.cell(break_away.distance),
+            "95 % interval of the distance": _between(distances, break_away.distance_interval),
+        }
         for break_away in break_aways
     ]
-    interval = "95 % interval"
-    heads = (speeds.head("Rate"), "Legs", forces.head("Force"), interval, distances.head("Distance"), interval)
-    return Table("Break-away from rest, after a motion the other way, as measured", heads, rows)
+    return Table.of("Break-away from rest, after a motion the other way, as measured", rows)
 
 
 def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:

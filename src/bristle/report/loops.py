@@ -64,13 +64,14 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
 def direction_table(result: SimulationResult) -> Table:
     """Return the following error of each variant while the reference moves forward and backward."""
     length = _error_column(result)
-    heads = ("Variant", "Direction", length.head("Mean"), length.head("rms"), length.head("Peak to peak"))
+    words = {"mean": "Mean", "rms": "rms", "peak_to_peak": "Peak to peak"}
     rows = [
-        (variant.name, direction, *map(length.cell, (error.mean, error.rms, error.peak_to_peak)))
+        {"Variant": variant.name, "Direction": direction}
+        | {length.head(word): length.cell(getattr(error, key)) for key, word in words.items()}
         for variant in _completed(result)
         for direction, error in variant.by_direction.items()
     ]
-    return Table("Following error by direction of the reference", heads, rows)
+    return Table.of("Following error by direction of the reference", rows)
 
 
 def _completed(result: SimulationResult) -> list[VariantResult]:
@@ -105,32 +106,25 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
 
 def run_table(variants: Sequence[Variant]) -> Table:
     """Return how each variant was run."""
-    heads = (
-        "Variant",
-        "Duration",
-        "Left out at the start",
-        "Sample time",
-        "Steps in a sample",
-        "Delay [samples]",
-        "Largest effort",
-        "Mass fed forward",
-        "Factor on the friction fed forward",
-    )
-    rows = [
-        (
-            variant.name,
-            *(with_unit(seconds, "s", 4) for seconds in (variant.run.duration, variant.run.settle, variant.run.sample_time)),
-            f"as {with_unit(variant.run.tolerance, unit_of('length', variant.plant.kind))} of position ask for"
-            if variant.run.tolerance
-            else str(variant.run.substeps),
-            str(variant.run.delay),
-            with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
-            with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
-            f"{variant.feedforward.gain:g}",
+    rows = []
+    for variant in variants:
+        run, kind = variant.run, variant.plant.kind
+        rows.append(
+            {
+                "Variant": variant.name,
+                "Duration": with_unit(run.duration, "s", 4),
+                "Left out at the start": with_unit(run.settle, "s", 4),
+                "Sample time": with_unit(run.sample_time, "s", 4),
+                "Steps in a sample": f"as {with_unit(run.tolerance, unit_of('length', kind))} of position ask for"
+                if run.tolerance
+                else str(run.substeps),
+                "Delay [samples]": str(run.delay),
+                "Largest effort": with_unit(run.effort_limit, unit_of("force", kind), 4),
+                "Mass fed forward": with_unit(variant.feedforward.mass, unit_of("mass", kind), 4),
+                "Factor on the friction fed forward": f"{variant.feedforward.gain:g}",
+            }
         )
-        for variant in variants
-    ]
-    return Table("How it was simulated", heads, rows)
+    return Table.of("How it was simulated", rows)
 
 
 def law_lines(variant: Variant) -> list[str]:

@@ -152,17 +152,19 @@ def comparison_of_operators(identification: OperatorIdentification) -> Table:
     """Return the operators compared, best first."""
     rmse = Quantity.of(unit_of("force", identification.recorded.kind), [fit.prediction.rmse for fit in identification.fits])
     rows = [
-        [
-            fit.name,
-            str(fit.rank),
-            f"{short_text(fit.held_out.mean_percent)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
-            short_text(fit.prediction.error_percent),
-            short_text(fit.prediction.rmse * rmse.scale.factor),
-        ]
+        {
+            "Operator": fit.name,
+            "Rank": str(fit.rank),
+            "Error on what was not fitted [% of full scale]": f"{short_text(fit.held_out.mean_percent)} ± "
+            f"{number(fit.held_out.std_percent, digits=2)}"
+            if fit.held_out
+            else "–",
+            "Fitted [% of full scale]": short_text(fit.prediction.error_percent),
+            rmse.head("Fitted"): short_text(fit.prediction.rmse * rmse.scale.factor),
+        }
         for fit in identification.fits
     ]
-    heads = ("Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]")
-    return Table("Operators compared", (*heads, rmse.head("Fitted")), rows)
+    return Table.of("Operators compared", rows)
 
 
 def _parameters(operator: Model, offset: float) -> dict[str, Any]:

@@ -201,29 +201,25 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return Sobol indices and rank correlations, where there are any."""
     shares = [
-        (
-            entry["metric"],
-            entry["cause"],
-            number(entry["first"], 0.01),
-            _range(entry["first_interval"]),
-            number(entry["total"], 0.01),
-            _range(entry["total_interval"]),
-        )
+        {
+            "Metric": entry["metric"],
+            "Cause": entry["cause"],
+            "Alone": number(entry["first"], 0.01),
+            "95 % interval": _range(entry["first_interval"]),
+            "With others": number(entry["total"], 0.01),
+            "its 95 % interval": _range(entry["total_interval"]),
+        }
         for entry in summary["sobol_indices"]
     ]
     strongest_first = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
     ranks = [
-        (entry["metric"], entry["cause"], _signed(entry["value"]), _range(entry["interval"]))
+        {"Metric": name, "Cause": entry["cause"], "Rank correlation": _signed(entry["value"]), "95 % interval": _range(entry["interval"])}
         for name in summary["metrics"]
         for entry in strongest_first
         if entry["metric"] == name
     ]
-    of_shares = ("Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval")
-    tables = [
-        Table("Sobol indices: shares of the variance", of_shares, shares),
-        Table("How strongly each cause goes with each metric", ("Metric", "Cause", "Rank correlation", "95 % interval"), ranks),
-    ]
-    return [table for table in tables if table.rows]
+    tables = {"Sobol indices: shares of the variance": shares, "How strongly each cause goes with each metric": ranks}
+    return [Table.of(caption, rows) for caption, rows in tables.items() if rows]
 
 
 def _range(ends: Sequence[float]) -> str:

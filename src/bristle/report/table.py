@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from bristle.core.typography import Scale, number, scale_of, with_unit
@@ -21,6 +21,11 @@ class Table(NamedTuple):
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
     macro = "table"
+
+    @classmethod
+    def of(cls, caption: str, rows: Sequence[Mapping[str, str]]) -> Table:
+        """Return the table of rows that hold their cells by the heads of the columns."""
+        return cls(caption, list(rows[0]) if rows else [], [list(row.values()) for row in rows])
 
     def is_number(self, column: int) -> bool:
         """Return whether a column holds numbers, which stand to the right."""
