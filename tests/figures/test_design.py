@@ -7,7 +7,7 @@ from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle.figures import circles, rig_layout
-from bristle.figures.margins import margins
+from bristle.figures.loop_design import margins
 from bristle.loop import assess, run_circles
 
 

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.labels import effort_word, time_scale
 from bristle.figures.lettering import LETTERS, label, width
 from bristle.figures.small_multiples import Traces, loop_units, plot_parts
 
@@ -67,7 +66,7 @@ def ripple(
 ) -> Figure:
     """Return the driving force over time, and below it friction over position for each contact, from the ripple on."""
     curves = list(traces.values())
-    units, word = loop_units([(x, driving) for x, _ in curves], kind, effort), effort_word(effort or kind)
+    units, word = loop_units([(x, driving) for x, _ in curves], kind, effort), style.effort_word(effort or kind)
     count = len(traces) + (close_up is not None)
     columns, rows = min(count, 2), -(-count // 2)
     figure, ((above,), *grid) = style.panels(
@@ -83,7 +82,7 @@ def ripple(
     for unused in below[count:]:
         unused.remove()
     del below[count:]
-    span = time_scale(time)
+    span = style.time_scale(time)
     above.plot(time * span.factor, driving * units.force.factor, color=style.INK)
     above.set(xlabel=span.label("Time"), ylabel=units.force.label(f"Driving {word.lower()}"))
     under = units.x.replace(" [", ", from the first cycle on [")

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for
 
 if TYPE_CHECKING:
     from bristle.simulation.result import VariantResult
@@ -41,8 +40,8 @@ def tracking(results: Loops, settle: float, close: tuple[float, float], kind: Ki
         for axes, part in ((full, result.time >= settle), (near, (result.time >= close[0]) & (result.time <= close[1]))):
             command = (result.reference[part], style.MEASURED, "command")
             encoder = (result.measured[part], style.PREDICTED, "encoder")
-            scale = scale_for("length", kind, command[0])
-            style.over_time(axes, result.time[part], command, encoder, scale=scale, word=position_word(kind))
+            scale = style.scale_for("length", kind, command[0])
+            style.over_time(axes, result.time[part], command, encoder, scale=scale, word=style.position_word(kind))
         style.mark_window(full, np.array(close))
         near.set_title("close up")
     _entitle(figure, grid, results)
@@ -54,7 +53,7 @@ def tracking_error(results: Loops, settle: float, kind: Kind = "translational") 
     """Return the following error over time, a row for each loop."""
     figure, grid = _rows(results, 1, 0.4)
     # In the unit of the motion: a thousandth of it is easily seen as such.
-    length = scale_for("length", kind, *(result.reference for result in results.values()))
+    length = style.scale_for("length", kind, *(result.reference for result in results.values()))
     for (axes,), result in zip(grid, results.values(), strict=True):
         judged, forward = result.time >= settle, np.gradient(result.reference) > 0.0
         sides = [
@@ -76,7 +75,7 @@ def error_distribution(
     kind: Kind = "translational",
 ) -> Figure:
     """Return the distribution of the following error, a panel for each loop."""
-    length = scale_for("length", kind, *(result.reference for result in results.values()))
+    length = style.scale_for("length", kind, *(result.reference for result in results.values()))
     errors = {name: (result.reference - result.measured)[result.time >= settle] for name, result in results.items()}
     low, high = (edge(float(edge(error)) for error in errors.values()) for edge in (min, max))
     width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
@@ -111,7 +110,7 @@ def control_effort(
     mean_over: float = 0.0,
 ) -> Figure:
     """Return the effort of each loop, whole and close up."""
-    scale, word = effort_scale(effort, *(arm * result.effort for result in results.values()))
+    scale, word = style.effort_scale(effort, *(arm * result.effort for result in results.values()))
     driving = f"Driving {word.lower()}"
     figure, grid = _rows(results, 2, 0.56 if friction else style.TOP, 0.6 if mean_over else 0.3)
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from bristle.core.typography import Scale, number, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for
 
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
 MARGIN = 0.05  # of the height, above and below
@@ -39,9 +38,9 @@ class LoopUnits(NamedTuple):
 
 def loop_units(curves: Collection[tuple[np.ndarray, np.ndarray]], kind: Kind, effort: Kind | None = None) -> LoopUnits:
     """Return the units for curves of (x, force); the forces of another kind of axis where `effort` says so."""
-    length = scale_for("length", kind, *(x for x, _ in curves))
-    force, word = effort_scale(effort or kind, *(force for _, force in curves))
-    return LoopUnits(length, force, length.label(position_word(kind)), force.label(f"Friction {word.lower()}"))
+    length = style.scale_for("length", kind, *(x for x, _ in curves))
+    force, word = style.effort_scale(effort or kind, *(force for _, force in curves))
+    return LoopUnits(length, force, length.label(style.position_word(kind)), force.label(f"Friction {word.lower()}"))
 
 
 def plot_parts(axes: Axes, units: LoopUnits, trace: tuple[np.ndarray, np.ndarray], turn: int, names: tuple[str, str]) -> None:

@@ -130,7 +130,7 @@ def _errors(simulation: SimulationResult | None, following: Following | None) ->
 
 def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
     """Return a following error over time as few points that look the same."""
-    from bristle.figures.envelope import envelope
+    from bristle.figures.style import envelope
 
     samples = envelope(error, COLUMNS)
     step = float(np.max(np.abs(error))) / STEPS or 1.0

@@ -235,7 +235,7 @@ def labelled_axes(trial: _Trial) -> Fact:
     """Say at each axis what it is and in which unit, which is that of the kind of axis."""
     from bristle.figures.legibility import unlabelled_axes
 
-    trial.refuse(unlabelled_axes, "Take scale.label(word) of bristle.figures.labels: Position [mm]")
+    trial.refuse(unlabelled_axes, "Take scale.label(word) of bristle.figures.style: Position [mm]")
     return Fact()
 
 
