@@ -13,7 +13,7 @@ OTHERS = {
     "server/bodies.py": {"open", "unlink"},
     "server/cases.py": {"shutil.rmtree"},
     "server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
-    "server/own_folder.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
+    "server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left

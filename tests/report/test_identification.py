@@ -24,7 +24,7 @@ from bristle.report.identification import identification_report
 from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
-from bristle.report.symbols import worded
+from bristle.report.table import worded
 from bristle.simulation import simulate
 
 

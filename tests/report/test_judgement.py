@@ -15,7 +15,7 @@ from bristle.report.identification import answers
 from bristle.report.judgement import DOUBTS, WRITTEN_BY, judged
 from bristle.report.messages import warnings_of
 from bristle.report.sentences import SENTENCES
-from bristle.report.symbols import symbolic, worded
+from bristle.report.table import symbolic, worded
 from bristle.simulation.result import statistics_of
 
 USUAL = Settings()

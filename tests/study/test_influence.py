@@ -6,7 +6,7 @@ from scipy import stats
 
 from bristle.study.dataset import Runs
 from bristle.study.influence import rank_correlations, sobol_indices, spread_of
-from bristle.study.sampling import Sampling
+from bristle.study.plan import Sampling
 
 
 def runs_of(function, sampling, status="ok"):

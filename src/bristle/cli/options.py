@@ -111,7 +111,7 @@ class Output:
     def opened(self, words: str, reads: Iterable[Any] = ()) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
         """Give the folder of results, None where none is asked for, and what work reports its share to."""
         from bristle.files.results import results_folder
-        from bristle.report.figure_files import figure_files
+        from bristle.report.results import figure_files
 
         place = results_folder(self.out, force=self.force, reads=list(reads)) if self.out else nullcontext()
         with place as folder, progress(words) as report, figure_files(folder, self.formats):

@@ -100,8 +100,7 @@ def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | N
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
     from bristle.paper.robust.trial import Plan, opened, run_trial
     from bristle.paper.robust.truths import truths_named
-    from bristle.report.figure_files import figure_files
-    from bristle.report.results import write_report
+    from bristle.report.results import figure_files, write_report
     from bristle.testing import admit
 
     # Names may have commas between them, and the name of a file may hold one.

@@ -70,7 +70,7 @@ def study(
     and the log of that run.
     """
     from bristle.core.tabular import library
-    from bristle.report.figure_files import figure_files
+    from bristle.report.results import figure_files
     from bristle.study import read_study_file
     from bristle.study.workers import CLUSTER
     from bristle.testing import admit_friction_of
@@ -130,8 +130,8 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report, simulation_summary
+    from bristle.study.plan import seed_of_run
     from bristle.study.run import repeat_run, values_of
-    from bristle.study.sampling import seed_of_run
 
     with output.opened(f"run {number}") as (folder, _):
         result = repeat_run(study, number)
@@ -162,7 +162,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
     from bristle.files.summary import provenance
-    from bristle.report.figure_files import figure_files
+    from bristle.report.results import figure_files
     from bristle.report.study import spread_tables, study_sentences
     from bristle.study.run import run_within
     from bristle.study.store import opened

@@ -25,10 +25,9 @@ from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.packing import packed
-from bristle.lab.passivity import passivity_of, release_of
-from bristle.lab.sliders import AROUND, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
+from bristle.lab.sliders import AROUND, conditions_of, elements_of, passivity_of, pulled_by, release_of, scales_of, shares_of, slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
-from bristle.report.symbols import GREEK, symbolic
+from bristle.report.table import GREEK, symbolic
 from bristle.testing import example_of
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}

@@ -3,23 +3,33 @@
 A page holds two modules of a model. The plain one has the parameters of either direction apart, which is what
 ``+asymmetry`` asks for, and is the one that is fast. The wide one has every slot; a slot that is not put on has the
 coefficients of nothing, which changes no bit. Which parameters there then are, the page puts together by itself.
+Load, temperature and effort, which a kernel is told with each step of the motion, are parameters of a layer around all slots: they stand
+still, and are moved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import compress, product
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_TEMPERATURE, Kind, Model, make_model
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, FrictionModel, Kind, Model, Motion, make_model
+from bristle.core.dispatch import friction_trial
 from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.lazy import once
+from bristle.core.surroundings import Surrounding
+from bristle.core.variable import Variable
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
 from bristle.friction import MODELS, base_of, channel_slots_of, with_slots
+from bristle.friction.enclosing import CoefficientsModel, enclosed
 from bristle.friction.level import LEVELS, Rise, has_level
 from bristle.friction.level import RISES_WITH as RISING
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
@@ -28,9 +38,65 @@ from bristle.friction.variation import VARIES_WITH as VARYING
 from bristle.lab.described import described, example_named, module_described, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
-from bristle.lab.surroundings import AROUND, Surroundings, surrounded
 from bristle.lab.walks import walked_together
-from bristle.report.symbols import symbolic
+from bristle.report.table import symbolic
+
+
+class Surroundings(NamedTuple):
+    """Load, temperature and effort; their names are those of no parameter of a model."""
+
+    around_load: Annotated[float, Variable("1", "load over its nominal value")] = NOMINAL_LOAD
+    around_temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
+    around_transmitted: Annotated[float, Variable("force", "effort that passes on")] = NOTHING_TRANSMITTED
+
+
+# For each slot that needs more than the motion, what it needs.
+AROUND = {"load": "around_load", "temperature": "around_temperature", "transmitted": "around_transmitted"}
+
+
+class Surrounded(NamedTuple):
+    """Parameters of a model and what is around it."""
+
+    inner: Any
+    around: Surroundings
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of the model inside, and its move, where it is told what is around it."""
+    passed = motion.transmitted + p.around.around_transmitted
+    around = Motion(motion.v, motion.x, p.around.around_load, p.around.around_temperature, passed)
+    force, move = friction_trial(state, memory, around, dt, p.inner)
+    return force, move
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurroundedModel(CoefficientsModel):
+    """A friction model with what is around it."""
+
+    coefficients = Surroundings
+    of_slot = MappingProxyType({"around": Surroundings._fields})
+    without_default = ()
+    depends_on = MappingProxyType({})
+
+    @property
+    def surroundings(self) -> tuple[Surrounding, ...]:
+        """What of its surroundings no parameter tells."""
+        return tuple(item for item in self.inner.surroundings if f"around_{item.name}" not in Surroundings._fields)
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults | Surroundings._field_defaults
+
+
+@once
+def surrounded(model: FrictionModel) -> SurroundedModel:
+    """Return a friction model whose parameters tell what is around it."""
+    return enclosed(
+        SurroundedModel, model, name=model.name, description=model.description, Parameters=Surrounded, trial=trial, slots=("around",)
+    )
+
 
 SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")  # all that can be put on, in the order of a name
 SIDES = {"_pos": 1.1, "_neg": 0.9}  # what the parameters of either direction begin with, over that of both

@@ -24,8 +24,7 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.symbols import worded
-from bristle.report.table import fixed, length_text, percent_text, short_text
+from bristle.report.table import fixed, length_text, percent_text, short_text, worded
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:

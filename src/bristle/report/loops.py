@@ -18,8 +18,7 @@ from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
-from bristle.report.symbols import GREEK
-from bristle.report.table import MICROMETRE, Quantity, Table, fixed
+from bristle.report.table import GREEK, MICROMETRE, Quantity, Table, fixed
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model

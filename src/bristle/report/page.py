@@ -18,7 +18,7 @@ from markupsafe import Markup, escape
 
 from bristle.core.errors import InputWarning, place_in_own_code, told_by
 from bristle.core.typography import typeset_sentence
-from bristle.report.symbols import worded
+from bristle.report.table import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,9 +18,7 @@ from bristle.files.components import check_keys, check_schema, table_at
 from bristle.files.experiment import experiment_from, with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
-from bristle.study.metrics import Metric, metrics_from, usual_metrics
-from bristle.study.plan import BLOCK_MOST, Study, block_for
-from bristle.study.sampling import SAMPLINGS, Sampling
+from bristle.study.plan import BLOCK_MOST, SAMPLINGS, Metric, Sampling, Study, block_for, metrics_from, usual_metrics
 from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
 KEYS = ("schema", "name", "experiment", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
