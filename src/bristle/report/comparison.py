@@ -16,7 +16,6 @@ from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison
-    from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
 
 RMS = "following_error.rms"
@@ -65,16 +64,8 @@ def _wording(change: Change) -> Wording:
     return VERDICTS["hardly" if hardly else change.verdict]
 
 
-def comparison_report(
-    compared: Comparison,
-    *,
-    name: str,
-    command: str,
-    provenance: Mapping[str, str],
-    banner: str | None = None,
-    figures: Sequence[ReportFigure] = (),
-) -> str:
-    """Return the report of two logs as one HTML page."""
+def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str:
+    """Return the report of two logs as one HTML page; options as of `report_page`."""
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
@@ -91,7 +82,7 @@ def comparison_report(
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}
     front = _front(compared, name, files)
-    return report_page("comparison", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
+    return report_page("comparison", facts, front, sections, **options)
 
 
 def comparison_sentences(compared: Comparison) -> list[str]:

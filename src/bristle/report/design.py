@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,6 @@ from bristle.report.page import Block, Figures, Front, Ruling, Section, about, a
 from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.figures.report_figure import ReportFigure
     from bristle.loop import Design, Proposal
 
 GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
@@ -33,8 +32,8 @@ boundary layer or dead band of the law, large ones those far outside it. Stuck f
 slope of its curve at the largest speed of the reference."""
 
 
-def design_report(design: Design, *, command: str, provenance: Mapping[str, str], figures: Sequence[ReportFigure] = ()) -> str:
-    """Return the report of a loop that is designed as one HTML page."""
+def design_report(design: Design, **options: Any) -> str:
+    """Return the report of a loop that is designed as one HTML page; options as of `report_page`."""
     budget = None if design.budget is None else budget_table(design.budget, design)
     laws = [
         block
@@ -69,7 +68,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         "enough": PHASE_ENOUGH,
         "phases": [least_phase(loop.assessment) for loop in design.proposals],
     }
-    return report_page("design", facts, _front(design), sections, command=command, provenance=provenance, figures=figures)
+    return report_page("design", facts, _front(design), sections, **options)
 
 
 def design_sentences(design: Design) -> list[str]:

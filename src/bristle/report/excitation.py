@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from bristle.identification.result import Estimate
 
 
-def excitation_report(excitation: Excitation, *, command: str, identify: str, provenance: Mapping[str, str]) -> str:
-    """Return the report of a motion as one HTML page; `identify` is the command for its log."""
+def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:
+    """Return the report of a motion as one HTML page; `identify` is the command for its log, options as of `report_page`."""
     used, rehearsal = {piece.purpose for piece in excitation.motion.pieces}, excitation.rehearsal
     purposes = [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
     limits = [
@@ -41,7 +41,7 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
         Section("assumptions", "What was left out or assumed", [Block("items", excitation.notes)]),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
-    return report_page("excitation", facts, _front(excitation, identify), sections, command=command, provenance=provenance)
+    return report_page("excitation", facts, _front(excitation, identify), sections, **options)
 
 
 def piece_table(excitation: Excitation) -> Table:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -30,7 +30,7 @@ from bristle.simulation.compensation import AS_RECORDED
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.axis import Axis
-    from bristle.figures.report_figure import Facts, ReportFigure
+    from bristle.figures.report_figure import Facts
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
     from bristle.report.page import Living
@@ -51,17 +51,14 @@ def identification_report(
     prediction: Prediction | None = None,
     simulation: SimulationResult | None = None,
     table: Sequence[tuple[float, float]] | None = None,
-    command: str,
     axis_name: str,
-    provenance: Mapping[str, str],
     certificates: Mapping[str, Certificate] | None = None,
-    banner: str | None = None,
     following: Following | None = None,
     axis: Axis | None = None,
     living: Living | None = None,
-    figures: Sequence[ReportFigure] = (),
+    **options: Any,
 ) -> str:
-    """Return the report of an identification as one HTML page."""
+    """Return the report of an identification as one HTML page; options as of `report_page`."""
     fit, kind, log = identification.best, identification.best.plant.kind, identification.log
     gain = None if simulation is None else gain_of(simulation)
     contradicted = following is not None and following.contradiction is not None
@@ -136,8 +133,7 @@ def identification_report(
     five = answers(identification, simulation, following, axis, usable=ruling.level != "measure_again")
     without = "Nothing in this log speaks against it."
     front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
-    common = {"command": command, "provenance": provenance, "banner": banner, "figures": figures, "living": living}
-    return report_page("identification", facts, front, sections, **common)
+    return report_page("identification", facts, front, sections, living=living, **options)
 
 
 def answers(

@@ -35,31 +35,16 @@ TREATMENT = {
 }
 
 
-def log_report(
-    log: Log,
-    segments: Sequence[Passage],
-    *,
-    name: str,
-    command: str,
-    provenance: Mapping[str, str],
-    diagnostics: Sequence[Mapping[str, Any]] = (),
-) -> str:
-    """Return the report of a log as one HTML page."""
+def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
+    """Return the report of a log as one HTML page; options as of `report_page`."""
     remarks = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
     sections = [
         Section("check", "What to mend or to know", [remarks]),
         Section("passages", "What it contains", [passage_table([segment.as_data() for segment in segments], log.kind)]),
         Section("log", "The log", [Block("facts", log_facts(log), ("What was read",)), Block("items", log.notes)]),
     ]
-    front = _front(log, segments, diagnostics, name)
-    return report_page(
-        "log",
-        {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")},
-        front,
-        sections,
-        command=command,
-        provenance=provenance,
-    )
+    facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
+    return report_page("log", facts, _front(log, segments, diagnostics, name), sections, **options)
 
 
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:

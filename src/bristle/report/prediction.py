@@ -21,25 +21,14 @@ from bristle.simulation.result import MODES
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
 
 def prediction_report(
-    prediction: Prediction,
-    *,
-    plant: Model,
-    friction: Model,
-    log: Log,
-    command: str,
-    axis_name: str,
-    provenance: Mapping[str, str],
-    banner: str | None = None,
-    own_log: bool = False,
-    figures: Sequence[ReportFigure] = (),
+    prediction: Prediction, *, plant: Model, friction: Model, log: Log, axis_name: str, own_log: bool = False, **options: Any
 ) -> str:
-    """Return the report of a prediction as one HTML page."""
+    """Return the report of a prediction as one HTML page; options as of `report_page`."""
     notes = (*notes_of(prediction), *log.notes)
     errors = Block("facts", metrics_in_words(prediction), ("Errors are root mean square; in percent, of what was measured",))
     sections = [
@@ -49,7 +38,7 @@ def prediction_report(
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
     facts = {"prediction": prediction, "kind": log.kind, "log": log}
-    return report_page("prediction", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
+    return report_page("prediction", facts, front, sections, **options)
 
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:

@@ -6,7 +6,7 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError, InputWarning, place_in_own_code, told_by
@@ -23,15 +23,7 @@ if TYPE_CHECKING:
 REPORT = "report.html"
 
 
-class ResultsFolder(Protocol):
-    """What takes the files of results: a folder that appears whole, or another that is added to."""
-
-    def write(self, name: str, content: str | bytes, /) -> object:
-        """Write a file by its name in the folder, text in UTF-8."""
-        ...
-
-
-def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any]) -> None:
+def write_report(folder: Any, report: str, summary: Mapping[str, Any]) -> None:
     """Write a report and the numbers that it rests on into a folder of results."""
     folder.write(REPORT, report)
     folder.write(SUMMARY, as_json(summary))
@@ -75,7 +67,7 @@ NUMBERS = "csv"
 
 
 @contextmanager
-def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None) -> Iterator[None]:
+def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
     """Write each figure that is drawn for a report in this block into a folder of results; as csv the numbers that it draws."""
     endings = tuple(dict.fromkeys(str(ending) for ending in formats or ()))
     if folder is None and endings:
@@ -89,7 +81,7 @@ def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None) ->
         folder.write(f"{FOLDER}/{CAPTIONS}", captions(written))
 
 
-def _is_written(folder: ResultsFolder, plate: Plate, endings: Sequence[str]) -> bool:
+def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
     """Write a figure as files; return whether that was done, which an error in a user's own figure may prevent."""
     from bristle.figures import as_csv, figure_file, fits_as_png, numbers_of
 

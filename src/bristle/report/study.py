@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -38,8 +37,8 @@ def study_summary(
     points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
     metrics = {
         name: {key: described["columns"][name][key] for key in ("unit", "description")}
-        | asdict(spread_of(columns[name], independent=independent))
-        | ({"points": [point | asdict(spread_of(columns[name][chosen])) for point, chosen in points]} if described["grid"] else {})
+        | spread_of(columns[name], independent=independent)
+        | ({"points": [point | spread_of(columns[name][chosen]) for point, chosen in points]} if described["grid"] else {})
         for name in described["metrics"]
     }
     return {
@@ -53,8 +52,8 @@ def study_summary(
             for place in failed[:FAILURES_SHOWN]
         ],
         "metrics": metrics,
-        "rank_correlations": [asdict(entry) for entry in rank_correlations(runs)],
-        "sobol_indices": [asdict(entry) for entry in sobol_indices(runs)],
+        "rank_correlations": rank_correlations(runs),
+        "sobol_indices": sobol_indices(runs),
         "worst": [
             {
                 "run": run,
