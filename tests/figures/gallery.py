@@ -11,7 +11,7 @@ from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.figures import errors, loop_design, loop_family, loop_rows, preisach, rig_layout, small_multiples
-from bristle.figures.following_error import loops_at_reversal
+from bristle.figures.following_error import loops_at_reversal, open_loop
 from bristle.identification.result import Estimate
 from bristle.logs.passages import Passage
 from bristle.loop import assess
@@ -24,7 +24,7 @@ F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
 SPREAD = errors.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 
-for _name in ("comparison", "fit", "following_error", "loop_design", "many_runs", "motion", "recorded"):
+for _name in ("comparison", "fit", "loop_design", "many_runs", "motion", "recorded"):
     importlib.import_module(f"bristle.figures.{_name}")  # figures that reports alone have
 
 
@@ -172,7 +172,7 @@ def gallery(names=PLAIN, many=None):
         "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", message),
         "minor_loops": lambda: figures.minor_loops(traces),
         "motion": lambda: figures.motion.motion(planned),
-        "open_loop": lambda: figures.following_error.open_loop(looped(many)),
+        "open_loop": lambda: open_loop(looped(many)),
         "passages": lambda: figures.recorded.passages(*recorded),
         "prediction": lambda: figures.fit.prediction(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
