@@ -177,26 +177,24 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
             if name.startswith("figures/"):
                 store.grown.remove(name)  # those of an earlier report, whose numbers were others
         with figure_files(store.grown, output.formats):
-            summary = _write(store, ran, command, command_told(["study", str(file)]), own)
+            summary = _write(store, command, command_told(["study", str(file)]), own)
 
     output.tell(summary, *spread_tables(summary), *study_sentences(summary))
     return exit_code(ran, summary)
 
 
-def _write(store: Store, ran: Ran, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
-    """Write traces, numbers and report of a study; return the numbers."""
+def _write(store: Store, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
+    """Write numbers and report of a study; return the numbers."""
     from bristle.files.summary import provenance
     from bristle.report.results import write_report
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
     from bristle.study.dataset import runs_in
-    from bristle.study.run import worst_runs, write_traces
+    from bristle.study.run import worst_runs
 
     runs = runs_in(store.folder)
-    worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))
-    traces = write_traces(store, worst[: store.study.worst]) if ran.is_whole else []
     origins = provenance(command, figure=own.origins)
     source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
-    summary = study_summary(runs, command=repeat, provenance=source, worst=worst, traces=traces)
+    summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
     write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
     return summary
 

@@ -65,9 +65,9 @@ def described(
     functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
     module, facts = _module(subject, plant, functions)
     if proven:
-        kept = stored().get(moving.model.name)
-        is_example = kept is not None and moving.model == example_named(moving.model.name)
-        facts["walks"] = kept if is_example else walked(moving, plant, scales, SHORT)
+        saved = stored().get(moving.model.name)
+        is_example = saved is not None and moving.model == example_named(moving.model.name)
+        facts["walks"] = saved if is_example else walked(moving, plant, scales, SHORT)
     return facts | {
         "name": named or model.name,
         "model": model.name,

@@ -32,7 +32,7 @@ TAIL = 1e-4  # share of the response of the filters that is left out on either s
 NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
 
 
-def _kept(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.ndarray]:
+def _sampled(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.ndarray]:
     """Return which samples are kept: those near turns, shallow ones left out where there are too many, and others evenly apart."""
     around, depth = np.arange(-near, near + 1), 0.0
     while True:
@@ -162,7 +162,7 @@ def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], resp
     else:  # an interval ends after each sample near a turn, and as often as there is room for elsewhere
         # Around a turn nine tenths of the response of the filters are looked at sample by sample.
         near = int(np.searchsorted(response[response.size // 2 :], 0.9))
-        ends = _kept(runs, max(float(np.ptp(run)) for run in runs) / FINE, near)
+        ends = _sampled(runs, max(float(np.ptp(run)) for run in runs) / FINE, near)
     step = max(float(np.max(np.abs(np.diff(run[end])), initial=0.0)) for run, end in zip(runs, ends, strict=True))
     step = (step or 1.0) / FINE
     stretches, contacts = [], dataset.contacts(fit.friction, fit.plant)

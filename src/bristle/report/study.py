@@ -21,9 +21,7 @@ FAILURES_SHOWN = 20
 WORST_SHOWN = 10
 
 
-def study_summary(
-    runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = (), traces: Sequence[str] = ()
-) -> dict[str, Any]:
+def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = ()) -> dict[str, Any]:
     """Return a study in numbers, in SI."""
     from bristle.study.influence import rank_correlations, sobol_indices, spread_of
 
@@ -63,7 +61,6 @@ def study_summary(
             for run in worst
             if run in at
         ],
-        "traces": list(traces),
         "provenance": dict(provenance),
     }
 
@@ -169,7 +166,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     failed = Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
     worst: Table | None = None
     if summary["worst"]:
-        unit, shown = summary["metrics"][metric]["unit"], summary["worst"][:WORST_SHOWN]
+        unit, shown = summary["metrics"][metric]["unit"], summary["worst"]
         again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in shown]
         worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), again)
     columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]

@@ -247,8 +247,6 @@ class Study:
         Values that each draw is made with, all combinations of them.
     metrics : tuple of Metric
         What is kept; what is largest in the first of them is worst.
-    worst : int
-        Of how many of the worst runs the signals are kept, too.
     block : int
         Runs in a block.
     described : mapping
@@ -266,7 +264,6 @@ class Study:
     causes: tuple[Cause, ...]
     grid: tuple[tuple[Target, tuple[Any, ...]], ...]
     metrics: tuple[Metric, ...]
-    worst: int
     block: int
     described: Mapping[str, Any]
     origins: Mapping[str, tuple[Origin, ...]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
@@ -24,7 +23,6 @@ from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn
 KEYS = ("schema", "name", "experiment", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
 RUNS_MOST = 1_000_000_000
 POINTS_MOST = 100_000
-WORST_MOST = 1000
 
 
 def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Study:
@@ -78,7 +76,6 @@ class _Reader:
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
         sampling = self._sampling(causes, grid)
-        metrics, worst = self._metrics(experiment)
         name = self.data.get("name", self.source.stem)
         if not isinstance(name, str):
             raise InputError("must be text", path="name", value=name)
@@ -94,8 +91,7 @@ class _Reader:
             sampling=sampling,
             causes=causes,
             grid=grid,
-            metrics=metrics,
-            worst=worst,
+            metrics=self._metrics(experiment),
             block=1,
             described={},
             origins=origins,
@@ -219,16 +215,14 @@ class _Reader:
             )
         return Sampling(method, seed, tuple(cause.name for cause in causes), runs, indices)
 
-    def _metrics(self, experiment: Experiment) -> tuple[tuple[Metric, ...], int]:
+    def _metrics(self, experiment: Experiment) -> tuple[Metric, ...]:
         table = table_at(self.data.get("keep", {}), "keep")
-        check_keys(table, ("metrics", "traces"), "keep")
+        if "traces" in table:
+            raise InputError("was removed", path="keep.traces", mend="Leave it out: bristle study FILE --run N writes the signals of a run")
+        check_keys(table, ("metrics",), "keep")
         names = table.get("metrics", list(usual_metrics(experiment)))
         if not isinstance(names, list) or not names:
             raise InputError(
                 "must be a list of metrics", path="keep.metrics", value=names, mend=f'Write metrics = ["{usual_metrics(experiment)[0]}"]'
             )
-        traces = table.get("traces", "worst 0")
-        match = re.fullmatch(r"worst (\d{1,4})", traces) if isinstance(traces, str) else None
-        if match is None or int(match[1]) > WORST_MOST:
-            raise InputError("does not fit", path="keep.traces", value=traces, allowed=f'"worst 0" to "worst {WORST_MOST}"')
-        return metrics_from(names, experiment, "keep.metrics"), int(match[1])
+        return metrics_from(names, experiment, "keep.metrics")

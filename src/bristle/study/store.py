@@ -18,7 +18,7 @@ from bristle.study.plan import Block
 
 STUDY, RUNS = "study.json", "runs"
 OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
-WRITTEN, TRACES = (STUDY, "summary.json", "report.html"), "traces"
+WRITTEN = (STUDY, "summary.json", "report.html")
 SCHEMA = 1
 LONGEST = 60
 
@@ -134,7 +134,7 @@ def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: 
         return name.startswith(f"{RUNS}/")
 
     def is_used(name: str) -> bool:  # a person may keep figures beside those of a study
-        return name in WRITTEN or name.partition("/")[0] in (RUNS, TRACES)
+        return name in WRITTEN or is_block(name)
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
         store = kind(grown, study, damaged)
