@@ -39,17 +39,16 @@ def models(
 def _families() -> dict[str, list[Component]]:
     from bristle import controllers, friction, hysteresis, plants, references, sensors
 
-    registries: tuple[Any, ...] = (
-        friction.MODELS,
-        hysteresis.OPERATORS,
-        plants.PLANTS,
-        controllers.CONTROLLERS,
-        sensors.SENSORS,
-        references.REFERENCES,
-        friction.CHANNEL_SLOTS,
-    )
-    names = ("friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot")
-    return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
+    registries: dict[str, Any] = {
+        "friction": friction.MODELS,
+        "hysteresis": hysteresis.OPERATORS,
+        "plant": plants.PLANTS,
+        "controller": controllers.CONTROLLERS,
+        "sensor": sensors.SENSORS,
+        "reference": references.REFERENCES,
+        "slot": friction.CHANNEL_SLOTS,
+    }
+    return {family: list(registry.values()) for family, registry in registries.items()}
 
 
 def _selected(name: str) -> dict[str, list[Component]]:

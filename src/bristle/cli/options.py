@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -208,17 +208,10 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     return reading(*formats)
 
 
-class OwnFigures(NamedTuple):
-    """Figures of a person's own, and the files that define them."""
-
-    figures: tuple[ReportFigure, ...] = ()
-    origins: tuple[Origin, ...] = ()
-
-
-def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> OwnFigures:
+def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> tuple[tuple[ReportFigure, ...], tuple[Origin, ...]]:
     """Return the figures that files of a person's own define, and those files; naming their code allows it."""
     if not files:
-        return OwnFigures()
+        return (), ()
     from bristle.figures.own import load_figure_file, refuse_unfit
     from bristle.files.permission import allow
 
@@ -229,7 +222,7 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
         allow(content)
     for figure, file in zip(figures, files, strict=True):
         refuse_unfit(figure, command, figures, str(file))
-    return OwnFigures(figures, tuple(content.origin for content in contents))
+    return figures, tuple(content.origin for content in contents)
 
 
 def holds_own(name: str) -> bool:

@@ -235,12 +235,7 @@ def slots_described(kind: Kind) -> dict[str, Any]:
 
 
 def switched(
-    model: Model,
-    *,
-    uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
-    mass: float | None = None,
-    fastest: float = 0.0,
-    named: str = "",
+    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None, **known: Any
 ) -> dict[str, Any]:
     """Return what a page knows of a friction model whose slots are put on and taken off there.
 
@@ -252,7 +247,7 @@ def switched(
         raise InputError("has a slot over a channel of the log, which no page has", path="model", value=names, mend="Take the slot off")
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
-    facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model)
+    facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known)
     if leans := base_of(plain.component).trial_sided is not None:
         # With both directions alike it is the plain one, with no other bit.
         component = _with(plain, ["asymmetry"])

@@ -92,7 +92,7 @@ def comparison_sentences(compared: Comparison) -> list[str]:
     lines = [wording.sentence if wording else "Whether the axis follows better nobody can tell without a reference."]
     for change in compared.changes.values():
         word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
-        interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
+        interval = _with_interval(change)
         if change.verdict == "unknown":
             lines.append(f"{word}: {before} before, {after} after; nothing tells how sure that is.")
         elif change.verdict == "no_change":
@@ -107,6 +107,10 @@ def _signed(value: float, change: Change) -> str:
     ends = change.interval_percent
     text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), 0.1), digits=2)  # percent to two digits
     return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
+
+
+def _with_interval(change: Change) -> str:
+    return f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
 
 
 def percent_of(change: Change) -> str:
@@ -158,8 +162,8 @@ def comparison_ruling(compared: Comparison) -> Ruling:
     if change is None:
         return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
     wording, word = _wording(change), WORDS[RMS]
-    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
-    reasons = [f"{word[0].lower()}{word[1:]}: {_text(change, change.after)} instead of {_text(change, change.before)}{interval}"]
+    instead = f"{_text(change, change.after)} instead of {_text(change, change.before)}{_with_interval(change)}"
+    reasons = [f"{word[0].lower()}{word[1:]}: {instead}"]
     reasons += [wording.reason] if wording.is_open else []
     level = "with_care" if doubts and wording.level == "usable" else wording.level
     return Ruling(level, wording.words, tuple(dict.fromkeys([*reasons, *doubts])))

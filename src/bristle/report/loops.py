@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,26 +39,27 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
     completed, kind = _completed(result), result.experiment.kind
     effort = Quantity.of(unit_of("force", kind), (variant.effort_peak for variant in completed))
     if is_open:
+        words = {"Position, peak to peak": "motion.peak_to_peak", "lowest": "motion.min", "highest": "motion.max"}
         length = Quantity.of(unit_of("length", kind), (variant.motion.peak_to_peak for variant in completed))
-        lengths = {"Position, peak to peak": "peak_to_peak", "lowest": "min", "highest": "max"}
-        caption, heads = "The variants", [length.head(word) for word in lengths]
     else:
-        length, lengths = _error_column(result), {}
-        words = ("Following error, peak to peak", "rms", "mean", "True error, peak to peak")
-        caption, heads = "The variants of the loop", [length.head(word) for word in words]
-    heads = ("Variant", *heads, effort.head(f"{'Torque' if kind == 'rotational' else 'Force'}, rms"), effort.head("peak"), "Remark")
+        words = {
+            "Following error, peak to peak": "following_error.peak_to_peak",
+            "rms": "following_error.rms",
+            "mean": "following_error.mean",
+        }
+        words |= {"True error, peak to peak": "true_error.peak_to_peak"}
+        length = _error_column(result)
+    efforts = {f"{'Torque' if kind == 'rotational' else 'Force'}, rms": "effort_rms", "peak": "effort_peak"}
+    heads = ("Variant", *map(length.head, words), *map(effort.head, efforts), "Remark")
     rows = []
     if measured is not None:
-        errors = (measured.peak_to_peak, measured.rms, measured.mean)
-        rows.append(("measured", *(length.cell(value) for value in errors), "–", "–", "–", ""))
+        rows.append(("measured", *map(length.cell, (measured.peak_to_peak, measured.rms, measured.mean)), "–", "–", "–", ""))
     for variant in result.variants.values():
-        error, motion = variant.following_error, variant.motion
-        numbers = [getattr(motion, name) for name in lengths.values()] if is_open else [error.peak_to_peak, error.rms, error.mean]
-        numbers += [] if is_open else [variant.true_error.peak_to_peak]
-        cells = [*map(length.cell, numbers), effort.cell(variant.effort_rms), effort.cell(variant.effort_peak)]
+        cells = [length.cell(attrgetter(name)(variant)) for name in words.values()]
+        cells += [effort.cell(getattr(variant, name)) for name in efforts.values()]
         cells = ["–"] * len(cells) if variant.status is Status.NOT_FINITE else cells
         rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
-    return Table(caption, heads, rows).without_empty_columns()
+    return Table("The variants" if is_open else "The variants of the loop", heads, rows).without_empty_columns()
 
 
 def direction_table(result: SimulationResult) -> Table:

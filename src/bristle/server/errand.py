@@ -67,6 +67,13 @@ class Errand:
         return logs
 
     @property
+    def model(self) -> Path:
+        """The folder of the results of an identification."""
+        if self.results is None:
+            raise InputError("is missing", path="model", mend="Identify first")
+        return self.results
+
+    @property
     def axis_file(self) -> Content:
         """The axis file under its label."""
         return Content(Path(self.axis_label), self.axis_text.encode())

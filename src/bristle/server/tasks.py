@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -138,10 +139,9 @@ def identify(errand: Errand) -> Answer:
     logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
     models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
     options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
-    words = ["bristle", "identify", *(log.label for log in errand.fitted), "--axis", errand.axis_label, "--model", ",".join(models)]
-    words += ["--draws", str(options["draws"])] if options["draws"] != DRAWS else []
-    words += ["--cutoff", options["cutoff"]] if options["cutoff"] else []
-    command = shlex.join([*words, "--out", "results"])
+    draws = "" if options["draws"] == DRAWS else str(options["draws"])
+    given = {"--axis": errand.axis_label, "--model": ",".join(models), "--draws": draws, "--cutoff": options["cutoff"], "--out": "results"}
+    command = _command("identify", [log.label for log in errand.fitted], given)
     with errand.interruptible():
         identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
     outcome = identified.outcome_with(command=command, axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
@@ -151,6 +151,12 @@ def identify(errand: Errand) -> Answer:
     verdict = outcome.summary["verdict"]
     facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
     return facts, _findings(identified, outcome)
+
+
+def _command(name: str, files: Sequence[str], options: Mapping[str, str | None]) -> str:
+    """Return the command that does the same at a terminal, with the options that have a value."""
+    given = [word for option, value in options.items() if value for word in (option, value)]
+    return shlex.join(["bristle", name, *files, *given])
 
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
@@ -191,9 +197,7 @@ def predict(errand: Errand) -> Answer:
     import bristle
     from bristle.report.prediction import prediction_ruling
 
-    if errand.results is None:
-        raise InputError("is missing", path="model", mend="Identify first")
-    axis, model, logs = errand.axis(), bristle.load(errand.results), []
+    axis, model, logs = errand.axis(), bristle.load(errand.model), []
     chosen = [log for log in errand.logs if log.role == "held_out"]
     for place, log in enumerate(chosen):
         errand.report(place / len(chosen), f"predicting {log.label}")
@@ -219,16 +223,14 @@ def export(errand: Errand) -> Answer:
     from bristle.files.results import results_folder
     from bristle.workflow.commands import export_model_file
 
-    if errand.results is None:
-        raise InputError("is missing", path="model", mend="Identify first")
+    model = errand.model / "model.toml"
     target, name = errand.text("target", "table"), errand.text("name") or NAME
     points = errand.count("points", POINTS)
     errand.report(0.2, f"writing for {target}")
     axis = errand.axis_file if errand.axis_text else None
-    words = ["bristle", "export", "results", "--to", target, "--out", f"{name}_{target}", "--name", name]
-    words += ["--axis", errand.axis_label] if axis else []
-    words += ["--points", str(points)] if points != POINTS else []
-    exported = export_model_file(errand.results / "model.toml", target, command=shlex.join(words), name=name, axis=axis, points=points)
+    given = {"--to": target, "--out": f"{name}_{target}", "--name": name, "--axis": errand.axis_label if axis else ""}
+    command = _command("export", ["results"], given | {"--points": "" if points == POINTS else str(points)})
+    exported = export_model_file(model, target, command=command, name=name, axis=axis, points=points)
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
     zipped(errand.folder / "export")
@@ -249,13 +251,11 @@ def excite(errand: Errand) -> Answer:
     text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
     duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
-    words = ["bristle", "excite", errand.axis_label, "--out", "motion", "--duration", duration]
-    words += ["--for", purposes] if purposes else []
     travel = errand.text("travel") or None
-    words += ["--travel", travel] if travel else []
+    command = _command("excite", [errand.axis_label], {"--out": "motion", "--duration": duration, "--for": purposes, "--travel": travel})
     with errand.interruptible():
         motion = designed_motion(
-            axis_file, command=shlex.join(words), duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
+            axis_file, command=command, duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
         )
     following = motion.next_command("motion/axis.toml")
     with results_folder(errand.folder / "motion") as folder:
