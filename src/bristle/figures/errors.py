@@ -46,7 +46,7 @@ def error_over(
         aside = 1.0 + 0.04 * (number - 0.5 * (len(errors) - 1)) * counted
         at, (error, low, high) = aside * np.asarray(places)[finite], values[finite].T
         axes.plot(at, error, label=label(name), markersize=style.SMALL, **look)
-        axes.vlines(at, low, high, color=look["color"], linewidth=1.0)
+        axes.vlines(at, low, high, color=look["color"], linewidth=1.0, label=f"_{label(name)}")
     for name, level in levels.items():
         axes.axhline(level, label=label(name), **style.DOTTED)
     if counted:

@@ -97,7 +97,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     edges = np.linspace(low, high if high > low else low + 1.0, 80 + 1)
     for loop in near:
         counts, _ = np.histogram(loop.error * scale.factor, edges)
-        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
+        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", label=f"_{loop.name}", **loop.look)
     # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
     spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
     spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
@@ -112,7 +112,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
 def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
     force, word = style.effort_scale(kind, *(loop.effort for loop in loops))
     for loop in loops:
-        style.over_time(axes, loop.time, (loop.effort, loop.look, "_"), scale=force, word=word)
+        style.over_time(axes, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
 
 
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:

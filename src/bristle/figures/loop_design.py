@@ -47,7 +47,7 @@ def margins(assessment: Assessment) -> Figure:
     for look, point in zip(style.SERIES[1:], points, strict=False):
         _draw_open_loop(gain, phase, point, look)
         at = point.loop.poles
-        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none")
+        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
     gain.axhline(1.0, **style.AID)
     phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
@@ -72,12 +72,12 @@ def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, lo
     # Continued from its start, which lies between -90 and -270 degrees, and drawn once around.
     turned = np.unwrap(np.angle(response))
     turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
-    phase.semilogx(hertz, np.degrees(turned), **line)
+    phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
     margin, crossover = point.margins.phase, point.margins.crossover
     if margin is not None and crossover is not None:
         at = crossover / (2.0 * math.pi)
-        phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt")
-        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL)
+        phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
+        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
 
 
 MARGINS = ReportFigure(
@@ -162,7 +162,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     for look, circle in zip(style.LINES, curves, strict=False):
         angle, deviation = style.line(circle.angle, circle.deviation)
         round_.plot(angle, deviation * scale.factor, label=label(circle.variant), **look)
-        unrolled.plot(np.degrees(angle), deviation * scale.factor, **look)
+        unrolled.plot(np.degrees(angle), deviation * scale.factor, label=f"_{label(circle.variant)}", **look)
     round_.set_ylim(low - span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
     ticks = [-step, 0.0] if -low > high else [0.0, step]

@@ -85,7 +85,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
     size = 3.4 if runs.count <= 60 else 2.0  # smaller markers for many logs
-    axes.axhline(float(np.median(value[tells])), label="median", linestyle="--", **style.AID)
+    axes.axhline(float(np.median(value[tells])), color=style.GREY, linewidth=0.8, linestyle="--", label="median")
     inside = (value >= bottom) & (value <= top)
     for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "stands apart")):
         chosen = chosen & tells & inside

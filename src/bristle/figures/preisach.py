@@ -113,7 +113,7 @@ def _draw_memory(
     line = np.vstack(([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor))
     up = np.vstack((line, [-edge, -edge]))
     axes.fill(up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name)
-    axes.plot([-edge, edge], [-edge, edge], label="_diagonal", **style.AID)
+    axes.plot([-edge, edge], [-edge, edge], **style.AID)
     axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge))

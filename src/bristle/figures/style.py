@@ -122,7 +122,7 @@ LINES: tuple[Look, ...] = (
 )
 SERIES: tuple[Look, ...] = tuple(look | {"marker": marker} for look, marker in zip(LINES, "os^Dv", strict=True))
 REST: Look = PREDICTED | {"linewidth": 0.7}
-AID: Look = {"color": GREY, "linewidth": 0.8}
+AID: Look = {"color": GREY, "linewidth": 0.8, "label": "_aid"}
 DASHED: Look = {"color": INK, "linewidth": 1.0, "linestyle": "--"}
 DOTTED: Look = {"color": GREY, "linewidth": 1.0, "linestyle": (0, (1, 2))}
 BAR: Look = {"color": PREDICTED["color"]}
