@@ -1,7 +1,5 @@
 """``bristle compare``: whether it helped on the machine."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """``bristle demo``: the main job on a simulated axis, start to finish."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

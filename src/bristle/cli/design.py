@@ -1,7 +1,5 @@
 """``bristle design``: what limits a loop, what it errs by, and which gains it allows."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated

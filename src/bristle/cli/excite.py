@@ -1,7 +1,5 @@
 """``bristle excite``: the motion to run on an axis, and what it will identify."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """``bristle lab``: friction to be touched, as one page."""
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import suppress

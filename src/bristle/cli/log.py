@@ -1,7 +1,5 @@
 """``bristle log``: what is in a log."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """``bristle paper``: the source paper, figure by figure, or its compensation on other frictions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

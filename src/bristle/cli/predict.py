@@ -1,7 +1,5 @@
 """``bristle predict``: what a model says of a log."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

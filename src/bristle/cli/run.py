@@ -1,7 +1,5 @@
 """``bristle run``: simulate an experiment."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The simulated axis: what it is made of, and the logs that it writes as a real drive would."""
 
-from __future__ import annotations
-
 import io
 from importlib.resources import files
 from pathlib import Path

@@ -3,8 +3,6 @@
 They are settings of the process. One thread at a time has them; whoever else draws at that moment would see them.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import threading

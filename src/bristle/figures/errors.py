@@ -1,7 +1,5 @@
 """Errors of ways to a model, loops and truths, with their spread, beside what they are compared with."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A figure as a file to be published, and as SVG inside a page: text stays text, no date, the same bytes each time."""
 
-from __future__ import annotations
-
 import io
 import re
 import warnings

@@ -1,7 +1,5 @@
 """Whether a figure can be read: its axes say what they are and in which unit, and no text lies on another one."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from typing import Any

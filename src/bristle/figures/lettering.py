@@ -3,8 +3,6 @@
 A page is read with the fonts of its reader; the room for a text is measured with these, the same everywhere.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Sequence

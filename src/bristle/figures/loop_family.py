@@ -1,7 +1,5 @@
 """Force over position of one contact: families of loops, the way to break-away, and a torque up and down below it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ labels. A logarithmic axis has the numbers themselves, not their logarithms. A s
 where it begins with an underscore.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -4,8 +4,6 @@ A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or one named
 `id` of one of the report. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module

@@ -1,7 +1,5 @@
 """A figure of a user's own: one Python file, the package unchanged."""
 
-from __future__ import annotations
-
 import copy
 import os
 import re

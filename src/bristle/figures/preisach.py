@@ -1,7 +1,5 @@
 """The Preisach plane of an operator: the Everett function, the staircase between relays up and down, reversal curves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """A figure of a report: what it takes, what draws it, and what a reader is told of it; ours, or a user's."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Force over position for several models, each in a panel of its own, all to one scale: loops, their closure, drift."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 

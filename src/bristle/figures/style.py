@@ -6,8 +6,6 @@ References
    Proceedings of the VLDB Endowment 7(10), 2014. doi:10.14778/2732951.2732953
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from itertools import chain

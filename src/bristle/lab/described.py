@@ -1,7 +1,5 @@
 """What a page knows of a friction model: its module, its parameters with their sliders, its scales and its walks."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Container, Mapping
 from typing import Any

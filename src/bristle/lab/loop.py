@@ -4,8 +4,6 @@ The mass, its friction and what is fed forward are modules of friction models, w
 as a simulation does; what it is told at a sample lies in what lasts of it.
 """
 
-from __future__ import annotations
-
 import tomllib
 from functools import cache
 from importlib import resources

@@ -6,8 +6,6 @@ adds what it takes there, in steps that are small beside what the model leaves o
 page has the very numbers that are written here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

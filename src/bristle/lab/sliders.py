@@ -4,8 +4,6 @@ Where a bound is known that no parameter moves, or one condition decides, that i
 coefficient is searched, by a function of the module, as `bristle.certificates.passive` searches it.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Container, Sequence

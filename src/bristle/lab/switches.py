@@ -7,8 +7,6 @@ Load, temperature and effort, which a kernel is told with each step of the motio
 still, and are moved.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache

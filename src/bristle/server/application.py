@@ -1,7 +1,5 @@
 """The application: what answers, behind what lets in."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager

@@ -1,7 +1,5 @@
 """The axis file as a form: which keys it has, what is still open, and the same file with some of them changed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a request brings, taken piece by piece: up to a limit, and from nobody who is silent for long."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import AsyncIterator

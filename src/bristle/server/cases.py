@@ -1,7 +1,5 @@
 """What is open: each analysis with its files, its axis, what came out, and the job that runs."""
 
-from __future__ import annotations
-
 import secrets
 import shutil
 import time

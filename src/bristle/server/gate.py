@@ -6,8 +6,6 @@ this server, and everything but the page itself takes the token, which stands in
 send fragments to nobody, and other sites cannot read them.
 """
 
-from __future__ import annotations
-
 import asyncio
 import os
 import secrets

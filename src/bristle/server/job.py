@@ -1,7 +1,5 @@
 """A job: work in a process of its own, which can be ended, and whose end is no end of the application."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os

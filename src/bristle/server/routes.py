@@ -1,7 +1,5 @@
 """What the page may ask for."""
 
-from __future__ import annotations
-
 import asyncio
 import secrets
 import shutil

@@ -1,7 +1,5 @@
 """The other side of a job: a process that does one piece of work, says how far it is, and ends."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

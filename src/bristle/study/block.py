@@ -1,7 +1,5 @@
 """One block of a study: its runs simulated, and what is kept of them as columns."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any

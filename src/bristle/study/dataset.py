@@ -1,7 +1,5 @@
 """The runs of a study as columns, and as a labelled data set."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Which cause matters: rank correlations with their intervals, and Sobol indices where the draws were made for them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

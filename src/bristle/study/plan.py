@@ -1,7 +1,5 @@
 """`Study`: what is varied, how often, and what is kept, as data; the values of each of its runs, and the numbers that are kept of it."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """Study files: an experiment, what varies in it, how often, and what is kept."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from dataclasses import replace

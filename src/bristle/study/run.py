@@ -1,7 +1,5 @@
 """Running a study: what is missing in its folder is simulated, block by block."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from contextlib import closing

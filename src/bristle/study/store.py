@@ -1,7 +1,5 @@
 """The folder of a study: one file for each block, whole or not there, and what the study says."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager

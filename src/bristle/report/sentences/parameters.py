@@ -1,7 +1,5 @@
 """Why a log does not determine a parameter, why one lies at an edge or is held, and which force a model lacks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
