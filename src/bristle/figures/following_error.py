@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,15 +11,12 @@ from matplotlib.ticker import NullLocator
 
 from bristle.core.status import Status
 from bristle.core.typography import Scale
+from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.lettering import label
 from bristle.figures.report_figure import ReportFigure
+from bristle.simulation.result import SimulationResult
 from bristle.simulation.reversals import worst_reversal
-
-if TYPE_CHECKING:
-    from bristle.core.variable import Kind
-    from bristle.simulation.result import SimulationResult
-
 
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit

@@ -1,9 +1,6 @@
 """Loops that follow a reference, a row or a panel for each: what they are told and do, what they err by, what they drive."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,9 +8,7 @@ from matplotlib.figure import Figure
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.figures import style
-
-if TYPE_CHECKING:
-    from bristle.simulation.result import VariantResult
+from bristle.simulation.result import VariantResult
 
 Loops = Mapping[str, "VariantResult"]
 RANGE = "range in the paper"

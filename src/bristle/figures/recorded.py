@@ -1,9 +1,6 @@
 """What is recorded: the experiments that a log contains, and hysteresis with what an operator makes of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,11 +9,8 @@ from matplotlib.figure import Figure
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.report_figure import ReportFigure
-
-if TYPE_CHECKING:
-    from bristle.logs.log import Log
-    from bristle.logs.passages import Passage
-
+from bristle.logs.log import Log
+from bristle.logs.passages import Passage
 
 # Grey tells them apart too: from dark to light, and hatched.
 SHADES = {

@@ -1,24 +1,20 @@
 """A rig: its mechanics, what sits where with its numbers, and below them its loop as a block diagram."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
+from bristle.core.contracts import Model
+from bristle.core.experiment import Variant
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.figures import style
 from bristle.figures.drawing import Drawing
 from bristle.figures.lettering import shortened
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.core.experiment import Variant
 
 WIDTH, LAYOUT, SCHEME = 100.0, 24.0, 62.0  # units of the drawing: its width, and the heights of both parts
 LETTERS, SMALLER = 8.0, 7.0  # points

@@ -4,16 +4,15 @@ In the loop the axis stays as it was simulated, with what the model does not exp
 the model with the values that are moved. Law and encoder are a module of their own, as they are in the lab.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from bristle.controllers.limits import within_drive
-from bristle.core.contracts import Reference
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start, Variant
 from bristle.core.normal import NORMAL_95
@@ -27,22 +26,18 @@ from bristle.exports.build import Builder
 from bristle.exports.cycle import SOLVER
 from bristle.exports.wasm import module_of_parts
 from bristle.friction.level import rises_with_effort
+from bristle.identification.result import Fit, Identification
 from bristle.lab.described import body_described, described, values_of, variables_of
 from bristle.lab.loop import law_part, sensor_part
 from bristle.lab.packing import as_json, differences, packed, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
+from bristle.prediction.following import Following
 from bristle.report.page import Living
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
-
-if TYPE_CHECKING:
-    from bristle.core.axis import Axis
-    from bristle.core.contracts import Model
-    from bristle.identification.result import Fit, Identification
-    from bristle.prediction.following import Following
-    from bristle.simulation.result import SimulationResult
+from bristle.simulation.result import SimulationResult
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")

@@ -1,17 +1,15 @@
 """The report of a loop that is designed: whether to keep it, its margins and errors, which gains to type in, and what they take."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
+from bristle.loop import PHASE_ENOUGH, Design, Proposal, Verdict, doubts_of, verdict_of
 from bristle.loop.tuning import UNSTATED
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
@@ -19,9 +17,6 @@ from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text, short_text
-
-if TYPE_CHECKING:
-    from bristle.loop import Design, Proposal
 
 GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
 motions and large ones; “with an observer” a proportional-derivative law with a disturbance observer and the same margins.

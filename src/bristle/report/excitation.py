@@ -1,23 +1,18 @@
 """The report of a motion to run: whether to run it, what it is made of and keeps to, what its log would tell."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import unit_of
-from bristle.excitation import PURPOSES
+from bristle.excitation import PURPOSES, Excitation
+from bristle.identification.result import Estimate
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Table, fixed, length_text, span_text
-
-if TYPE_CHECKING:
-    from bristle.excitation import Excitation
-    from bristle.identification.result import Estimate
 
 
 def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:

@@ -1,10 +1,8 @@
 """The report of a fleet: what each log says of each parameter, which logs stand apart, and which failed."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +11,7 @@ from bristle.core.typography import number, with_unit
 from bristle.report.page import Figures, Front, Section, report_page
 from bristle.report.study import FAILURES_SHOWN, WORST_SHOWN
 from bristle.report.table import Quantity, Table
-from bristle.study.dataset import OK
-
-if TYPE_CHECKING:
-    from bristle.study.dataset import Runs
+from bristle.study.dataset import OK, Runs
 
 LOGS_SHOWN = 200
 APART = 3.5  # robust standard deviations, its own interval counted in

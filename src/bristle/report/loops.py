@@ -1,31 +1,25 @@
 """Loops in tables and lines: errors and efforts of variants, what they are made of, their gains, what speaks against them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.experiment import Variant
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
-from bristle.loop import Verdict, doubts_of, verdict_of
+from bristle.loop import Assessment, Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import GREEK, MICROMETRE, Quantity, Table, fixed
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.core.experiment import Variant
-    from bristle.loop import Assessment
-    from bristle.simulation.result import SimulationResult, Statistics, VariantResult
+from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # by its unit on a carriage, the unit of a gain at the motor
 

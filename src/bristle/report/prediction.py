@@ -1,28 +1,23 @@
 """The report of a prediction: a model run on a log, whether it holds there, and how far off it is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.log import Log
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
-from bristle.simulation.result import MODES
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.logs.log import Log
-    from bristle.simulation.result import Prediction
+from bristle.simulation.result import MODES, Prediction
 
 
 def prediction_report(

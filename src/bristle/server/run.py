@@ -5,8 +5,6 @@ however it ends. The note names the folder, so that it speaks for no copy of it.
 is what a dead server left; all else that is called alike stays as it is. The next server removes it.
 """
 
-from __future__ import annotations
-
 import os
 import secrets
 import shutil
@@ -19,16 +17,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from starlette.types import ASGIApp
+from uvicorn import Server
 
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.files.owned import lock
 from bristle.server.limits import Limits
-
-if TYPE_CHECKING:
-    from starlette.types import ASGIApp
-    from uvicorn import Server
-
 
 PREFIX = "bristle-lab-"
 NOTE = ".bristle-lab"
