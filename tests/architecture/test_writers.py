@@ -10,8 +10,7 @@ OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/result
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
-    "server/bodies.py": {"open", "unlink"},
-    "server/cases.py": {"shutil.rmtree"},
+    "server/cases.py": {"shutil.rmtree", "open", "unlink"},
     "server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
     "server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},

@@ -12,8 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from bristle.core.errors import InputWarning
-from bristle.figures.drawing import own_settings
-from bristle.figures.lettering import printable
+from bristle.figures.drawing import own_settings, printable
 
 DPI = 300
 TEXT: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}

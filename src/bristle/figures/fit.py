@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 
 from bristle.core.normal import NORMAL_95
 from bristle.figures import style
-from bristle.figures.drawing import AT_TICKS
+from bristle.figures.drawing import AT_TICKS, shortened_apart
 from bristle.figures.following_error import draw_worst_reversal, has_completed
-from bristle.figures.lettering import shortened_apart
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation.result import MODES
 

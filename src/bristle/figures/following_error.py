@@ -13,7 +13,7 @@ from bristle.core.status import Status
 from bristle.core.typography import Scale
 from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.lettering import label
+from bristle.figures.drawing import label
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation.result import SimulationResult
 from bristle.simulation.reversals import worst_reversal

@@ -12,8 +12,7 @@ from matplotlib.ticker import FuncFormatter
 
 from bristle.core.typography import number
 from bristle.figures import style
-from bristle.figures.drawing import AT_TICKS, Drawing
-from bristle.figures.lettering import label, shortened_apart
+from bristle.figures.drawing import AT_TICKS, Drawing, label, shortened_apart
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from bristle.core.typography import scale_of
 from bristle.figures import style
-from bristle.figures.drawing import AT_TICKS
-from bristle.figures.lettering import shortened
+from bristle.figures.drawing import AT_TICKS, shortened
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from bristle.core.experiment import Variant
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.figures import style
-from bristle.figures.drawing import Drawing
-from bristle.figures.lettering import shortened
+from bristle.figures.drawing import Drawing, shortened
 
 WIDTH, LAYOUT, SCHEME = 100.0, 24.0, 62.0  # units of the drawing: its width, and the heights of both parts
 LETTERS, SMALLER = 8.0, 7.0  # points

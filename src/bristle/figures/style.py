@@ -17,8 +17,7 @@ from matplotlib.figure import Figure
 
 from bristle.core.typography import Scale, scale_of
 from bristle.core.variable import Kind, unit_of
-from bristle.figures.drawing import AT_TICKS, GREY, INK, WIDTH, Drawing, own_settings
-from bristle.figures.lettering import LETTERS, label, shortened, shortened_apart, width
+from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing, label, own_settings, shortened, shortened_apart, width
 
 
 def effort_word(kind: Kind) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from bristle.core.typography import number
-from bristle.figures.errors import errors_by_loop
+from bristle.figures.loop_rows import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.following import COMPENSATED, IN_PAPER

@@ -182,7 +182,7 @@ def report_page(
 
 def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
     """Return the page of a template."""
-    from bristle.figures.lettering import printable
+    from bristle.figures.drawing import printable
 
     page = _environment().get_template(template)
     return printable(page.render(provenance=provenance, command=command, banner=banner, **content))

@@ -18,8 +18,7 @@ from bristle.exports.targets import TARGETS
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.packing import as_json
 from bristle.lab.page import environment, hash_of, joined
-from bristle.server.bodies import RefusedRequestError
-from bristle.server.cases import Cases
+from bristle.server.cases import Cases, RefusedRequestError
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
 from bristle.server.routes import Routes

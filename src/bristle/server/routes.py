@@ -12,8 +12,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from bristle.server.bodies import RefusedRequestError, json_of, stored
-from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
+from bristle.server.cases import ROLES, Case, Cases, Part, RefusedRequestError, StoredFile, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.job import Job
