@@ -35,8 +35,7 @@ def design(
     from bristle.core.variable import Variable
     from bristle.files.summary import provenance
     from bristle.loop import design as designed
-    from bristle.report.design import design_report, design_sentences, design_summary
-    from bristle.report.design_tables import budget_table, margin_table, proposal_table
+    from bristle.report.design import budget_table, design_report, design_sentences, design_summary, margin_table, proposal_table
     from bristle.report.results import write_report
     from bristle.testing import admit_friction_of
 

@@ -171,8 +171,8 @@ def _identify_each(
     from bristle.files.axis import read_axis
     from bristle.files.summary import provenance
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
-    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
     from bristle.report.results import write_report
+    from bristle.report.study import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
     from bristle.study.dataset import runs_in
     from bristle.study.run import run_within
     from bristle.study.store import opened
