@@ -140,8 +140,8 @@ def identify(errand: Errand) -> Answer:
     models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
     options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
     draws = "" if options["draws"] == DRAWS else str(options["draws"])
-    given = {"--axis": errand.axis_label, "--model": ",".join(models), "--draws": draws, "--cutoff": options["cutoff"], "--out": "results"}
-    command = _command("identify", [log.label for log in errand.fitted], given)
+    flags = {"--axis": errand.axis_label, "--model": ",".join(models), "--draws": draws, "--cutoff": options["cutoff"], "--out": "results"}
+    command = _command("identify", [log.label for log in errand.fitted], flags)
     with errand.interruptible():
         identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
     outcome = identified.outcome_with(command=command, axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
@@ -155,8 +155,8 @@ def identify(errand: Errand) -> Answer:
 
 def _command(name: str, files: Sequence[str], options: Mapping[str, str | None]) -> str:
     """Return the command that does the same at a terminal, with the options that have a value."""
-    given = [word for option, value in options.items() if value for word in (option, value)]
-    return shlex.join(["bristle", name, *files, *given])
+    words = [word for option, value in options.items() if value for word in (option, value)]
+    return shlex.join(["bristle", name, *files, *words])
 
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
@@ -228,8 +228,8 @@ def export(errand: Errand) -> Answer:
     points = errand.count("points", POINTS)
     errand.report(0.2, f"writing for {target}")
     axis = errand.axis_file if errand.axis_text else None
-    given = {"--to": target, "--out": f"{name}_{target}", "--name": name, "--axis": errand.axis_label if axis else ""}
-    command = _command("export", ["results"], given | {"--points": "" if points == POINTS else str(points)})
+    flags = {"--to": target, "--out": f"{name}_{target}", "--name": name, "--axis": errand.axis_label if axis else ""}
+    command = _command("export", ["results"], flags | {"--points": "" if points == POINTS else str(points)})
     exported = export_model_file(model, target, command=command, name=name, axis=axis, points=points)
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
