@@ -18,7 +18,6 @@ OTHERS = {
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left
     "exports/fmu.py": {"write_text"},
     "cli/terminal.py": {"open", "os.open"},  # the null device
-    "study/run.py": {"write_table"},  # into the folder of the study, by its store
     "study/store.py": {"write_table"},
     "study/workers.py": {"os.open"},
     "testing/readers.py": {"savez"},  # into a buffer
