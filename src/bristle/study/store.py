@@ -132,7 +132,7 @@ def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: 
         return name.startswith(f"{RUNS}/")
 
     def is_used(name: str) -> bool:  # a person may keep figures beside those of a study
-        return name in WRITTEN or is_block(name)
+        return name in WRITTEN or name.partition("/")[0] == RUNS
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
         store = kind(grown, study, damaged)
