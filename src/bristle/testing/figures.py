@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
@@ -270,7 +271,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     from bristle.figures import style
 
     before = _open_figures()
-    style.styled(trial.figure.draw)(*trial.figure.arguments(example_facts(KINDS[0])))
+    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0]))))
     left = _open_figures() - before
     if left:
         for number in left:
