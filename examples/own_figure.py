@@ -6,7 +6,7 @@
 import numpy as np
 
 from bristle.figures import ReportFigure, style
-from bristle.figures.labels import effort_scale, position_word, scale_for
+from bristle.figures.style import effort_scale, position_word, scale_for
 
 BINS, FEWEST = 60, 5  # along the travel; samples of one that is shown
 

@@ -6,9 +6,9 @@ What is identified is kept beside the file, in ``brfd_fleet``: the same command 
 import sys
 from pathlib import Path
 
-from bristle.figures.fleet_parameters import fleet_parameters
+from bristle.figures.many_runs import fleet_parameters
 from bristle.fleet import identify_each
-from bristle.report.fleet import apart, fleet_summary
+from bristle.report.study import apart, fleet_summary
 from bristle.study.dataset import runs_in
 
 AXIS = Path(__file__).parents[2] / "examples" / "friction_damper" / "axis.toml"

@@ -10,16 +10,14 @@ OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/result
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
-    "server/bodies.py": {"open", "unlink"},
-    "server/cases.py": {"shutil.rmtree"},
+    "server/cases.py": {"shutil.rmtree", "open", "unlink"},
     "server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
-    "server/own_folder.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
+    "server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left
     "exports/fmu.py": {"write_text"},
     "cli/terminal.py": {"open", "os.open"},  # the null device
-    "study/run.py": {"write_table"},  # into the folder of the study, by its store
     "study/store.py": {"write_table"},
     "study/workers.py": {"os.open"},
     "testing/readers.py": {"savez"},  # into a buffer

@@ -22,8 +22,8 @@ def test_the_numbers_of_the_page(tmp_path):
         errors = 1e3 * runs.columns["following_error.peak_to_peak"][runs.columns["run"].astype(int) % 3 == point]
         mean, std = (float(text) for text in re.findall(r"[\d.]+", cell))
         assert (round(float(errors.mean()), 4), round(float(np.std(errors, ddof=1)), 4)) == (mean, std)
-    entries = {entry.cause: entry for entry in rank_correlations(runs) if entry.metric.startswith("following")}
-    assert f"{entries['friction.F_C'].value:.2f}, 95 % interval" in page
-    assert f"({entries['friction.sigma_2'].value:.2f}," in page
+    entries = {entry["cause"]: entry for entry in rank_correlations(runs) if entry["metric"].startswith("following")}
+    assert f"{entries['friction.F_C']['value']:.2f}, 95 % interval" in page
+    assert f"({entries['friction.sigma_2']['value']:.2f}," in page
     for name in ("friction.sigma_0", "plant.M"):
-        assert f"({entries[name].value:.2f},".replace("-", "−") in page
+        assert f"({entries[name]['value']:.2f},".replace("-", "−") in page

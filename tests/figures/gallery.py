@@ -10,8 +10,8 @@ from tests.loop.laws import rig
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
-from bristle.figures import circles, errors, loop_family, loop_rows, preisach, rig_layout, small_multiples
-from bristle.figures.following_error import loops_at_reversal
+from bristle.figures import loop_design, loop_rows, preisach, rig_layout, small_multiples
+from bristle.figures.following_error import loops_at_reversal, open_loop
 from bristle.identification.result import Estimate
 from bristle.logs.passages import Passage
 from bristle.loop import assess
@@ -22,23 +22,9 @@ X = 2e-2 * np.sin(3.0 * T)
 V = np.gradient(X, T)
 F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
-SPREAD = errors.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
+SPREAD = loop_rows.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 
-for _name in (
-    "comparison",
-    "correlation",
-    "effort_over_time",
-    "fleet_parameters",
-    "loops_proposed",
-    "margins",
-    "motion",
-    "open_loop",
-    "passages",
-    "prediction",
-    "recorded_curves",
-    "residuals",
-    "study",
-):
+for _name in ("comparison", "fit", "loop_design", "many_runs", "motion", "recorded"):
     importlib.import_module(f"bristle.figures.{_name}")  # figures that reports alone have
 
 
@@ -147,59 +133,59 @@ def gallery(names=PLAIN, many=None):
     by_name = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
     variant, both = loop(item), {"friction": traces[item], "read": traces[other]}
     return {
-        "break_away": lambda: loop_family.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
-        "circles": lambda: circles.circles(circles_of(names), "translational"),
+        "break_away": lambda: small_multiples.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
+        "circles": lambda: loop_design.circles(circles_of(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
         "comparison_in_short": lambda: figures.comparison.comparison_in_short(compared()),
         "comparison": lambda: figures.comparison.comparison(compared()),
         "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
-        "correlation": lambda: figures.correlation.correlation(best),
+        "correlation": lambda: figures.fit.correlation(best),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
-        "effort_over_time": lambda: figures.effort_over_time.effort_over_time(best),
+        "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),
-        "error_over": lambda: errors.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
-        "error_over_a_level": lambda: errors.error_over(
+        "error_over": lambda: loop_rows.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
+        "error_over_a_level": lambda: loop_rows.error_over(
             [1.0, 2.0, 4.0],
             {"found": np.array([(0.7, 0.68, 0.72), (0.6, 0.59, 0.61), (0.5, 0.5, 0.5)])},
             {item: 0.65, other: 0.4},
             "Level [N]",
             "Error [µm]",
         ),
-        "errors_by_loop": lambda: errors.errors_by_loop(
+        "errors_by_loop": lambda: loop_rows.errors_by_loop(
             {item: 1.47, other: 0.61}, {item: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
         ),
-        "errors_by_truth": lambda: errors.errors_by_truth(
+        "errors_by_truth": lambda: loop_rows.errors_by_truth(
             {"Set A": {item: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {item: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
         "expected": lambda: figures.motion.expected(planned, F),
-        "fleet_parameters": lambda: figures.fleet_parameters.fleet_parameters(*fleet(names)),
+        "fleet_parameters": lambda: figures.many_runs.fleet_parameters(*fleet(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
         "friction_over_velocity": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)]),
-        "loop_family": lambda: loop_family.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
+        "loop_family": lambda: small_multiples.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
         "loops_at_reversal": lambda: loops_at_reversal(looped(names), names[:2]),
-        "loops_proposed": lambda: figures.loops_proposed.loops_proposed(
+        "loops_proposed": lambda: figures.loop_design.loops_proposed(
             many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
         ),
-        "margins": lambda: figures.margins.margins(assess(rig(1))),
+        "margins": lambda: figures.loop_design.margins(assess(rig(1))),
         "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", message),
         "minor_loops": lambda: figures.minor_loops(traces),
         "motion": lambda: figures.motion.motion(planned),
-        "open_loop": lambda: figures.open_loop.open_loop(looped(many)),
-        "passages": lambda: figures.passages.passages(*recorded),
-        "prediction": lambda: figures.prediction.prediction(predicted()),
+        "open_loop": lambda: open_loop(looped(many)),
+        "passages": lambda: figures.recorded.passages(*recorded),
+        "prediction": lambda: figures.fit.prediction(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
         "preisach_stages": lambda: preisach.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
-        "recorded_curves": lambda: figures.recorded_curves.recorded_curves([(X, F)], [0.97 * F], "translational"),
-        "residuals": lambda: figures.residuals.residuals(best),
+        "recorded_curves": lambda: figures.recorded.recorded_curves([(X, F)], [0.97 * F], "translational"),
+        "residuals": lambda: figures.fit.residuals(best),
         "marked_path_beneath": lambda: small_multiples.marked_path(
             few, turns, "abc", message, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
         ),
         "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
-        "ripple": lambda: loop_family.ripple(T, F, few, 200, message),
-        "ripple_close_up": lambda: loop_family.ripple(T, F, few, 200, message, close_up=(other, both)),
-        "study_spread": lambda: figures.study.study_spread(
+        "ripple": lambda: small_multiples.ripple(T, F, few, 200, message),
+        "ripple_close_up": lambda: small_multiples.ripple(T, F, few, 200, message, close_up=(other, both)),
+        "study_spread": lambda: figures.many_runs.study_spread(
             {name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (item, other)}, ["m", "N"]
         ),
         "tracking": lambda: loop_rows.tracking(simulated(names), 0.5, (1.0, 2.0)),

@@ -6,8 +6,8 @@ from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
-from bristle.figures import circles, rig_layout
-from bristle.figures.margins import margins
+from bristle.figures import loop_design, rig_layout
+from bristle.figures.loop_design import margins
 from bristle.loop import assess, run_circles
 
 
@@ -28,14 +28,14 @@ def test_the_phase_margin_is_drawn_where_the_gain_crosses_one():
 
 def test_the_circle_is_drawn_around_and_unrolled():
     round_trip = run_circles((loop("without compensation", None), loop("as it is")), 5e-3, 5e-3)
-    figure = circles.circles(round_trip, "translational")
+    figure = loop_design.circles(round_trip, "translational")
     assert_legible(figure)
     around, unrolled = figure.axes
     assert around.name == "polar"
     for axes in (around, unrolled):
         highest = max(float(np.max(line.get_ydata())) for line in axes.get_lines())
         assert highest == pytest.approx(1e6 * max(float(np.max(circle.deviation)) for circle in round_trip), rel=1e-6)
-    assert circles.circles(round_trip, "rotational").axes[1].get_ylabel().endswith("rad]")
+    assert loop_design.circles(round_trip, "rotational").axes[1].get_ylabel().endswith("rad]")
 
 
 @pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])

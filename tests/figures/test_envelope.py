@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bristle.figures.envelope import envelope, line, runs, spread
+from bristle.figures.style import envelope, line, runs, spread
 
 SIGNALS = arrays(float, st.integers(1, 600), elements=st.floats(-1e3, 1e3))
 

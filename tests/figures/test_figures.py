@@ -22,13 +22,13 @@ def draw(name, bench):
     best = bench.identified.best
     curve = drive_table(best, 100)
     return {
-        "correlation": lambda: figures.correlation.correlation(best),
-        "effort_over_time": lambda: figures.effort_over_time.effort_over_time(best),
+        "correlation": lambda: figures.fit.correlation(best),
+        "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "following_error": lambda: figures.following_error(bench.looped),
         "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
         "friction_over_velocity": lambda: figures.first_page(best, curve),
-        "prediction": lambda: figures.prediction.prediction(bench.predicted, best.plant.kind),
-        "residuals": lambda: figures.residuals.residuals(best),
+        "prediction": lambda: figures.fit.prediction(bench.predicted, best.plant.kind),
+        "residuals": lambda: figures.fit.residuals(best),
     }[name]()
 
 
@@ -61,7 +61,7 @@ def test_many_and_long_names_stay_legible(count, length, stage):
     names = tuple(f"{index:02d}".ljust(length, "o") for index in range(count))
     estimates = tuple(replace(best.estimates[1], name=name) for name in names)
     matrix = np.linspace(-1.0, 1.0, count * count).reshape(count, count)
-    assert_legible(figures.correlation.correlation(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
+    assert_legible(figures.fit.correlation(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
 
 
 def assert_legible(figure):

@@ -3,7 +3,7 @@
 import numpy as np
 from tests.figures.gallery import fleet
 
-from bristle.figures.fleet_parameters import fleet_parameters
+from bristle.figures.many_runs import fleet_parameters
 
 
 def test_no_interval_is_clipped():

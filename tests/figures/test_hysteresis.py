@@ -9,7 +9,7 @@ from tests.figures.test_figures import assert_legible
 from bristle import figures, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine.path import after
-from bristle.figures import loop_family, small_multiples
+from bristle.figures import small_multiples
 from bristle.figures.preisach import staircase
 
 SIZES = {"translational": {"s": 1.25e7, "f_p": 150.0}, "rotational": {"s": 100.0, "f_p": 0.15}}
@@ -54,7 +54,7 @@ def test_a_close_up_shows_what_is_left_of_a_straight_line():
     time, x = np.linspace(0.0, 1.0, 201), 1e-6 * np.sin(np.linspace(0.0, 4.0 * np.pi, 201))
     straight, bent = 2.0 + 3e6 * x, 2.0 + 3e6 * x + 1e12 * x**2
     close_up = "close", {"straight": (x, straight), "bent": (x, bent)}
-    axes = loop_family.ripple(time, straight, {"one": (x, straight)}, 100, {"one": "one"}, close_up=close_up).axes[2]
+    axes = small_multiples.ripple(time, straight, {"one": (x, straight)}, 100, {"one": "one"}, close_up=close_up).axes[2]
     first, second = (line.get_ydata() for line in axes.get_lines())
     assert first == pytest.approx(0.0, abs=1e-9)
     assert second == pytest.approx(bent - straight, abs=1e-9)

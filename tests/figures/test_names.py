@@ -10,7 +10,7 @@ from tests.figures.test_figures import assert_legible
 
 from bristle import figures
 from bristle.figures import style
-from bristle.figures.lettering import one_line, printable, shortened, shortened_apart, width
+from bristle.figures.drawing import one_line, printable, shortened, shortened_apart, width
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {

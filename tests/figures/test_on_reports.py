@@ -19,9 +19,12 @@ FOLDER = Path(figures.__file__).parent
 FACT = {"identification": "fit", "comparison": "comparison", "excitation": "motion", "operator": "recorded"}
 
 
-def test_every_file_with_a_figure_is_on_a_report_and_every_line_is_a_figure():
-    files = {file.stem for file in FOLDER.glob("*.py") if re.search(r"^FIGURE = ", file.read_text(), re.MULTILINE)}
-    assert files == {place.module for places in REPORTS.values() for place in places}
+def test_every_figure_of_a_file_is_on_a_report_and_every_line_is_a_figure():
+    defined = {(file.stem, name) for file in FOLDER.glob("*.py") for name in re.findall(r"(?m)^(\w+) = ReportFigure\(", file.read_text())}
+    placed = {
+        tuple(place.name.split(".")) if "." in place.name else (place.name, "FIGURE") for places in REPORTS.values() for place in places
+    }
+    assert defined == placed
     assert all(isinstance(place.figure, ReportFigure) for places in REPORTS.values() for place in places)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.figures.residuals import autocorrelation
+from bristle.figures.fit import autocorrelation
 
 
 def test_white_noise_stays_within_its_band():

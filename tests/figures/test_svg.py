@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from bristle.figures import inline_svg
-from bristle.figures.effort_over_time import effort_over_time
-from bristle.figures.residuals import residuals
+from bristle.figures.fit import effort_over_time, residuals
 from bristle.figures.style import panels, styled
 
 

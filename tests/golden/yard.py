@@ -55,7 +55,6 @@ block = 4
 
 [keep]
 metrics = ["following_error.rms", "effort.peak"]
-traces = "worst 1"
 """
 PLAIN = """
 schema = 1

@@ -14,8 +14,7 @@ from bristle.demo import axis_simulated
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.lab.described import described
-from bristle.lab.passivity import inner_of
-from bristle.lab.sliders import conditions_of
+from bristle.lab.sliders import conditions_of, inner_of
 from bristle.testing import example_of
 
 LARGEST = 400_000

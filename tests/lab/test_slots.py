@@ -1,9 +1,7 @@
 """Slots put on and taken off on the page: what it makes of them is what Python has, facts and bits."""
 
 import json
-import warnings
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,9 +9,7 @@ from tests.lab.scripts import data_of, needs_node, node
 from tests.lab.test_certificates import CLOSE, of_python
 
 import bristle as br
-from bristle.engine import force_along, interpreted
-from bristle.files import load_slot_file
-from bristle.friction import MODELS, channel_slots_of, with_slots
+from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
@@ -103,57 +99,9 @@ def test_a_given_model_walks_as_in_python(name, tmp_path):
     assert run(tmp_path, script, data) == {"differ": 0, "of": 7}
 
 
-HUMIDITY = Path(__file__).parents[2] / "examples" / "humidity.py"
-LED = """
-const [base] = data.models, model = withSlots(base, ownSlots(base), offers(base)), contact = await loaded(model);
-const { differ } = await walkedWithSlots(base, offers(base));
-contact.hold();
-for (const { name, values } of model.variables) contact.set(name, numbersOf(values));
-for (const { name } of model.around) if (name === AROUND) contact.set(name, [VALUE]);
-const numbers = Object.fromEntries(model.variables.map(({ name, values }) => [name, numbersOf(values)]));
-say({ differ, name: model.model, description: model.description, toml: asToml(model, numbers),
-  python: asPython(model, numbers), rows: model.variables.map(({ name, slot }) => [name, Boolean(slot)]),
-  around: model.around.map(({ name, values }) => [name, values]), passive: model.passive,
-  forces: [...contact.forces(Float64Array.from(X), 5e-4)].slice(1) });
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("base", "slots", "channel", "value"),
-    [
-        ("lugre", ["pressure"], "pressure", 2e7),
-        ("coulomb_viscous", ["position", "pressure", "asymmetry"], "pressure", 3e6),
-        ("coulomb", ["load", load_slot_file(HUMIDITY)], "humidity", 0.9),
-    ],
-    ids=["pressure", "beside others", "one's own"],
-)
-def test_a_slot_over_a_channel_stays_on_and_its_channel_is_moved(base, slots, channel, value, tmp_path):
-    component = with_slots(MODELS[base], slots)
-    # At its usual value a channel counts too, where friction is told at another one.
-    values = dict(component.example) | ({"h_0": 0.1} if channel == "humidity" else {"P_0": -1e6})
-    model = component(**values)
-    data = data_of(lab_page(model, source="model.toml"))
-    x = 1e-6 * np.cumsum([0.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-    script = LED.replace("AROUND", json.dumps(f"around_{channel}")).replace("VALUE", str(value)).replace("X)", f"{x.tolist()})")
-    result = run(tmp_path, script, data | {"models": data["models"][:1]})
-    assert result["differ"] == 0
-    assert (result["name"], result["description"]) == (model.name, component.description)
-    assert [name for name, _ in result["rows"]] == list(component.variables)
-    assert {name for name, is_slot in result["rows"] if is_slot} >= set(channel_slots_of(component)[0].variables)
-    (usual,) = [at for name, at in result["around"] if name == f"around_{channel}"]
-    assert usual == [channel_slots_of(component)[0].channel.usual]
-    assert result["passive"] is None
-    with interpreted():
-        wanted = force_along(model, np.diff(x) / 5e-4, 5e-4, x[1:], **{channel: value})
-    assert result["forces"] == pytest.approx(wanted.tolist(), rel=1e-12)
-    (tmp_path / "model.toml").write_text(result["toml"], encoding="utf-8")
-    (tmp_path / "humidity.py").write_bytes(HUMIDITY.read_bytes())
-    with warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always")
-        assert br.read_model(tmp_path / "model.toml", allow_code=True).friction == model
-    assert ["humidity.py" in str(item.message) for item in warned] == [True] * (channel == "humidity")
-    assert ("find(" in result["python"]) == (channel == "pressure")
+def test_a_slot_over_a_channel_is_refused_by_its_name():
+    with pytest.raises(br.core.InputError, match=r"has a slot over a channel of the log, which no page has.*pressure"):
+        lab_page(example_of(with_slots(MODELS["lugre"], ["pressure"])))
 
 
 @pytest.mark.parametrize(

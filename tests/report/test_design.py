@@ -14,8 +14,7 @@ from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.components import controller_from
 from bristle.loop import design
-from bristle.report.design import design_report, design_ruling, design_sentences, design_summary
-from bristle.report.design_tables import budget_table, margin_table
+from bristle.report.design import budget_table, design_report, design_ruling, design_sentences, design_summary, margin_table
 from bristle.report.loops import controller_text
 
 

@@ -10,8 +10,8 @@ from tests.figures.gallery import gallery
 from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.files.results import results_folder
-from bristle.report.figure_files import captions, figure_files
 from bristle.report.page import Plate, picture, plates
+from bristle.report.results import captions, figure_files
 
 DRAW = gallery()
 

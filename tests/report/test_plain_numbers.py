@@ -62,7 +62,7 @@ def test_reversals_are_few_or_fast_only_where_they_are(reversals, samples, said,
 
 def row(value, interval, unit="N*m"):
     estimate = Estimate("offset", unit, "offset", value, None, "unidentifiable", interval=interval)
-    return _parameter_row(estimate, {}, plain=False, remark="")
+    return tuple(_parameter_row(estimate, {}, plain=False, remark="").values())
 
 
 def test_half_of_an_interval_of_many_times_its_value_is_more_than_ten_times():

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from tests.serve.yard import begun, lab_process, put
 
-from bristle.server.own_folder import NOTE, PREFIX, own_folder
+from bristle.server.run import NOTE, PREFIX, own_folder
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and owners of POSIX")
 
@@ -140,7 +140,7 @@ def test_the_folder_of_a_dead_server_of_another_user_is_left_to_him(dead, monkey
 
 
 def test_where_the_file_system_knows_no_locks_nothing_is_known_for_sure(dead, monkeypatch):
-    monkeypatch.setattr("bristle.server.own_folder.lock", lambda opened: False)
+    monkeypatch.setattr("bristle.server.run.lock", lambda opened: False)
     with own_folder():
         assert (dead / "case" / "file-1").exists()
 

@@ -11,7 +11,7 @@ from bristle.core.errors import InputError
 from bristle.files import read_axis
 from bristle.files.summary import plain
 from bristle.server.errand import Errand, LabelledLog
-from bristle.server.look import look
+from bristle.server.tasks import look
 
 LOG = "time,x,force\n" + "".join(f"{0.001 * row:.3f},{0.1 * (row % 40)},{row % 7}\n" for row in range(400))
 

@@ -15,8 +15,7 @@ import httpx2 as httpx
 
 from bristle.server.application import application
 from bristle.server.limits import Limits
-from bristle.server.own_folder import own_folder
-from bristle.server.run import listening_on, server_of
+from bristle.server.run import listening_on, own_folder, server_of
 
 TOKEN = "a-token-of-the-tests"
 

@@ -6,7 +6,7 @@ from scipy import stats
 
 from bristle.study.dataset import Runs
 from bristle.study.influence import rank_correlations, sobol_indices, spread_of
-from bristle.study.sampling import Sampling
+from bristle.study.plan import Sampling
 
 
 def runs_of(function, sampling, status="ok"):
@@ -38,11 +38,11 @@ FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)  # doi:10.1016/j.
 @pytest.mark.parametrize("method", ["sobol", "random"])
 def test_sobol_indices_of_a_known_function_lie_in_their_intervals(method):
     indices = sobol_indices(runs_of(ishigami, Sampling(method, 5, ("x", "y", "z"), 1024, indices=True)))
-    assert [index.cause for index in indices] == ["x", "y", "z"]
+    assert [index["cause"] for index in indices] == ["x", "y", "z"]
     for index, first, total in zip(indices, FIRST, TOTAL, strict=True):
-        assert index.first_interval[0] <= first <= index.first_interval[1]
-        assert index.total_interval[0] <= total <= index.total_interval[1]
-        assert index.first_interval[1] - index.first_interval[0] < 0.25
+        assert index["first_interval"][0] <= first <= index["first_interval"][1]
+        assert index["total_interval"][0] <= total <= index["total_interval"][1]
+        assert index["first_interval"][1] - index["first_interval"][0] < 0.25
 
 
 def test_points_with_a_failed_run_are_left_out_of_the_indices():
@@ -50,19 +50,19 @@ def test_points_with_a_failed_run_are_left_out_of_the_indices():
     runs.columns["f"][:30] = 1e9
     runs.columns["status"][:30] = "refused"
     indices = sobol_indices(runs)
-    assert all(0.0 < index.total < 1.0 for index in indices)
+    assert all(0.0 < index["total"] < 1.0 for index in indices)
 
 
 def test_rank_correlations_are_those_of_scipy():
     runs = runs_of(lambda u: np.exp(3.0 * u[:, 0]) - 5.0 * u[:, 1], Sampling("random", 5, ("x", "y", "z"), 300))
-    result = {entry.cause: entry for entry in rank_correlations(runs)}
+    result = {entry["cause"]: entry for entry in rank_correlations(runs)}
     for name in ("x", "y", "z"):
         expected = stats.spearmanr(runs.columns[name], runs.columns["f"]).statistic
-        assert result[name].value == pytest.approx(expected, abs=1e-12)
-        assert result[name].interval[0] <= expected <= result[name].interval[1]
-    assert result["z"].interval[0] < 0.0 < result["z"].interval[1]
-    assert result["x"].interval[0] > 0.8
-    assert result["y"].interval[1] < 0.0
+        assert result[name]["value"] == pytest.approx(expected, abs=1e-12)
+        assert result[name]["interval"][0] <= expected <= result[name]["interval"][1]
+    assert result["z"]["interval"][0] < 0.0 < result["z"]["interval"][1]
+    assert result["x"]["interval"][0] > 0.8
+    assert result["y"]["interval"][1] < 0.0
 
 
 def test_intervals_of_rank_correlations_hold_the_true_one():
@@ -72,14 +72,14 @@ def test_intervals_of_rank_correlations_hold_the_true_one():
         sampling = Sampling("random", seed, ("x", "y"), 100)
         normal = stats.norm.ppf(sampling.numbers(0, 100))
         runs = runs_of(lambda u: 0.5 * normal[:, 0] + np.sqrt(0.75) * normal[:, 1], sampling)  # noqa: B023
-        interval = rank_correlations(runs)[0].interval
+        interval = rank_correlations(runs)[0]["interval"]
         fixed += interval[0] <= true <= interval[1]
     assert fixed >= 34
 
 
 def test_many_draws_are_told_as_closely_as_they_are_known():
     few, many = (
-        rank_correlations(runs_of(lambda u: u[:, 0] + u[:, 1], Sampling("random", 1, ("x", "y"), count)))[0].interval
+        rank_correlations(runs_of(lambda u: u[:, 0] + u[:, 1], Sampling("random", 1, ("x", "y"), count)))[0]["interval"]
         for count in (2000, 50_000)
     )
     assert (many[1] - many[0]) / (few[1] - few[0]) == pytest.approx(0.2, rel=0.25)
@@ -93,7 +93,7 @@ def test_draws_at_several_points_count_once():
         runs = runs_of(lambda u: u[:, 0], Sampling("random", 2, ("x",), 200 * points))
         runs.columns.update(x=drawn, f=drawn + noise)
         described = dict(runs.described) | {"grid": {"g": list(range(points))}}
-        return rank_correlations(Runs(described, runs.columns))[0].interval
+        return rank_correlations(Runs(described, runs.columns))[0]["interval"]
 
     assert np.ptp(interval(5)) == pytest.approx(np.ptp(interval(1)), rel=0.1)
 
@@ -103,8 +103,8 @@ def test_a_distribution_is_told_with_its_intervals():
     for seed in range(200):
         spread = spread_of(np.random.default_rng(seed).exponential(size=400))
         for name, true in (("mean", 1.0), ("median", np.log(2.0)), ("high", np.log(20.0))):
-            low, high = getattr(spread, f"{name}_interval")
+            low, high = spread[f"{name}_interval"]
             fixed[name] += low <= true <= high
     assert all(182 <= count <= 199 for count in fixed.values()), fixed
-    assert np.isnan(spread_of(np.arange(5.0)).high_interval[1])
-    assert spread_of(np.array([np.nan, 2.0])).count == 1
+    assert np.isnan(spread_of(np.arange(5.0))["high_interval"][1])
+    assert spread_of(np.array([np.nan, 2.0]))["count"] == 1

@@ -23,7 +23,6 @@ seed = 1
 "run.delay" = [0, 2]
 [keep]
 metrics = ["following_error.rms", "stiff.effort.peak"]
-traces = "worst 2"
 """
 
 
@@ -32,7 +31,6 @@ def test_a_study_says_what_varies_and_what_is_kept(bench):
     assert study.count == 16
     assert study.units == {"controller.k_p": "1/s", "compare.stiff.controller.k_v": "N*s/m", "reference.frequency": "Hz", "run.delay": ""}
     assert [metric.column for metric in study.metrics] == ["plain.following_error.rms", "stiff.following_error.rms", "stiff.effort.peak"]
-    assert study.worst == 2
     values = study.values(Block(0, 16))
     assert np.all((values["controller.k_p"] >= 40.0) & (values["controller.k_p"] <= 160.0))
     assert set(values["compare.stiff.controller.k_v"]) <= {2000.0, 4000.0}
@@ -65,7 +63,7 @@ CHANGES = {
     "metric": (("motion.peak_to_peak", "motion.peak_to_peek"), r"keep\.metrics\[0\]: .*Did you mean"),
     "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varied twice"),
     "seed varied": (("plant.M", "friction.seed"), r"seed"),
-    "traces": (("[keep]", '[keep]\ntraces = "best 3"'), r"keep\.traces: .*allowed \"worst 0\""),
+    "traces": (("[keep]", '[keep]\ntraces = "worst 3"'), r"keep\.traces: was removed.*Leave it out: bristle study FILE --run N"),
     "not a power": (("seed = 7", "seed = 7\nsobol_indices = true"), r"power of two.*Write runs = 8 or 16"),
     "grid with indices": (("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn, and no grid"),
     "results": (('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'), r"\.from: .*model\.toml"),

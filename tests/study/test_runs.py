@@ -10,8 +10,7 @@ from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
 from bristle.study import run_study
 from bristle.study.block import Simulator
-from bristle.study.metrics import METRICS
-from bristle.study.plan import Block
+from bristle.study.plan import METRICS, Block
 from bristle.study.run import repeat_run, values_of
 from bristle.study.varied import Varied, row_of
 

@@ -7,8 +7,7 @@ from tests.study.conftest import STUDY
 
 from bristle.files.arrays import write_arrays
 from bristle.files.model import read_model
-from bristle.study.plan import Block
-from bristle.study.sampling import SAMPLINGS, Sampling, seed_of_run
+from bristle.study.plan import SAMPLINGS, Block, Sampling, seed_of_run
 
 
 @pytest.mark.parametrize("method", SAMPLINGS)

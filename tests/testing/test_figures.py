@@ -67,8 +67,7 @@ def test_each_result_is_there_to_be_drawn(takes):
         return sound(result)
 
     assert unmet(figure_of(draw, takes=takes)) == []
-    assert seen[0] is example_facts("translational")[takes]
-    assert seen[1] is example_facts("rotational")[takes]
+    assert [type(result) for result in seen[:2]] == [type(example_facts(kind)[takes]) for kind in ("translational", "rotational")]
 
 
 @pytest.mark.fast_cases(1)
@@ -79,11 +78,6 @@ def test_each_result_is_there_to_be_drawn(takes):
         (figure_of(title="Two\nlines"), "described figure", "title has several lines"),
         (figure_of(changed(lambda figure, axes, log: 3)), "draws each kind", "returned a int and no Figure"),
         (figure_of(changed(lambda figure, axes, log: log.nothing)), "draws each kind", "AttributeError"),
-        (
-            figure_of(changed(lambda figure, axes, result: result.best.traces.measured.__setitem__(0, 1.0)), takes="identification"),
-            "draws each kind",
-            "assignment destination is read-only",
-        ),
         (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "nothing is drawn"),
         (figure_of(changed(lambda figure, axes, log: axes.set_ylabel("Share") and None)), "labelled axes", "no unit"),
         (figure_of(changed(lambda figure, axes, log: axes.set_xlabel("") and None)), "labelled axes", "has no label"),
@@ -106,6 +100,8 @@ def test_each_fault_is_told(figure, demand, said):
     assert said in missed[0][1]
 
 
-def test_results_can_be_written_to_again_once_they_are_drawn():
-    assert unmet(figure_of(takes="identification")) == []
-    assert example_facts("translational")["identification"].best.traces.measured.flags.writeable
+def test_what_a_figure_writes_to_results_is_lost():
+    before = example_facts("translational")["identification"].best.traces.measured.copy()
+    zeroed = figure_of(changed(lambda figure, axes, result: result.best.traces.measured.fill(0.0)), takes="identification")
+    assert unmet(zeroed) == []
+    assert (example_facts("translational")["identification"].best.traces.measured == before).all()

@@ -1,7 +1,5 @@
 """The command ``bristle``: its commands, and how one is run."""
 
-from __future__ import annotations
-
 from typing import Annotated, cast
 
 import typer

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -39,27 +39,21 @@ def check(
     The exit code is 1 if one of them fails.
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
-    judgement = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
+    name, certificates, failures, table = (_of_values if model.suffix == ".toml" else _of_code)(model, options)
     if as_json:
-        print_json({"model": judgement.name, "passed": not judgement.failures, "certificates": judgement.certificates})
+        print_json({"model": name, "passed": not failures, "certificates": certificates})
     else:
-        show_table(judgement.table)
-    for failure in judgement.failures:
+        show_table(table)
+    for failure in failures:
         complain(failure)
-    return NO if judgement.failures else 0
+    return NO if failures else 0
 
 
-class _Judgement(NamedTuple):
-    """What came of checking a model: its name, each certificate as data, why some fail, and all as a table."""
-
-    name: str
-    certificates: dict[str, Any]
-    failures: list[str]
-    table: Table
+_Judged = tuple[str, dict[str, Any], list[str], "Table"]
 
 
-def _of_values(model: Path, options: dict[str, str | None]) -> _Judgement:
-    """Return the certificates of a model file or an operator."""
+def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
+    """Return the name of a model file or an operator, its certificates as data, why some fail, and all as a table."""
     from bristle.certificates import check as certificates_of
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
@@ -76,11 +70,11 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judgement:
         # Refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C.
         read_model(file)
     data = {name: vars(certificate) for name, certificate in certificates.items()}
-    return _Judgement(chosen.name, data, failures, certificate_table(chosen.name, certificates))
+    return chosen.name, data, failures, certificate_table(chosen.name, certificates)
 
 
-def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
-    """Return how what a file of code defines stands to its contract; naming the code allows it."""
+def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
+    """Return the same of what a file of code defines and its contract; naming the code allows it."""
     from bristle.core import InputError
     from bristle.exports import load_target_file
     from bristle.figures import load_figure_file
@@ -99,13 +93,11 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
     mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'
     refuse(options, "needs a model with parameters", mend)
     content = code_in(model)
-    module, kinds = (
-        SourceText(content).module(),
-        (
-            ("TARGET", load_target_file, "target of the export", check_target),
-            ("FIGURE", load_figure_file, "figure", check_figure),
-            ("FORMAT", load_reader_file, "reader of logs", check_reader),
-        ),
+    module = SourceText(content).module()
+    kinds = (
+        ("TARGET", load_target_file, "target of the export", check_target),
+        ("FIGURE", load_figure_file, "figure", check_figure),
+        ("FORMAT", load_reader_file, "reader of logs", check_reader),
     )
     kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
     subject: Any = load_checked(content) if kind is None else kind[1](content)
@@ -114,11 +106,15 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
     with progress("checking"):
         results = checked(subject)
     keys = ("applies", "value", "unit", "threshold", "passed", "detail", "advice")
-    outcomes = ["–" if not check.applies else "met" if check.passed else "NOT MET" for check in results]
-    rows = [(check.name, outcome, check.detail, check.advice) for check, outcome in zip(results, outcomes, strict=True)]
-    return _Judgement(
-        subject.name,
-        {check.name: {key: getattr(check, key) for key in keys} for check in results},
-        [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed],
-        Table(f"The contract of a {title}: {subject.name}", ("Demand", "Outcome", "Seen", "What to do"), rows),
-    )
+    rows = [
+        {
+            "Demand": check.name,
+            "Outcome": "–" if not check.applies else "met" if check.passed else "NOT MET",
+            "Seen": check.detail,
+            "What to do": check.advice,
+        }
+        for check in results
+    ]
+    data = {check.name: {key: getattr(check, key) for key in keys} for check in results}
+    failures = [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed]
+    return subject.name, data, failures, Table.of(f"The contract of a {title}: {subject.name}", rows)

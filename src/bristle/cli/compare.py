@@ -1,14 +1,12 @@
 """``bristle compare``: whether it helped on the machine."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from bristle.cli.options import AxisFiles, FigureFiles, Output, Readers, own_figures, own_readers, size_limit, toml_content
-from bristle.cli.terminal import NO, say, show_table
+from bristle.cli.terminal import NO
 
 EXAMPLE = """Example:
   bristle compare before.csv after.csv --axis axis.toml --out compared"""
@@ -63,11 +61,6 @@ def compare(
         if folder:
             comparison.write(folder)
 
-    def show() -> None:
-        say(comparison.sentences[0])
-        show_table(change_table(comparison))
-        for remark in remarks_of(comparison):
-            say(f"{remark[0].upper()}{remark[1:]}.")
-
-    output.tell(comparison.summary, show)
+    remarks = (f"{remark[0].upper()}{remark[1:]}." for remark in remarks_of(comparison))
+    output.tell(comparison.summary, comparison.sentences[0], change_table(comparison), *remarks)
     return NO if comparison.helped is False else 0

@@ -1,15 +1,13 @@
 """``bristle demo``: the main job on a simulated axis, start to finish."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from bristle.cli.identify import show_identification
+from bristle.cli.identify import identification_parts, warnings_told
 from bristle.cli.options import Force, Json, Output, folder_named, print_json
-from bristle.cli.terminal import say
+from bristle.cli.terminal import complain, say, show
 
 EXAMPLE = """Example:
   bristle demo --out demo-results"""
@@ -38,11 +36,11 @@ def demo(
     if as_json:
         print_json(demonstration.summary)
         return
-    say(BANNER)
-    show_identification(demonstration.identification, demonstration.simulation, demonstration.following)
-    say("On a log that was not fitted, predicted in closed loop:")
-    for word, value in metrics_in_words(demonstration.prediction):
-        say(f"  {word}: {value}")
+    lines = (f"  {word}: {value}" for word, value in metrics_in_words(demonstration.prediction))
+    parts = identification_parts(demonstration.identification, demonstration.simulation, demonstration.following)
+    show(BANNER, *parts, "On a log that was not fitted, predicted in closed loop:", *lines)
+    for warning in warnings_told(demonstration.identification):
+        complain(warning)
     say(f"""
 The report: {out / "report.html"} (open it in a browser). Now with a log of your own:
   1. Copy {out / "axis.toml"} and write into it what your columns are called, in which units.

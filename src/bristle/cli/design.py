@@ -1,7 +1,5 @@
 """``bristle design``: what limits a loop, what it errs by, and which gains it allows."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +7,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures
-from bristle.cli.terminal import NO, say, show_table
+from bristle.cli.terminal import NO
 
 EXAMPLE = """Example:
   bristle design experiment.toml --out results"""
@@ -37,8 +35,7 @@ def design(
     from bristle.core.variable import Variable
     from bristle.files.summary import provenance
     from bristle.loop import design as designed
-    from bristle.report.design import design_report, design_sentences, design_summary
-    from bristle.report.design_tables import budget_table, margin_table, proposal_table
+    from bristle.report.design import budget_table, design_report, design_sentences, design_summary, margin_table, proposal_table
     from bristle.report.results import write_report
     from bristle.testing import admit_friction_of
 
@@ -54,13 +51,6 @@ def design(
         if folder:
             write_report(folder, design_report(outcome, command=output.command, provenance=source, figures=further), summary)
 
-    def show() -> None:
-        show_table(margin_table(outcome))
-        if outcome.budget is not None:
-            show_table(budget_table(outcome.budget, outcome))
-        show_table(proposal_table(outcome))
-        for sentence in design_sentences(outcome):
-            say(sentence)
-
-    output.tell(summary, show)
+    budget = None if outcome.budget is None else budget_table(outcome.budget, outcome)
+    output.tell(summary, margin_table(outcome), budget, proposal_table(outcome), *design_sentences(outcome))
     return 0 if outcome.is_stable else NO

@@ -1,14 +1,11 @@
 """``bristle excite``: the motion to run on an axis, and what it will identify."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from bristle.cli.options import Output, toml_content
-from bristle.cli.terminal import say, show_table
 
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
@@ -54,13 +51,8 @@ def excite(
             report(0.85, "writing the report")
             motion.write(folder, following)
 
-    def show() -> None:
-        excitation = motion.excitation
-        show_table(piece_table(excitation))
-        if excitation.rehearsal is not None:
-            show_table(outlook_table(excitation))
-        for note in excitation.notes:
-            say(f"Note: {note}")
-        say(f"Then: {motion.next_command(str(out / 'axis.toml')) if out else following}")
-
-    output.tell(motion.summary(FILES if out else {}, following), show)
+    excitation = motion.excitation
+    outlook = None if excitation.rehearsal is None else outlook_table(excitation)
+    notes = (f"Note: {note}" for note in excitation.notes)
+    then = f"Then: {motion.next_command(str(out / 'axis.toml')) if out else following}"
+    output.tell(motion.summary(FILES if out else {}, following), piece_table(excitation), outlook, *notes, then)

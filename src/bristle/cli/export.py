@@ -9,7 +9,6 @@ import typer
 from typer.core import TyperCommand
 
 from bristle.cli.options import AllowCode, AxisFile, Force, Json, Output, code_in, experiment_in, folder_named, refuse
-from bristle.cli.terminal import say
 
 if TYPE_CHECKING:
     from bristle.exports.targets import Target
@@ -94,13 +93,8 @@ def export(
             of_model |= {"step": step, "points": points}
             exported = export_model_file(file, target, **options, **of_model, float32=float32)
         exported.write(folder)
-    summary = exported.summary
-
-    def show() -> None:
-        for note in summary["notes"]:
-            say(f"Note: {note}")
-
-    output.tell(summary, show, files=", ".join(exported.product.files))
+    notes = (f"Note: {note}" for note in exported.summary["notes"])
+    output.tell(exported.summary, *notes, files=", ".join(exported.product.files))
 
 
 class _Command(TyperCommand):

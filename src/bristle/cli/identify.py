@@ -25,15 +25,15 @@ from bristle.cli.options import (
     toml_content,
 )
 from bristle.cli.study import exit_code, interruptible
-from bristle.cli.terminal import INTERRUPTED, complain, progress, say, show_table
+from bristle.cli.terminal import INTERRUPTED, complain, progress
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
     from bristle.identification import Identification
     from bristle.prediction.following import Following
+    from bristle.report.table import Table
     from bristle.simulation import SimulationResult
 
-OF_REPORTS = ("AIC, above the best", "BIC, above the best", "Condition number")  # of the models compared
 
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --out results
@@ -147,7 +147,8 @@ def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, 
             complain(f"no certificates: {outcome.uncertified}")
         if folder:
             outcome.write(folder)
-    output.tell(outcome.summary, lambda: show_identification(identification, outcome.simulation, outcome.following))
+    parts = identification_parts(identification, outcome.simulation, outcome.following)
+    output.tell(outcome.summary, *parts, warnings=warnings_told(identification))
     if out:
         # What to type next, where the loop is known, or what to fill in first.
         file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
@@ -170,8 +171,8 @@ def _identify_each(
     from bristle.files.axis import read_axis
     from bristle.files.summary import provenance
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
-    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
     from bristle.report.results import write_report
+    from bristle.report.study import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
     from bristle.study.dataset import runs_in
     from bristle.study.run import run_within
     from bristle.study.store import opened
@@ -197,57 +198,50 @@ def _identify_each(
         summary = fleet_summary(runs, provenance=runs.described["provenance"])
         write_report(store.grown, fleet_report(runs, summary, command=output.command), summary)
 
-    def show() -> None:
-        show_table(parameters_table(summary))
-        if (failed := failed_logs_table(summary)) is not None:
-            show_table(failed)
-        for sentence in fleet_sentences(summary):
-            say(sentence)
-
-    output.tell(summary, show)
+    output.tell(summary, parameters_table(summary), failed_logs_table(summary), *fleet_sentences(summary))
     return exit_code(ran, summary)
 
 
-def show_identification(identification: Identification, simulation: SimulationResult | None, following: Following | None = None) -> None:
-    """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
+def identification_parts(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None = None
+) -> list[str | Table]:
+    """Return the verdict, parameters, the models compared, and what compensation gains."""
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import judged
     from bristle.report.log import break_away_table
-    from bristle.report.messages import warnings_of, whole_sentence, why_effective
+    from bristle.report.messages import whole_sentence, why_effective
     from bristle.report.model_tables import comparison_table, parameter_table
-    from bristle.report.table import Table
 
     best = identification.best
-    judgement = judged(best, identification.settings, following)
-    say(f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}.")
+    judgement, kind = judged(best, identification.settings, following), best.plant.kind
+    parts: list[str | Table] = [f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}."]
     for diagnostic in best.diagnostics:
         if diagnostic.code == "delay_found":
-            say(whole_sentence(diagnostic))
+            parts.append(whole_sentence(diagnostic))
         elif diagnostic.code == "structure" and diagnostic.severity == "note":
-            say(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
-    show_table(parameter_table(best))
-    if len(identification.fits) > 1:
-        table = comparison_table(identification)
-        shown = [column for column, head in enumerate(table.heads) if head not in OF_REPORTS]
-        show_table(Table(table.caption, [table.heads[i] for i in shown], [[row[i] for i in shown] for row in table.rows]))
-    if identification.break_aways:
-        show_table(break_away_table(identification.break_aways, best.plant.kind))
-    held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
+            parts.append(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
+    parts.append(parameter_table(best))
+    parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
+    parts += [break_away_table(identification.break_aways, kind)] if identification.break_aways else []
     if best.position_rmse is not None:
-        rmse = with_unit(best.position_rmse, unit_of("length", best.plant.kind))
-        say(f"Position error {best.error_percent:.3g} % of the motion, {rmse} root mean square{held_out}.")
+        error = f"Position error {best.error_percent:.3g} % of the motion, {with_unit(best.position_rmse, unit_of('length', kind))}"
     elif best.loop_rmse is not None:
-        rmse = with_unit(best.loop_rmse, unit_of("force", best.plant.kind))
-        say(f"Effort error of the simulated loop {best.error_percent:.3g} %, {rmse} root mean square{held_out}.")
+        error = f"Effort error of the simulated loop {best.error_percent:.3g} %, {with_unit(best.loop_rmse, unit_of('force', kind))}"
     else:
-        friction = f"{best.friction_alone_error_percent:.3g} % of what friction takes of it"
-        say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
+        error = (
+            f"Force error {best.force_error_percent:.3g} % of the effort, {best.friction_alone_error_percent:.3g} % of what friction takes"
+        )
+    is_simulated = best.position_rmse is not None or best.loop_rmse is not None
+    held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
+    parts.append(f"{error}{' root mean square' if is_simulated else ' of it'}{held_out}.")
     gain = gain_of(simulation) if simulation else None
-    for sentence in about_loop(gain, following, best.plant.kind):
-        say(sentence)
-    for note in identification.notes:
-        say(f"Note: {note}")
-    for warning in warnings_of(best):
-        complain(f"warning: {warning}")
+    return [*parts, *about_loop(gain, following, kind), *(f"Note: {note}" for note in identification.notes)]
+
+
+def warnings_told(identification: Identification) -> list[str]:
+    """Return what may mislead in the best fit, for the error stream."""
+    from bristle.report.messages import warnings_of
+
+    return [f"warning: {warning}" for warning in warnings_of(identification.best)]

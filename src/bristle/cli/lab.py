@@ -1,7 +1,5 @@
 """``bristle lab``: friction to be touched, as one page."""
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import suppress
@@ -35,8 +33,8 @@ def lab(
     """Write a page on which friction can be touched.
 
     Parameters are moved, and loops, curves and stick-slip move with them. The page holds every friction model with its
-    physics, and first of all the one that is given: with its slots, its values and how sure they are. With results of
-    identify it holds the recorded motion too. One file that asks for nothing, for any browser, disk, mail or host.
+    physics, and first of all the one that is given: with its slots, its values and how sure they are. One file that
+    asks for nothing, for any browser, disk, mail or host.
     LAB.html#selftest tells whether a browser computes the bits of Python.
 
     With --serve, identification in the browser, on this machine and for it alone: drop logs, see columns, units and
@@ -63,23 +61,19 @@ def lab(
     refuse({"--port": port, "--no-open": no_open}, "belongs to --serve", "Add --serve")
     if out is None:
         raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
-    from bristle.files.arrays import read_arrays
     from bristle.files.model import read_model
     from bristle.files.single import sealed, write_whole
     from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.friction import MODELS
-    from bristle.identification.result import Traces
     from bristle.lab import lab_page
     from bristle.lab.page import FIRST
-    from bristle.lab.rows import replay_of_traces
     from bristle.testing import admit
 
-    is_folder = model is not None and model.is_dir()
-    file = model / "model.toml" if model is not None and is_folder else model
+    file = model / "model.toml" if model is not None and model.is_dir() else model
     _refuse_taken(out, file, force=force)
     with progress("computing"):
-        content, code, replay = toml_content(file), (), None
+        content, code = toml_content(file), ()
         inputs: dict[str, Any] = {}
         if content is not None and file is not None:
             plant, friction, facts = read_model(content, allow_code=allow_code)
@@ -92,12 +86,6 @@ def lab(
                 "mass": plant.values.get("M") if plant is not None else None,
                 "fastest": facts["treatment"].get("velocity_max", 0.0),
             }
-            arrays = read_arrays(file.parent, "traces") if is_folder else None
-            if arrays:
-                traces = Traces(**arrays)
-                replay = replay_of_traces(traces.time, traces.velocity, traces.friction)
-            if is_folder:
-                inputs["replay"] = replay
         source = provenance(context.obj, model=content, code=code)
         page = sealed(lab_page(**inputs, provenance=source))
     write_whole(out, page, new=not force)
@@ -108,7 +96,6 @@ def lab(
                 "size": len(page.encode()),
                 "model": inputs["model"].name if inputs else FIRST,
                 "models": list(MODELS),
-                "points_of_log": 0 if replay is None else replay.time.size,
                 "provenance": source,
             }
         )

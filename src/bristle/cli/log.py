@@ -1,14 +1,12 @@
 """``bristle log``: what is in a log."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from bristle.cli.options import LOG_FILE, AxisFile, Output, Readers, own_readers, print_json, size_limit, toml_content
-from bristle.cli.terminal import NO, complain, say, show_table
+from bristle.cli.terminal import NO, complain, show
 
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
@@ -63,33 +61,29 @@ def log(
     if output.as_json:
         print_json(summary)
     else:
-        _show(summary)
+        show(*_parts(summary))
     for problem in summary["problems"]:
         complain(f"problem: {problem}")
     return NO if summary["problems"] else 0
 
 
-def _show(summary: dict[str, Any]) -> None:
+def _parts(summary: dict[str, Any]) -> list[Any]:
     from bristle.report.log import passage_table
 
     columns = summary["columns"]
-    show_table(_table("Columns of the file", "name", columns[:MOST_COLUMNS]))
+    parts: list[Any] = [_table("Columns of the file", columns[:MOST_COLUMNS])]
     if len(columns) > MOST_COLUMNS:
-        say(f"... and {len(columns) - MOST_COLUMNS} columns more. --json has all of them.")
-    if summary["channels"]:
-        show_table(_table(f"Channels of the axis, {summary['kind']}", "name", summary["channels"]))
-    if summary["passages"]:
-        show_table(passage_table(summary["passages"], summary["kind"]))
+        parts.append(f"... and {len(columns) - MOST_COLUMNS} columns more. --json has all of them.")
+    parts += [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])] if summary["channels"] else []
+    parts += [passage_table(summary["passages"], summary["kind"])] if summary["passages"] else []
     if summary["rate"]:
         duration = f", {summary['duration']:.6g} s" if summary["duration"] else ""
-        say(f"{summary['rate']:.6g} samples a second{duration}.")
-    for note in summary["notes"]:
-        say(f"Note: {note}")
-    for found in summary["diagnostics"]:
-        say(f"{found['severity'].capitalize()}: {found['message']} ({found['code']})")
+        parts.append(f"{summary['rate']:.6g} samples a second{duration}.")
+    parts += [f"Note: {note}" for note in summary["notes"]]
+    return parts + [f"{entry['severity'].capitalize()}: {entry['message']} ({entry['code']})" for entry in summary["diagnostics"]]
 
 
-def _table(caption: str, first: str, entries: list[dict[str, Any]]) -> Any:
+def _table(caption: str, entries: list[dict[str, Any]]) -> Any:
     from bristle.core.typography import typeset
     from bristle.core.units import is_unit
     from bristle.report.table import Table
@@ -98,7 +92,7 @@ def _table(caption: str, first: str, entries: list[dict[str, Any]]) -> Any:
     printed = [typeset(unit) if is_unit(unit) else f"{unit} (unknown)" for unit in units]
     numbers = ("samples", "min", "max", "mean", "std", "step")
     rows = [
-        [entry[first], entry.get("column") or "", unit] + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
+        [entry["name"], entry.get("column") or "", unit] + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
         for entry, unit in zip(entries, printed, strict=True)
     ]
-    return Table(caption, (first.capitalize(), "Column", "Unit", *(key.capitalize() for key in numbers)), rows)
+    return Table(caption, ("Name", "Column", "Unit", *(key.capitalize() for key in numbers)), rows)

@@ -1,7 +1,5 @@
 """The entry point of ``bristle``. It imports nothing that takes time before it can be interrupted in good order."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

@@ -13,7 +13,6 @@ from bristle.cli.terminal import say, say_laid_out, show_table
 if TYPE_CHECKING:
     from bristle.core import Component, Surrounding, Variable
 
-_EXAMPLES = ("motor_6_cos", "known_NAME")  # of terms that a plant has as many of as one likes
 EXAMPLE = """Example:
   bristle models lugre+asymmetry"""
 
@@ -40,17 +39,16 @@ def models(
 def _families() -> dict[str, list[Component]]:
     from bristle import controllers, friction, hysteresis, plants, references, sensors
 
-    registries: tuple[Any, ...] = (
-        friction.MODELS,
-        hysteresis.OPERATORS,
-        plants.PLANTS,
-        controllers.CONTROLLERS,
-        sensors.SENSORS,
-        references.REFERENCES,
-        friction.CHANNEL_SLOTS,
-    )
-    names = ("friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot")
-    return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
+    registries: dict[str, Any] = {
+        "friction": friction.MODELS,
+        "hysteresis": hysteresis.OPERATORS,
+        "plant": plants.PLANTS,
+        "controller": controllers.CONTROLLERS,
+        "sensor": sensors.SENSORS,
+        "reference": references.REFERENCES,
+        "slot": friction.CHANNEL_SLOTS,
+    }
+    return {family: list(registry.values()) for family, registry in registries.items()}
 
 
 def _selected(name: str) -> dict[str, list[Component]]:
@@ -76,7 +74,7 @@ def _selected(name: str) -> dict[str, list[Component]]:
         raise InputError("there is no such model", path="NAME", value=name, mend=mend)
     chosen: Any = named[base]
     if plus and family_of[base] == "plant":
-        return {"plant": [plants.find(name, _EXAMPLES, "NAME")]}
+        return {"plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]}  # examples of terms that a plant takes any number of
     if plus and family_of[base] != "friction":
         raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:
@@ -86,27 +84,22 @@ def _selected(name: str) -> dict[str, list[Component]]:
 
 def _described(family: str, component: Component) -> dict[str, Any]:
     from bristle.files.components import key_of
+    from bristle.report.messages import picked
 
     return {
-        "name": component.name,
+        **picked(component, "name", "description", "reference"),
         "family": family,
-        "description": component.description,
-        "reference": component.reference,
         "equations": list(component.equations),
         "relations": [relation.condition for relation in component.relations],
         "channels": [channel.name for channel in _channels(component)],
         "parameters": {
-            key_of(name): {
-                "description": variable.description,
-                "quantity": variable.quantity,
+            key_of(name): picked(variable, "description", "quantity", "min", "max", "directional")
+            | {
                 "unit": variable.unit("translational"),
                 "unit_rotational": variable.unit("rotational"),
-                "min": variable.min,
-                "max": variable.max,
                 "default": component.defaults.get(name),
                 "array": component.is_array(name),
                 "choices": list(variable.choices),
-                "directional": variable.directional,
             }
             for name, variable in component.variables.items()
         },
@@ -140,19 +133,18 @@ def _show_one(component: Component) -> None:
     explained = [part for part in component.explanation if part.kind != REFERENCE]
     say_laid_out(lambda width: laid_out(explained, width))
     rows = [
-        (
-            key_of(name),
-            variable.description,
-            typeset(variable.unit("translational")),
-            typeset(variable.unit("rotational")),
-            _range(variable),
-            default if isinstance(default, str) else f"{default:g}",
-        )
+        {
+            "Parameter": key_of(name),
+            "Meaning": variable.description,
+            "Unit": typeset(variable.unit("translational")),
+            "Unit, rotational": typeset(variable.unit("rotational")),
+            "Allowed": _range(variable),
+            "Default": default if isinstance(default, str) else f"{default:g}",
+        }
         for name, variable in component.variables.items()
         for default in [component.defaults.get(name, "")]
     ]
-    heads = ("Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default")
-    show_table(Table(f"{component.name}: {component.description}", heads, rows))
+    show_table(Table.of(f"{component.name}: {component.description}", rows))
     for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
     for channel in _channels(component):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bristle.cli.options import Output, size_limit
-from bristle.cli.terminal import INTERRUPTED, complain, say, show_table
+from bristle.cli.terminal import INTERRUPTED, complain
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
@@ -47,12 +47,8 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
             )
             write_report(folder, page, summary)
 
-    def show() -> None:
-        show_table(comparison_of_operators(identification))
-        for note in (*identification.notes, *(f"Note: {note}" for note in recorded.notes)):
-            say(note)
-
-    output.tell(summary, show)
+    notes = (*identification.notes, *(f"Note: {note}" for note in recorded.notes))
+    output.tell(summary, comparison_of_operators(identification), *notes)
     if unfinished:
         complain(unfinished)
     return INTERRUPTED if unfinished else 0
@@ -87,10 +83,5 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
             page = operator_prediction_report(prediction, operator, recorded, name=name, command=output.command, provenance=source)
             write_report(folder, page, summary)
 
-    def show() -> None:
-        rmse = with_unit(prediction.rmse, unit_of("force", operator.kind))
-        say(f"Error: {rmse} root mean square, {prediction.error_percent:.3g} % of full scale")
-        for note in recorded.notes:
-            say(f"Note: {note}")
-
-    output.tell(summary, show)
+    rmse, notes = with_unit(prediction.rmse, unit_of("force", operator.kind)), (f"Note: {note}" for note in recorded.notes)
+    output.tell(summary, f"Error: {rmse} root mean square, {prediction.error_percent:.3g} % of full scale", *notes)

@@ -12,22 +12,24 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from bristle.cli.terminal import complain, progress
+from bristle.cli.terminal import complain, progress, show
 
 if TYPE_CHECKING:
     from bristle.core.content import Content, Origin
     from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
+    from bristle.report.table import Table
 
 LOG_FILE = (
     "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
 )
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
+# What to write in place of commands and options that an earlier release had; with its command where another one still has it.
 REMOVED = {
     "watch": "Use bristle identify LOGS --each, whose report says which axis differs from the others",
     "--data": "Write --format csv",
@@ -38,15 +40,14 @@ REMOVED = {
     "--set": "Write NAME = VALUE under [identification.settings] of the axis file",
     "--truth": "Name the frictions behind --robust: bristle paper --robust gms bouc_wen",
     "--window": "Call br.compare(..., window=...) in Python",
-    "lab --log": "Identify that log, and name the folder of its results: bristle lab RESULTS",
-    "lab --axis": "Identify a log with it, and name the folder of its results: bristle lab RESULTS",
+    "lab --log": "Identify that log: the report of bristle identify moves along it",
+    "lab --axis": "Identify a log with it: the report of bristle identify moves along it",
     "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
     "identify --dry-run": "Begin: on a terminal a bar tells how long it takes, and what is done is kept and gone on with",
     "export --draws": "The results of identify hold draws.parquet, or draws.npz without pyarrow: a row a draw, in SI",
     "check --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
     "excite --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
 }
-"""What to write in place of commands and options that an earlier release had; with its command where another one still has it."""
 
 
 class Format(StrEnum):
@@ -111,18 +112,20 @@ class Output:
     def opened(self, words: str, reads: Iterable[Any] = ()) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
         """Give the folder of results, None where none is asked for, and what work reports its share to."""
         from bristle.files.results import results_folder
-        from bristle.report.figure_files import figure_files
+        from bristle.report.results import figure_files
 
         place = results_folder(self.out, force=self.force, reads=list(reads)) if self.out else nullcontext()
         with place as folder, progress(words) as report, figure_files(folder, self.formats):
             yield folder, report
 
-    def tell(self, summary: Any, show: Callable[[], object], files: str = "") -> None:
-        """Print numbers as JSON, or what is shown of them; say where results lie."""
+    def tell(self, summary: Any, *parts: str | Table | None, warnings: Iterable[str] = (), files: str = "") -> None:
+        """Print numbers as JSON, or paragraphs and tables of them with warnings; say where results lie."""
         if self.as_json:
             print_json(summary)
         else:
-            show()
+            show(*parts)
+            for warning in warnings:
+                complain(warning)
         if self.out:
             complain(f"wrote {self.out}; open {self.out / 'report.html'} in a browser" if not files else f"wrote {self.out}: {files}")
 
@@ -206,17 +209,10 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     return reading(*formats)
 
 
-class OwnFigures(NamedTuple):
-    """Figures of a person's own, and the files that define them."""
-
-    figures: tuple[ReportFigure, ...] = ()
-    origins: tuple[Origin, ...] = ()
-
-
-def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> OwnFigures:
+def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> tuple[tuple[ReportFigure, ...], tuple[Origin, ...]]:
     """Return the figures that files of a person's own define, and those files; naming their code allows it."""
     if not files:
-        return OwnFigures()
+        return (), ()
     from bristle.figures.own import load_figure_file, refuse_unfit
     from bristle.files.permission import allow
 
@@ -227,7 +223,7 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
         allow(content)
     for figure, file in zip(figures, files, strict=True):
         refuse_unfit(figure, command, figures, str(file))
-    return OwnFigures(figures, tuple(content.origin for content in contents))
+    return figures, tuple(content.origin for content in contents)
 
 
 def holds_own(name: str) -> bool:

@@ -1,7 +1,5 @@
 """``bristle paper``: the source paper, figure by figure, or its compensation on other frictions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -9,15 +7,14 @@ import typer
 
 from bristle.cli.options import AllowCode, AxisFile, Force, Formats, Json, Output, folder_named, print_json, refuse
 from bristle.cli.study import interruptible
-from bristle.cli.terminal import complain, progress, say, show_table
+from bristle.cli.terminal import complain, progress, show
 
 EXAMPLE = """Example:
   bristle paper --out paper-results
   bristle paper --figure 8 --format pdf --format csv
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
-USUAL_PLACE, ROBUST_PLACE = Path("bristle-paper"), Path("bristle-robust")
-USUAL_SEEDS = 20
+USUAL_PLACE = Path("bristle-paper")
 Robust = Annotated[bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")]
 Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default.")]
 
@@ -61,8 +58,8 @@ def paper(
         of_figures = {"--figure": figure, "--write": write, "--from": source, "--force": force}
         refuse(of_figures, "says nothing beside --robust")
         is_usual = getattr(context.get_parameter_source("out"), "name", "DEFAULT") == "DEFAULT"
-        output = Output(context, ROBUST_PLACE if is_usual else out, formats, as_json=as_json)
-        _try_robustness(output, truths or [], seeds or USUAL_SEEDS, axis, allow_code=allow_code)
+        output = Output(context, Path("bristle-robust") if is_usual else out, formats, as_json=as_json)
+        _try_robustness(output, truths or [], seeds or 20, axis, allow_code=allow_code)
         return
     refuse({"TRUTH": truths, "--seeds": seeds, "--axis": axis}, "says nothing without --robust")
     if write is not None:
@@ -72,8 +69,7 @@ def paper(
         if as_json:
             print_json({"written": [str(path) for path in written]})
             return
-        for path in written:
-            say(str(path))
+        show(*map(str, written))
         complain(f"change them, and run them with: bristle paper --from {write}")
         return
     from bristle.files.summary import provenance
@@ -91,12 +87,8 @@ def paper(
         report(1.0, "writing the report")
         write_report(folder, paper_report(results, command=output.command, provenance=made_from), summary)
 
-    def show() -> None:
-        show_table(claim_table(results))
-        for sentence in [sentence for result in results for sentence in result.found] if figure else ():
-            say(sentence)
-
-    output.tell(summary, show)
+    sentences = [sentence for result in results for sentence in result.found] if figure else ()
+    output.tell(summary, claim_table(results), *sentences)
 
 
 def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | None, *, allow_code: bool) -> None:
@@ -106,8 +98,7 @@ def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | N
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
     from bristle.paper.robust.trial import Plan, opened, run_trial
     from bristle.paper.robust.truths import truths_named
-    from bristle.report.figure_files import figure_files
-    from bristle.report.results import write_report
+    from bristle.report.results import figure_files, write_report
     from bristle.testing import admit
 
     # Names may have commas between them, and the name of a file may hold one.
@@ -124,10 +115,4 @@ def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | N
         summary = robust_summary(trial, provenance=made_from)
         write_report(store, robust_report(trial, command=output.command, provenance=made_from), summary)
 
-    def show() -> None:
-        show_table(claim_table(trial))
-        show_table(best_table(trial))
-        for sentence in words_of(trial):
-            say(sentence)
-
-    output.tell(summary, show)
+    output.tell(summary, claim_table(trial), best_table(trial), *words_of(trial))

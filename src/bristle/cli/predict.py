@@ -1,9 +1,7 @@
 """``bristle predict``: what a model says of a log."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -20,10 +18,7 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
-from bristle.cli.terminal import NO, complain, say
-
-if TYPE_CHECKING:
-    from bristle.simulation import Prediction
+from bristle.cli.terminal import NO
 
 EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
@@ -47,6 +42,7 @@ def predict(
     predicts recorded curves.
     """
     from bristle.core import InputError
+    from bristle.core.status import Status
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator
@@ -55,7 +51,8 @@ def predict(
     from bristle.identification.simulated_bands import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
-    from bristle.report.prediction import prediction_report, prediction_summary
+    from bristle.report.messages import message
+    from bristle.report.prediction import metrics_in_words, prediction_report, prediction_ruling, prediction_summary
     from bristle.report.results import write_report
     from bristle.testing import admit
 
@@ -98,25 +95,16 @@ def predict(
                 figures=further,
             )
             write_report(folder, page, summary)
-    output.tell(summary, lambda: _show(prediction, recorded.notes, own_log=own_log))
-    return 0 if summary["completed"] else NO
-
-
-def _show(prediction: Prediction, log_notes: tuple[str, ...], *, own_log: bool) -> None:
-    from bristle.core.status import Status
-    from bristle.report.messages import message
-    from bristle.report.prediction import metrics_in_words, prediction_ruling
-
     ruling = prediction_ruling(prediction, own_log=own_log)
-    say(f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.")
-    for word, value in metrics_in_words(prediction):
-        say(f"{word}: {value}")
-    for note in log_notes:
-        say(f"Note: {note}")
-    for diagnostic in prediction.diagnostics:
-        if diagnostic.severity == "note":
-            say(f"Note: {message(diagnostic)}")
-        else:
-            complain(f"{diagnostic.severity}: {message(diagnostic)}")
-    if prediction.status is not Status.OK:
-        complain(prediction.status.sentence)
+    told = [(diagnostic.severity, message(diagnostic)) for diagnostic in prediction.diagnostics]
+    output.tell(
+        summary,
+        f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.",
+        *(f"{word}: {value}" for word, value in metrics_in_words(prediction)),
+        *(f"Note: {note}" for note in (*recorded.notes, *(text for severity, text in told if severity == "note"))),
+        warnings=[
+            *(f"{severity}: {text}" for severity, text in told if severity != "note"),
+            *([] if prediction.status is Status.OK else [prediction.status.sentence]),
+        ],
+    )
+    return 0 if summary["completed"] else NO

@@ -1,7 +1,5 @@
 """``bristle run``: simulate an experiment."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +7,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures, refuse
-from bristle.cli.terminal import NO, complain, say, show_table
+from bristle.cli.terminal import NO, complain
 
 EXAMPLE = """Example:
   bristle run experiment.toml --out results"""
@@ -64,13 +62,7 @@ def run(
             page = simulation_report(result, command=output.command, provenance=source, warnings=warnings, doubts=doubts, figures=further)
             write_report(folder, page, summary)
 
-    def show() -> None:
-        if result.variants:
-            show_table(variant_table(result))
-            for sentence in closing_sentences(result):
-                say(sentence)
-
-    output.tell(summary, show)
+    output.tell(summary, *([variant_table(result), *closing_sentences(result)] if result.variants else []))
     failed = [name for name, outcome in summary["variants"].items() if not outcome["completed"]]
     for name in (name for name in failed if name not in result.refused):
         complain(f"{name}: {summary['variants'][name]['status']}")

@@ -15,11 +15,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
-GRACE = 1.0  # [s]
-AGAIN = 0.01  # [s]
-UNSEEN = 2.0  # [s] after which native code counts as one that does not return
 _MARK = b"\xff"
-WAITS = "interrupted: waiting for a library to return. Press Ctrl-C again to end at once"
 
 
 class SignalledError(KeyboardInterrupt):
@@ -78,7 +74,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
     def _raise(self, number: int, frame: FrameType | None) -> None:
         self._watch.observed.set()
         now = time.monotonic()
-        if self._first is not None and now - self._first[1] < GRACE:
+        if self._first is not None and now - self._first[1] < 1.0:
             return
         if _imports(frame):
             # A module that is being imported may drop what is raised in it, or call it an error of its own.
@@ -133,14 +129,15 @@ class _Watch:
         while number := pipe.next():
             if number not in self._numbers:
                 continue
-            if self.observed.wait(UNSEEN):
+            # Native code that takes longer [s] counts as code that does not return.
+            if self.observed.wait(2.0):
                 # Signals of a number that arrive together are seen as one: what has arrived by now was seen.
                 self.observed.clear()
                 pipe.drain()
                 continue
             interrupts += number == signal.SIGINT
             if interrupts == 1:
-                _say(WAITS)
+                _say("interrupted: waiting for a library to return. Press Ctrl-C again to end at once")
             else:
                 _end_at_once(number)
 
@@ -199,7 +196,7 @@ def _imports(frame: FrameType | None) -> bool:
 
 
 def _send_again(number: int) -> None:
-    again = threading.Timer(AGAIN, _interrupt_main, (number,))
+    again = threading.Timer(0.01, _interrupt_main, (number,))
     again.daemon = True
     again.start()
 

@@ -15,7 +15,6 @@ from bristle.cli.options import (
     Formats,
     Json,
     Output,
-    OwnFigures,
     command_told,
     folder_named,
     own_figures,
@@ -23,7 +22,7 @@ from bristle.cli.options import (
     refuse,
     size_limit,
 )
-from bristle.cli.terminal import NO, complain, progress, say, show_table
+from bristle.cli.terminal import NO, complain, progress, say
 
 if TYPE_CHECKING:
     from bristle.study import Study
@@ -70,7 +69,7 @@ def study(
     and the log of that run.
     """
     from bristle.core.tabular import library
-    from bristle.report.figure_files import figure_files
+    from bristle.report.results import figure_files
     from bristle.study import read_study_file
     from bristle.study.workers import CLUSTER
     from bristle.testing import admit_friction_of
@@ -124,31 +123,27 @@ def _tell_cost(study: Study, workers: int | None, *, as_json: bool) -> None:
     )
 
 
-def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
+def _repeat(study: Study, number: int, output: Output, own: tuple[Any, Any]) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
     from bristle.files.summary import provenance
     from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report, simulation_summary
+    from bristle.study.plan import seed_of_run
     from bristle.study.run import repeat_run, values_of
-    from bristle.study.sampling import seed_of_run
 
     with output.opened(f"run {number}") as (folder, _):
         result = repeat_run(study, number)
-        source = provenance(output.command, **study.origins, figure=own.origins)
+        source = provenance(output.command, **study.origins, figure=own[1])
         files = write_logs(folder, result) if folder else {}
         values = values_of(study, number)
         drawn = {"run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units}
         summary = simulation_summary(result, files=files, provenance=source) | drawn
         if folder:
-            page = simulation_report(result, command=output.command, provenance=source, figures=own.figures)
+            page = simulation_report(result, command=output.command, provenance=source, figures=own[0])
             write_report(folder, page, summary)
 
-    def show() -> None:
-        say(f"Run {number}: {_in_words(values, study.units)}.")
-        show_table(variant_table(result))
-
-    output.tell(summary, show)
+    output.tell(summary, f"Run {number}: {_in_words(values, study.units)}.", variant_table(result))
     return 0 if all(variant["completed"] for variant in summary["variants"].values()) else NO
 
 
@@ -164,9 +159,9 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     return ", ".join(cells) or "nothing varies but the seed"
 
 
-def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
+def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: tuple[Any, Any]) -> int:
     from bristle.files.summary import provenance
-    from bristle.report.figure_files import figure_files
+    from bristle.report.results import figure_files
     from bristle.report.study import spread_tables, study_sentences
     from bristle.study.run import run_within
     from bristle.study.store import opened
@@ -181,33 +176,25 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
             if name.startswith("figures/"):
                 store.grown.remove(name)  # those of an earlier report, whose numbers were others
         with figure_files(store.grown, output.formats):
-            summary = _write(store, ran, command, command_told(["study", str(file)]), own)
+            summary = _write(store, command, command_told(["study", str(file)]), own)
 
-    def show() -> None:
-        for table in spread_tables(summary):
-            show_table(table)
-        for sentence in study_sentences(summary):
-            say(sentence)
-
-    output.tell(summary, show)
+    output.tell(summary, *spread_tables(summary), *study_sentences(summary))
     return exit_code(ran, summary)
 
 
-def _write(store: Store, ran: Ran, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
-    """Write traces, numbers and report of a study; return the numbers."""
+def _write(store: Store, command: str, repeat: str, own: tuple[Any, Any]) -> dict[str, Any]:
+    """Write numbers and report of a study; return the numbers."""
     from bristle.files.summary import provenance
     from bristle.report.results import write_report
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
     from bristle.study.dataset import runs_in
-    from bristle.study.run import worst_runs, write_traces
+    from bristle.study.run import worst_runs
 
     runs = runs_in(store.folder)
-    worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))
-    traces = write_traces(store, worst[: store.study.worst]) if ran.is_whole else []
-    origins = provenance(command, figure=own.origins)
+    origins = provenance(command, figure=own[1])
     source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
-    summary = study_summary(runs, command=repeat, provenance=source, worst=worst, traces=traces)
-    write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
+    summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
+    write_report(store.grown, study_report(runs, summary, command=command, figures=own[0]), summary)
     return summary
 
 

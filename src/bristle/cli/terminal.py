@@ -26,7 +26,6 @@ OUR_BUG = 70
 INTERRUPTED = 130
 LONGEST = 500  # letters
 NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, errno.EROFS}
-NO_MORE_FILES = {errno.EMFILE, errno.ENFILE}
 PATIENCE = 1.0  # [s]
 PIPE_WIDTH = 160
 READ_WELL = 100
@@ -124,6 +123,15 @@ def show_table(table: Table) -> None:
                 console.print(f"  {head}: {one_line(text)}")
 
 
+def show(*parts: str | Table | None) -> None:
+    """Write paragraphs and tables to the standard output, one after the other; None is left out."""
+    for part in parts:
+        if isinstance(part, str):
+            say(part)
+        elif part is not None:
+            show_table(part)
+
+
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float, str], None]]:
     """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second."""
@@ -179,7 +187,7 @@ def report(error: BaseException, *, results: bool = False) -> int:
     if isinstance(error, MemoryError):
         complain("there is not enough memory for this. Take a shorter log or experiment")
         return BAD_INPUT
-    if isinstance(error, OSError) and error.errno in NO_MORE_FILES:
+    if isinstance(error, OSError) and error.errno in {errno.EMFILE, errno.ENFILE}:
         complain("no more files can be opened: the limit of this process or of the system is reached (ulimit -n)")
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:

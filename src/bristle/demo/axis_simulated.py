@@ -1,7 +1,5 @@
 """The simulated axis: what it is made of, and the logs that it writes as a real drive would."""
 
-from __future__ import annotations
-
 import io
 from importlib.resources import files
 from pathlib import Path
@@ -21,8 +19,6 @@ from bristle.testing import example_of
 
 AXIS_FILE = Path(str(files("bristle.demo") / "axis.toml"))
 SAMPLE_TIME = 1e-3
-SUBSTEPS = 8
-CURRENT_NOISE = 0.01  # of the current measurement [A], standard deviation
 
 
 def axis() -> Axis:
@@ -75,7 +71,7 @@ def write_log(path: Path, seed: int) -> None:
         raise RuntimeError(f"the simulated axis did not run: {trace.status.sentence}")
     constant = 61.2
     generator = np.random.default_rng(seed + 1000)
-    current = trace.command / constant + CURRENT_NOISE * generator.standard_normal(trace.command.size)
+    current = trace.command / constant + 0.01 * generator.standard_normal(trace.command.size)  # With noise of 10 mA
     table = np.column_stack((trace.time, 1e3 * trace.measured, 1e3 * reference, current))
     header = "# simulated axis, not a measurement\ntime [s],position [mm],reference [mm],motor_current [A]"
     out = io.StringIO()
@@ -94,6 +90,6 @@ def _run(reference: np.ndarray) -> Trace:
         encoder(resolution=described.resolution or 0.0),
         desired,
         SAMPLE_TIME,
-        steps=SUBSTEPS,
+        steps=8,
         limit=described.effort_limit or np.inf,
     )

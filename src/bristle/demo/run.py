@@ -1,25 +1,18 @@
 """The main job on the simulated axis, start to finish, into a folder of results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bristle.core.content import content_of
 from bristle.demo import axis_simulated
 from bristle.files.arguments import read_log
 from bristle.files.results import Results
+from bristle.identification import Identification
 from bristle.prediction import predict
-from bristle.prediction.following import following_of
+from bristle.prediction.following import Following, following_of
 from bristle.report.identified import identify
-from bristle.simulation import compensation_experiment, simulate
-
-if TYPE_CHECKING:
-    from bristle.identification import Identification
-    from bristle.prediction.following import Following
-    from bristle.simulation import Prediction, SimulationResult
+from bristle.simulation import Prediction, SimulationResult, compensation_experiment, simulate
 
 BANNER = (
     "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another "

@@ -1,4 +1,4 @@
-"""Figures, one a file: each a function from results to a `matplotlib.figure.Figure`; the only importers of matplotlib.
+"""Figures: each a function from results to a `matplotlib.figure.Figure`; the only importers of matplotlib.
 
 Every figure is readable in grey: lines differ in lightness and dashes and markers in shape, besides their colour. Those that
 reports alone have are in their files.
@@ -9,7 +9,7 @@ from bristle.figures import loading  # noqa: F401  (before all others: with it m
 # isort: split
 
 from bristle.figures.files import figure_file, fits_as_png, inline_svg
-from bristle.figures.first_page import first_page
+from bristle.figures.fit import first_page
 from bristle.figures.following_error import following_error
 from bristle.figures.numbers import as_csv, numbers_of
 from bristle.figures.own import load_figure_file

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ def comparison(compared: Comparison) -> Figure:
     figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
     motion, kind = compared.course.motion, compared.kind
     drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
-    style.over_time(grid[0][0], compared.course.time, drawn, scale=scale_for("length", kind, motion), word=position_word(kind))
+    style.over_time(grid[0][0], compared.course.time, drawn, scale=style.scale_for("length", kind, motion), word=style.position_word(kind))
     grid[0][0].set_title("reference" if "following_error.rms" in compared.changes else "position")
     _draw_errors(grid[1][0], compared)
     if small:
@@ -47,7 +46,7 @@ def comparison(compared: Comparison) -> Figure:
         if compared.friction_curve:
             axes, speeds = grid[2][-1], np.array([speed for speed, _ in compared.friction_curve])
             sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
-            speed, (force, word) = scale_for("length/time", kind, speeds), effort_scale(kind, *sides)
+            speed, (force, word) = style.scale_for("length/time", kind, speeds), style.effort_scale(kind, *sides)
             for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
                 axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
             axes.margins(0.08)
@@ -95,19 +94,19 @@ def _rows(
 def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
     """Draw the mean following error over the motion, or the effort where there is no reference."""
     course, kind = compared.course, compared.kind
-    scale, word = (scale_for("length", kind, course.before, course.after), "Following error")
+    scale, word = (style.scale_for("length", kind, course.before, course.after), "Following error")
     if "following_error.rms" not in compared.changes:
-        scale, word = effort_scale(kind, course.before, course.after)
+        scale, word = style.effort_scale(kind, course.before, course.after)
     style.over_time(axes, course.time, (course.before, BEFORE, "before"), (course.after, AFTER, "after"), scale=scale, word=word)
 
 
 def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: float | None, kind: Kind) -> None:
-    scale = scale_for("length", kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
+    scale = style.scale_for("length", kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
     for axes, turn in zip(panels, turns, strict=False):
         pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
         style.over_time(axes, turn.time, *pair, scale=scale, word="Following error")
         axes.axhline(0.0, zorder=0, **style.AID)
-        style.mark_window(axes, np.array([0.0, window or 0.0]) * time_scale(turn.time).factor)
+        style.mark_window(axes, np.array([0.0, window or 0.0]) * style.time_scale(turn.time).factor)
         axes.set_title(TURNS[turn.name])
     style.one_height(panels[: len(turns)])
 

@@ -1,9 +1,9 @@
-"""Following error of the variants of a loop: over time, close up, as a distribution, and the effort it takes."""
+"""The variants of an experiment: following error over time, close up, as a distribution, and the effort; of an open loop all signals."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,21 +11,15 @@ from matplotlib.ticker import NullLocator
 
 from bristle.core.status import Status
 from bristle.core.typography import Scale
+from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.effort_over_time import window
-from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
-from bristle.figures.lettering import label
+from bristle.figures.drawing import label
 from bristle.figures.report_figure import ReportFigure
+from bristle.simulation.result import SimulationResult
 from bristle.simulation.reversals import worst_reversal
 
-if TYPE_CHECKING:
-    from bristle.core.variable import Kind
-    from bristle.simulation.result import SimulationResult
-
-BINS = 80
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit
-CLOSE_UP = 0.05  # share of the samples, where nothing reverses
 SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
 
 
@@ -86,7 +80,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     spread = grid[-3][1]
     kind, reference = result.experiment.kind, simulated[0].reference
     told = reference, {"color": style.INK, "linewidth": 1.0}, "_"
-    style.over_time(motion, simulated[0].time, told, scale=scale_for("length", kind, reference), word=position_word(kind))
+    style.over_time(motion, simulated[0].time, told, scale=style.scale_for("length", kind, reference), word=style.position_word(kind))
     motion.set_title("reference")
     _draw_efforts(effort, simulated, kind)
     for axes in all_:
@@ -97,10 +91,10 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     # The share of samples in bins common to all.
     errors = np.concatenate([loop.error for loop in near]) * scale.factor
     low, high = float(errors.min()), float(errors.max())
-    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    edges = np.linspace(low, high if high > low else low + 1.0, 80 + 1)
     for loop in near:
         counts, _ = np.histogram(loop.error * scale.factor, edges)
-        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
+        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", label=f"_{loop.name}", **loop.look)
     # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
     spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
     spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
@@ -113,13 +107,13 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
 
 
 def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
-    force, word = effort_scale(kind, *(loop.effort for loop in loops))
+    force, word = style.effort_scale(kind, *(loop.effort for loop in loops))
     for loop in loops:
-        style.over_time(axes, loop.time, (loop.effort, loop.look, "_"), scale=force, word=word)
+        style.over_time(axes, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
 
 
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
-    scale = scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
+    scale = style.scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
         style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word="Following error")
     return scale
@@ -160,7 +154,7 @@ def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind
     times = _turn(loops[0])
     cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
     _draw_errors(close, cut, kind)
-    style.mark_window(full, times * time_scale(loops[0].time).factor)
+    style.mark_window(full, times * style.time_scale(loops[0].time).factor)
     return cut
 
 
@@ -170,7 +164,7 @@ def _turn(loop: _Loop) -> np.ndarray:
     Where the reference never reverses, around the largest error.
     """
     at = worst_reversal(loop.reference, loop.error)
-    return loop.time[window(loop.time, loop.error, CLOSE_UP) if at is None else at]
+    return loop.time[style.window(loop.time, loop.error, 0.05) if at is None else at]  # where nothing reverses
 
 
 def has_completed(result: SimulationResult) -> bool:
@@ -219,4 +213,35 @@ AT_REVERSAL = ReportFigure(
         f"{'' if at_reversal[0] == at_reversal[1] else ', both of ' + ' and '.join(at_reversal[1])}."
     ),
     applies=lambda simulation, at_reversal: has_completed(simulation),
+)
+
+
+QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
+
+
+@style.styled
+def open_loop(result: SimulationResult) -> Figure:
+    """Return position, velocity, friction and effort of each variant over time, one panel each."""
+    variants = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    kind = result.experiment.kind
+    force = style.effort_word(kind)
+    words = (style.position_word(kind), "Velocity", f"Friction {force.lower()}", f"{force} of the drive")
+    figure, rows = style.panels(style.ROW * len(QUANTITIES), rows=len(QUANTITIES), names=[variant.name for variant in variants])
+    for (axes,), word, (name, quantity) in zip(rows, words, QUANTITIES.items(), strict=True):
+        scale = style.scale_for(quantity, kind, *(getattr(variant, name) for variant in variants))
+        for number, variant in enumerate(variants):
+            signal = (getattr(variant, name), style.LINES[number % len(style.LINES)], label(variant.name))
+            style.over_time(axes, variant.time, signal, scale=scale, word=word)
+    if len(variants) > 1:
+        style.legend(rows[0][0])
+    return figure
+
+
+OPEN = ReportFigure(
+    name="motion",
+    takes="open_loop",
+    draw=open_loop,
+    applies=has_completed,
+    alternative="Position, velocity, friction and effort of each variant over time",
+    caption="Where the velocity is zero and friction holds against the effort, the axis sticks.",
 )

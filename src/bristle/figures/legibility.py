@@ -1,7 +1,5 @@
 """Whether a figure can be read: its axes say what they are and in which unit, and no text lies on another one."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from typing import Any
@@ -12,7 +10,6 @@ from matplotlib.figure import Figure
 from bristle.figures.drawing import own_settings
 from bristle.figures.numbers import names_at
 
-SLANT = 45.0  # degrees: boxes of parallel slanted texts overlap though their letters do not
 OVERLAP = 1.0  # pixel
 
 
@@ -56,7 +53,8 @@ def illegible_texts(figure: Figure) -> list[str]:
     faults = []
     for (first, box), (second, beside) in itertools.combinations(texts, 2):
         wide, tall = min(box.x1, beside.x1) - max(box.x0, beside.x0), min(box.y1, beside.y1) - max(box.y0, beside.y0)
-        slanted = first.get_rotation() == second.get_rotation() == SLANT
+        # Boxes of parallel slanted texts overlap though their letters do not.
+        slanted = first.get_rotation() == second.get_rotation() == 45.0
         if not slanted and wide > OVERLAP and tall > OVERLAP:
             faults.append(f"{first.get_text()!r} and {second.get_text()!r} overlap")
     for text, box in texts:

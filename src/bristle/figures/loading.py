@@ -4,8 +4,6 @@ They are of no use to these figures (`bristle.figures.settings`), but matplotlib
 another encoding or a backend that nobody knows ends that import.
 """
 
-from __future__ import annotations
-
 import io
 import logging
 import os

@@ -1,20 +1,18 @@
-"""Loops that follow a reference, a row or a panel for each: what they are told and do, what they err by, what they drive."""
+"""Loops that follow a reference, a row or a panel for each: motions, efforts, errors, and what the errors are compared with."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for
-
-if TYPE_CHECKING:
-    from bristle.simulation.result import VariantResult
+from bristle.figures.drawing import label
+from bristle.simulation.result import VariantResult
 
 Loops = Mapping[str, "VariantResult"]
 RANGE = "range in the paper"
@@ -41,8 +39,8 @@ def tracking(results: Loops, settle: float, close: tuple[float, float], kind: Ki
         for axes, part in ((full, result.time >= settle), (near, (result.time >= close[0]) & (result.time <= close[1]))):
             command = (result.reference[part], style.MEASURED, "command")
             encoder = (result.measured[part], style.PREDICTED, "encoder")
-            scale = scale_for("length", kind, command[0])
-            style.over_time(axes, result.time[part], command, encoder, scale=scale, word=position_word(kind))
+            scale = style.scale_for("length", kind, command[0])
+            style.over_time(axes, result.time[part], command, encoder, scale=scale, word=style.position_word(kind))
         style.mark_window(full, np.array(close))
         near.set_title("close up")
     _entitle(figure, grid, results)
@@ -54,7 +52,7 @@ def tracking_error(results: Loops, settle: float, kind: Kind = "translational") 
     """Return the following error over time, a row for each loop."""
     figure, grid = _rows(results, 1, 0.4)
     # In the unit of the motion: a thousandth of it is easily seen as such.
-    length = scale_for("length", kind, *(result.reference for result in results.values()))
+    length = style.scale_for("length", kind, *(result.reference for result in results.values()))
     for (axes,), result in zip(grid, results.values(), strict=True):
         judged, forward = result.time >= settle, np.gradient(result.reference) > 0.0
         sides = [
@@ -76,7 +74,7 @@ def error_distribution(
     kind: Kind = "translational",
 ) -> Figure:
     """Return the distribution of the following error, a panel for each loop."""
-    length = scale_for("length", kind, *(result.reference for result in results.values()))
+    length = style.scale_for("length", kind, *(result.reference for result in results.values()))
     errors = {name: (result.reference - result.measured)[result.time >= settle] for name, result in results.items()}
     low, high = (edge(float(edge(error)) for error in errors.values()) for edge in (min, max))
     width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
@@ -89,8 +87,8 @@ def error_distribution(
         axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
         axes.stairs(share, edges, color=style.PREDICTED["color"], linewidth=0.9, label="_outline")
         axes.axvline(mean, label="mean", **style.DASHED)
-        for end, label in zip((published or {}).get(name, ()), (RANGE, "_same"), strict=False):
-            axes.axvline(end * length.factor, label=label, **style.DOTTED)
+        for end, word in zip((published or {}).get(name, ()), (RANGE, "_same"), strict=False):
+            axes.axvline(end * length.factor, label=word, **style.DOTTED)
         style.title(axes, name)
         axes.set_xlabel(length.label("Following error"))
     style.one_height(row)
@@ -111,7 +109,7 @@ def control_effort(
     mean_over: float = 0.0,
 ) -> Figure:
     """Return the effort of each loop, whole and close up."""
-    scale, word = effort_scale(effort, *(arm * result.effort for result in results.values()))
+    scale, word = style.effort_scale(effort, *(arm * result.effort for result in results.values()))
     driving = f"Driving {word.lower()}"
     figure, grid = _rows(results, 2, 0.56 if friction else style.TOP, 0.6 if mean_over else 0.3)
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):
@@ -148,3 +146,95 @@ def _averaged(effort: np.ndarray, time: np.ndarray, duration: float) -> np.ndarr
     if count < 2:
         return effort
     return np.convolve(effort, np.ones(count), "same") / np.convolve(np.ones(effort.size), np.ones(count), "same")
+
+
+MARKS = [share * decade for decade in (0.1, 1.0, 10.0) for share in (1.0, 2.0, 5.0)]
+LOOKS = tuple(style.SERIES[place] for place in (4, 0, 2, 1))
+OWN_ERROR, PUBLISHED = "here, mean ± standard deviation", "as published"
+
+
+class Spread(NamedTuple):
+    """An error, the ends of its interval, and its smallest and largest mean under all conditions."""
+
+    error: float
+    low: float
+    high: float
+    least: float
+    most: float
+
+
+@style.styled
+def error_over(
+    places: Sequence[float],
+    errors: Mapping[str, np.ndarray],
+    levels: Mapping[str, float],
+    place_name: str,
+    error_name: str,
+    *,
+    counted: bool = False,
+) -> Figure:
+    """Return errors over a number that was assumed or counted: a line for each name, with bars to low and high."""
+    figure, ((axes,),) = style.panels(3.1, names=[*errors, *levels])
+    looks = style.SERIES if len(errors) > 1 else style.SERIES[1:]
+    for number, ((name, values), look) in enumerate(zip(errors.items(), looks, strict=False)):
+        finite = np.isfinite(values).any(axis=1)
+        aside = 1.0 + 0.04 * (number - 0.5 * (len(errors) - 1)) * counted
+        at, (error, low, high) = aside * np.asarray(places)[finite], values[finite].T
+        axes.plot(at, error, label=label(name), markersize=style.SMALL, **look)
+        axes.vlines(at, low, high, color=look["color"], linewidth=1.0, label=f"_{label(name)}")
+    for name, level in levels.items():
+        axes.axhline(level, label=label(name), **style.DOTTED)
+    if counted:
+        axes.set_xscale("log")
+        axes.set_xticks(list(places), [f"{place:g}" for place in places])
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.margins(x=0.06, y=0.1)
+    axes.set(ylim=(0.0, None), xlabel=place_name, ylabel=error_name)
+    style.legend(axes)
+    return figure
+
+
+@style.styled
+def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], published: Mapping[str, float], error_name: str) -> Figure:
+    """Return the error of each loop, and what others published, one a row."""
+    figure, (axes,) = style.named_rows([*errors, *published])
+    color = style.PREDICTED["color"]
+    for row, (name, error) in enumerate(errors.items()):
+        spread = spreads.get(name, 0.0)
+        axes.hlines(row, error - spread, error + spread, color=color, linewidth=style.WIDE, label="_spread")
+        axes.plot(error, row, "o", color=color, label=f"_{OWN_ERROR}" if row else OWN_ERROR)
+    for row, value in enumerate(published.values(), len(errors)):
+        axes.plot(value, row, "D", fillstyle="none", color=style.INK, label=f"_{PUBLISHED}" if row > len(errors) else PUBLISHED)
+    # Numbers stand above the marks, whatever the size of the page.
+    for row, value in enumerate([*errors.values(), *published.values()]):
+        axes.annotate(f"{value:.2f}", (value, row), (0, 5), textcoords="offset points", ha="center", fontsize=7.5)
+    axes.set(xlim=(0.0, 1.1 * max(*errors.values(), *published.values())), xlabel=error_name, ylabel="Loop")
+    style.legend(axes)
+    return figure
+
+
+@style.styled
+def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], limit: float, error_name: str, limit_name: str) -> Figure:
+    """Return a panel for each set: a row for each truth, in it a mark for each loop."""
+    truths = list(next(iter(errors.values())))
+    figure, row = style.named_rows(truths, 2.0 * style.NAME, style.NARROW, len(errors), top=0.62, between=0.25)
+    ends = [end for rows in errors.values() for loops in rows.values() for spread in loops.values() for end in spread]
+    finite = [limit, *(end for end in ends if isfinite(end) and end > 0.0)]
+    for axes, (head, rows) in zip(row, errors.items(), strict=True):
+        for place, loops in enumerate(rows.values()):
+            # Beside one another: mean, interval, and range under all conditions.
+            for number, ((name, spread), look) in enumerate(zip(loops.items(), LOOKS, strict=False)):
+                at, color = place + style.BESIDE * (number - 0.5 * (len(loops) - 1)), look["color"]
+                axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label="_conditions")
+                axes.hlines(at, spread.low, spread.high, color=color, linewidth=2.0 * style.WIDE, label="_interval")
+                axes.plot(spread.error, at, look["marker"], color=color, markersize=style.SMALL, label="_loop" if place else name)
+        axes.set_xscale("log")
+        axes.set_xticks(MARKS, [f"{mark:g}" for mark in MARKS])
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.set_xlim(0.8 * min(finite), 1.25 * max(finite))
+        axes.axvline(limit, label=limit_name, **style.DOTTED)
+        style.title(axes, head)
+        axes.set_xlabel(error_name)
+        axes.set_ylabel("Friction of the rig", visible=axes is row[0])  # the numbers of each panel have this head
+    style.legend_in_corner(figure, row[0])
+    return figure

@@ -10,13 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.excitation.motion import ExcitationMotion
-
-TICKS = (1.0, 2.0, 5.0)
 
 
 @style.styled
@@ -26,7 +23,7 @@ def motion(planned: ExcitationMotion) -> Figure:
     figure, rows = style.panels(0.35 + style.ROW * len(parts), rows=len(parts), gap=0.72)
     for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
         position = planned.position[part] - planned.start
-        scale, word = scale_for("length", planned.kind, position), position_word(planned.kind)
+        scale, word = style.scale_for("length", planned.kind, position), style.position_word(planned.kind)
         style.over_time(axes, planned.time[part], (position, style.PREDICTED, ""), scale=scale, word=word)
         axes.set_title(purpose)
     return figure
@@ -36,7 +33,7 @@ def motion(planned: ExcitationMotion) -> Figure:
 def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     """Return the loops of friction over position before sliding, and friction over the speed of steady slides."""
     parts = _parts(planned)
-    force, word = effort_scale(planned.kind, friction)
+    force, word = style.effort_scale(planned.kind, friction)
     label = force.label(f"Friction {word.lower()}")
     slow = next((parts[name] for name in ("presliding", "break-away", "damping") if name in parts), None)
     fast = parts.get("stribeck")
@@ -44,15 +41,15 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     figure, ((*row,),) = style.panels(3.0, columns=count, between=0.9)
     if slow is not None:
         axes, position = row.pop(0), planned.position[slow] - planned.start
-        scale = scale_for("length", planned.kind, position)
+        scale = style.scale_for("length", planned.kind, position)
         axes.plot(position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED)
-        axes.set(xlabel=scale.label(position_word(planned.kind)), ylabel=label)
+        axes.set(xlabel=scale.label(style.position_word(planned.kind)), ylabel=label)
     if fast is not None:
         speed, level = np.abs(_steady(planned, friction, fast)).T
-        scale = scale_for("length/time", planned.kind, speed)
+        scale = style.scale_for("length/time", planned.kind, speed)
         row[0].semilogx(speed * scale.factor, level * force.factor, ".", markersize=3.0, color=style.PREDICTED["color"])
         # Plain numbers: the powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
-        row[0].xaxis.set_major_locator(LogLocator(subs=TICKS))
+        row[0].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         row[0].xaxis.set_minor_locator(NullLocator())
         row[0].set(xlabel=scale.label("Speed"), ylabel=label)

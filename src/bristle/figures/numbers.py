@@ -1,11 +1,9 @@
 """The numbers that a figure shows, read back from what is drawn, in one way for all figures: none says it of itself.
 
 Lines, points, bars, steps, areas, cells and contours are found panel by panel, in the units of its axes and with their
-labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, else by
-what has its colour: often only one panel has a legend.
+labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, which legends leave out
+where it begins with an underscore.
 """
-
-from __future__ import annotations
 
 import csv
 import io
@@ -18,7 +16,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh
-from matplotlib.colors import to_hex
 from matplotlib.container import BarContainer
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
@@ -27,12 +24,8 @@ from matplotlib.patches import FancyArrowPatch, StepPatch
 from matplotlib.path import Path
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
-from bristle.figures.drawing import GREY, INK
-
 DIGITS = ".12g"  # enough to draw it again at any size
 _NUMBER = re.compile(r"[\d.,eE+−-]*")
-AIDS = {GREY, INK}  # colours of axes and aids, which tell no series
-_UNNAMED = re.compile(r"_?(child\d+|nolegend_|)")
 
 
 class Drawn(NamedTuple):
@@ -58,13 +51,12 @@ class Panel(NamedTuple):
 def numbers_of(figure: Figure) -> list[Panel]:
     """Return the numbers of each panel of a figure; none for a diagram, whose places mean nothing."""
     panels = [(axes, list(drawn_in(axes))) for axes in figure.axes if axes.get_visible() and axes.axison]
-    figure_wide = [graphic for _, drawn in panels for graphic in drawn]
     result = []
     for axes, drawn in panels:
         if drawn:
             title = " ".join(filter(None, (axes.get_title(side) for side in ("left", "center", "right"))))
             x, y = _heads(axes, figure.axes, title)
-            named = list(zip(series_names(drawn, figure_wide, y), drawn, strict=True))
+            named = list(zip(series_names(drawn, y), drawn, strict=True))
             value = title if "[" in title else "value"
             result.append(Panel(title, x, y, value, named, (names_at(axes.xaxis), names_at(axes.yaxis))))
     return result
@@ -259,58 +251,18 @@ def _floats(values: Any) -> np.ndarray:
     return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
 
 
-def series_names(drawn: Sequence[Drawn], figure_wide: Sequence[Drawn], y: str) -> list[str]:
-    """Return what each thing of a panel is called: by its label, else by what looks like it, else by what it is."""
-    names = [_label(graphic) for graphic in drawn]
-    _name_by_colour(names, drawn, figure_wide)
-    words = [name or _word(graphic, drawn, y) for graphic, name in zip(drawn, names, strict=True)]
-    unnamed = [word for word, name in zip(words, names, strict=True) if not name]
+def series_names(drawn: Sequence[Drawn], y: str) -> list[str]:
+    """Return what each thing of a panel is called: by its label, else by the axis of the only line or points, else how it is drawn."""
+    # Behind an underscore stands a label that legends leave out.
+    labels = [re.sub(r"^_(child\d+$|nolegend_$)?", "", str(graphic.artist.get_label())) for graphic in drawn]
+    unnamed = [graphic.mark for graphic, label in zip(drawn, labels, strict=True) if not label]
     counts: dict[str, int] = {}
-    for index, word in enumerate(words):
-        if not names[index] and unnamed.count(word) > 1:
-            counts[word] = counts.get(word, 0) + 1
-            words[index] = f"{word} {counts[word]}"
-    return words
-
-
-def _label(graphic: Drawn) -> str:
-    """Return what a legend calls it; nothing where it does not."""
-    label = str(graphic.artist.get_label())
-    return "" if label.startswith("_") else label
-
-
-def _name_by_colour(names: list[str], drawn: Sequence[Drawn], figure_wide: Sequence[Drawn]) -> None:
-    """Name what has the colour of something named in the panel; or, where several have, in the figure."""
-    colours = [_colour(graphic.artist) for graphic in drawn]
-    by_colour = {colour: name for colour, name in zip(colours, names, strict=True) if name}
-    figure = {_colour(graphic.artist): _label(graphic) for graphic in figure_wide if _label(graphic)}
-    rest = {colour for colour, name in zip(colours, names, strict=True) if not name} - by_colour.keys() - AIDS
-    # A colour alone, of a panel with one thing in it, is a colour and no name.
-    by_colour |= {colour: figure[colour] for colour in rest} if len(rest) > 1 and rest <= figure.keys() else {}
     for index, graphic in enumerate(drawn):
-        if not names[index]:
-            name, label = "" if colours[index] in AIDS else by_colour.get(colours[index], ""), str(graphic.artist.get_label())
-            # Behind it stands the label that legends leave out.
-            names[index] = ", ".join(filter(None, (name, "" if _UNNAMED.fullmatch(label) else label[1:])))
-
-
-def _word(graphic: Drawn, panel: Sequence[Drawn], y: str) -> str:
-    """Return what it is: what the axis says of the only line or points of a panel, else how it is drawn."""
-    alike = [candidate for candidate in panel if candidate.mark == graphic.mark and _colour(candidate.artist) != GREY]
-    return y.partition(" [")[0] if graphic.mark in ("line", "points") and alike == [graphic] else graphic.mark
-
-
-def _colour(artist: Any) -> str:
-    """Return the colour that tells what it is."""
-    if isinstance(artist, BarContainer):
-        return _colour(artist[0]) if len(artist) else ""
-    if hasattr(artist, "get_color") and not isinstance(artist, ContourSet):
-        colour = artist.get_color()
-    elif getattr(artist, "fill", False) or not hasattr(artist, "get_edgecolor"):
-        colour = getattr(artist, "get_facecolor", lambda: "none")()
-    else:
-        colour = artist.get_edgecolor()
-    rows = np.atleast_2d(np.asarray(colour, dtype=object))
-    if not rows.size:
-        return ""
-    return to_hex(colour if isinstance(colour, str) else rows[0].tolist() if rows.shape[1] > 1 else rows[0][0])
+        if labels[index]:
+            continue
+        if unnamed.count(graphic.mark) > 1:
+            counts[graphic.mark] = counts.get(graphic.mark, 0) + 1
+            labels[index] = f"{graphic.mark} {counts[graphic.mark]}"
+        else:
+            labels[index] = y.partition(" [")[0] if graphic.mark in ("line", "points") else graphic.mark
+    return labels

@@ -1,10 +1,8 @@
 """Which figure stands on which report, and where: a line each, in the order of the page.
 
-A figure is a module of this folder with a `FIGURE`, and its line below; the section is the `id` of one of the report. To be
-drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
+A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or one named behind a dot, and its line below; the section is the
+`id` of one of the report. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
@@ -21,54 +19,54 @@ def _by_position(facts: Facts) -> bool:
 
 def _has_curve(facts: Facts) -> bool:
     """Return whether there is friction over velocity: of a plant on a spring its motion is shown instead."""
-    return bool(facts["curve"]) or not Place("front", "prediction").figure.applies_to(facts)
+    return bool(facts["curve"]) or not Place("front", "fit.PREDICTION").figure.applies_to(facts)
 
 
 class Place(NamedTuple):
     """Where a figure stands."""
 
     section: str
-    module: str
+    name: str
     condition: Callable[[Facts], bool] = lambda facts: True
-    attribute: str = "FIGURE"
 
     @property
     def figure(self) -> ReportFigure:
-        """The figure."""
-        return getattr(import_module(f"bristle.figures.{self.module}"), self.attribute)
+        """The figure: that of a module, or another one of it behind a dot."""
+        module, _, attribute = self.name.partition(".")
+        return getattr(import_module(f"bristle.figures.{module}"), attribute or "FIGURE")
 
     def is_taken(self, facts: Facts) -> bool:
         """Return whether the figure stands there on a report that rests on these facts."""
         return self.condition(facts) and self.figure.applies_to(facts)
 
 
+# The figures of a kind of report, by section.
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
-        Place("front", "first_page", _has_curve),
-        Place("front", "prediction", lambda facts: not _has_curve(facts)),
+        Place("front", "fit.FIRST", _has_curve),
+        Place("front", "fit.PREDICTION", lambda facts: not _has_curve(facts)),
         Place("following", "following_error"),
-        Place("position", "prediction", lambda facts: _has_curve(facts) and _by_position(facts)),
-        Place("fit", "effort_over_time"),
-        Place("fit", "residuals"),
-        Place("fit", "correlation"),
-        Place("fit", "prediction", lambda facts: _has_curve(facts) and not _by_position(facts)),
-        Place("log", "passages"),
+        Place("position", "fit.PREDICTION", lambda facts: _has_curve(facts) and _by_position(facts)),
+        Place("fit", "fit.TIME"),
+        Place("fit", "fit.RESIDUALS"),
+        Place("fit", "fit.CORRELATION"),
+        Place("fit", "fit.PREDICTION", lambda facts: _has_curve(facts) and not _by_position(facts)),
+        Place("log", "recorded.PASSAGES"),
     ),
-    "prediction": (Place("front", "prediction"),),
+    "prediction": (Place("front", "fit.PREDICTION"),),
     "simulation": (
-        Place("front", "open_loop"),
-        Place("front", "following_error", attribute="AT_REVERSAL"),
+        Place("front", "following_error.OPEN"),
+        Place("front", "following_error.AT_REVERSAL"),
         Place("variants", "following_error"),
     ),
-    "log": (Place("front", "passages"),),
-    "design": (Place("front", "loops_proposed"), Place("margins", "margins"), Place("circle", "circles")),
-    "comparison": (Place("front", "comparison", attribute="SHORT"), Place("courses", "comparison")),
-    "excitation": (Place("front", "motion"), Place("outlook", "motion", attribute="EXPECTED")),
-    "study": (Place("spread", "study"),),
-    "fleet": (Place("parameters", "fleet_parameters"),),
-    "operator": (Place("front", "recorded_curves"),),
+    "log": (Place("front", "recorded.PASSAGES"),),
+    "design": (Place("front", "loop_design.PROPOSED"), Place("margins", "loop_design.MARGINS"), Place("circle", "loop_design.CIRCLES")),
+    "comparison": (Place("front", "comparison.SHORT"), Place("courses", "comparison")),
+    "excitation": (Place("front", "motion"), Place("outlook", "motion.EXPECTED")),
+    "study": (Place("spread", "many_runs.SPREAD"),),
+    "fleet": (Place("parameters", "many_runs.FLEET"),),
+    "operator": (Place("front", "recorded.CURVES"),),
 }
-"""The figures of a kind of report, by section."""
 
 
 @cache

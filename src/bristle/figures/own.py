@@ -1,15 +1,11 @@
 """A figure of a user's own: one Python file, the package unchanged."""
 
-from __future__ import annotations
-
+import copy
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Sequence
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.core.content import Readable
@@ -21,7 +17,6 @@ from bristle.files.permission import code_at
 from bristle.files.user_model import declared_in
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
-DEEPEST = 8  # levels of a result
 MEND = (
     'End the file with FIGURE = ReportFigure(name="my_figure", title="...", caption="...", alternative="...", '
     'takes="identification", draw=draw)'
@@ -100,10 +95,8 @@ def figures_named(figures: Sequence[ReportFigure | str | os.PathLike[str]], comm
 
 @style.styled
 def draw_own(figure: ReportFigure, facts: Facts) -> Figure:
-    """Return a figure of a user's own, drawn in the style of the others; the results stay as they are."""
-    arguments = figure.arguments(facts)
-    with untouched(*arguments):
-        drawing = figure.draw(*arguments)
+    """Return a figure of a user's own, drawn of copies in the style of the others: the results stay as they are."""
+    drawing = figure.draw(*copy.deepcopy(figure.arguments(facts)))
     if not isinstance(drawing, Figure):
         raise InputError(
             f"returned a {type(drawing).__name__} and no Figure",
@@ -114,35 +107,3 @@ def draw_own(figure: ReportFigure, facts: Facts) -> Figure:
     if pyplot is not None:
         pyplot.close(drawing)  # it would keep the figure for ever
     return drawing
-
-
-@contextmanager
-def untouched(*values: Any) -> Iterator[None]:
-    """Let no array in these values be written to while this lasts."""
-    held = [array for array in _arrays_in(values, set(), DEEPEST) if array.flags.writeable]
-    for array in held:
-        array.flags.writeable = False
-    try:
-        yield
-    finally:
-        # A view can be written to again once the array can that it looks into.
-        for array in sorted(held, key=lambda array: array.base is not None):
-            array.flags.writeable = True
-
-
-def _arrays_in(value: Any, visited: set[int], depth: int) -> Iterator[np.ndarray]:
-    if id(value) in visited or depth == 0 or isinstance(value, (str, bytes, int, float, complex, type)):
-        return
-    visited.add(id(value))
-    if isinstance(value, np.ndarray):
-        yield value
-        return
-    if isinstance(value, Mapping):
-        parts: Any = value.values()
-    elif isinstance(value, (list, tuple, set, frozenset)):
-        parts = value
-    else:
-        own = type(value).__module__.startswith("bristle.")
-        parts = vars(value).values() if own and hasattr(value, "__dict__") else ()
-    for part in list(parts):
-        yield from _arrays_in(part, visited, depth - 1)

@@ -1,7 +1,5 @@
 """The Preisach plane of an operator: the Everett function, the staircase between relays up and down, reversal curves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -20,7 +18,7 @@ from bristle.figures.small_multiples import loop_units
 
 SAMPLES = 120  # of a way from turn to turn
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
-HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
+HATCHES = ("////", "\\\\\\\\", "....", "xxxx")
 NOW = style.MEASURED["color"]
 
 
@@ -113,7 +111,7 @@ def _draw_memory(
     line = np.vstack(([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor))
     up = np.vstack((line, [-edge, -edge]))
     axes.fill(up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name)
-    axes.plot([-edge, edge], [-edge, edge], label="_diagonal", **style.AID)
+    axes.plot([-edge, edge], [-edge, edge], **style.AID)
     axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge))
@@ -140,7 +138,7 @@ def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
     for index, corners in enumerate(trapezoids(path)):
         scaled, hatch = corners * length.factor, HATCHES[index % len(HATCHES)]
         name = "_trapezoid" if index else "trapezoids Qₖ"
-        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=HATCH, hatch=hatch, linewidth=0.8, label=name)
+        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor="#55708f", hatch=hatch, linewidth=0.8, label=name)
         (left, _), (_, top), (right, _), _ = scaled
         x = left + 0.42 * (right - left)  # the middle of a trapezoid over a slanted base
         axes.text(x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK, bbox=box)

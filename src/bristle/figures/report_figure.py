@@ -1,16 +1,14 @@
 """A figure of a report: what it takes, what draws it, and what a reader is told of it; ours, or a user's."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from matplotlib.figure import Figure
 
-Facts = Mapping[str, Any]
-"""What a report rests on, by name; None, or no entry, for what it has not."""
+Facts = Mapping[str, Any]  # what a report rests on, by name; None, or no entry, for what it has not
 
+# What figures of a user's own may take, by the command whose report has it; some of it only where there is a loop.
 FACTS: dict[str, tuple[str, ...]] = {
     "identify": ("identification", "log", "simulation", "prediction"),
     "predict": ("prediction", "log"),
@@ -19,7 +17,6 @@ FACTS: dict[str, tuple[str, ...]] = {
     "compare": ("comparison",),
     "study": ("study",),
 }
-"""What figures of a user's own may take, by the command whose report has it; some of it only where there is a loop."""
 
 
 @dataclass(frozen=True, kw_only=True)

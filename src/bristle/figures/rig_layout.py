@@ -1,30 +1,22 @@
 """A rig: its mechanics, what sits where with its numbers, and below them its loop as a block diagram."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
+from bristle.core.contracts import Model
+from bristle.core.experiment import Variant
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.figures import style
-from bristle.figures.drawing import Drawing
-from bristle.figures.lettering import shortened
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.core.experiment import Variant
+from bristle.figures.drawing import Drawing, shortened
 
 WIDTH, LAYOUT, SCHEME = 100.0, 24.0, 62.0  # units of the drawing: its width, and the heights of both parts
 LETTERS, SMALLER = 8.0, 7.0  # points
-LINES_SHOWN = 6  # lines in a block
-BOLDER = 1.12  # times as wide
-GREEK = {"lambda": "λ", "phi": "φ"}
 HEAD: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 9.0, "shrinkA": 0.0, "shrinkB": 0.0, "color": style.INK, "linewidth": 1.0}
 
 
@@ -141,12 +133,12 @@ def _value_lines(model: Model, skip: tuple[str, ...] = ()) -> list[str]:
     for name, value in model.values.items():
         if name in skip or isinstance(value, str):
             continue
-        unit, symbol = model.component.variables[name].unit(model.kind), GREEK.get(name.rstrip("_"), name)
+        unit, symbol = model.component.variables[name].unit(model.kind), {"lambda": "λ", "phi": "φ"}.get(name.rstrip("_"), name)
         if hasattr(value, "__len__"):
             lines += [f"{len(value)} {symbol}", f"up to {_amount(float(max(map(abs, value))), unit)}"]
         elif value not in (0.0, float("inf")):
             lines.append(f"{symbol} = {_amount(float(value), unit)}")
-    return lines[:LINES_SHOWN]
+    return lines[:6]  # lines in a block
 
 
 def _amount(value: float, unit: str) -> str:
@@ -187,7 +179,7 @@ def _draw_block(axes: Axes, block: Block) -> None:
     middle, centre = block.side(0.5, 0.5)
     top = centre + 0.5 * step * len(lines)
     available = (block.width - 1.0) * style.WIDTH / WIDTH
-    _write(axes, middle, top, shortened(block.title, available / BOLDER, LETTERS), fontweight="bold")
+    _write(axes, middle, top, shortened(block.title, available / 1.12, LETTERS), fontweight="bold")  # bold letters are wider
     for index, line in enumerate(lines, 1):
         _write(axes, middle, top - step * index, shortened(line, available, SMALLER), size=SMALLER)
 

@@ -1,6 +1,10 @@
-"""One look for all figures, applied by context: panels, looks of lines, titles, and legends that have room."""
+"""One look for all figures, applied by context: panels, looks of lines, scales and words at axes, titles, and legends that have room.
 
-from __future__ import annotations
+References
+----------
+.. [1] U. Jugel, Z. Jerzak, G. Hackenbroich, V. Markl, "M4: a visualization-oriented time series data aggregation",
+   Proceedings of the VLDB Endowment 7(10), 2014. doi:10.14778/2732951.2732953
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
@@ -11,11 +15,96 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core.typography import Scale
-from bristle.figures.drawing import AT_TICKS, GREY, INK, WIDTH, Drawing, own_settings
-from bristle.figures.envelope import line
-from bristle.figures.labels import time_scale
-from bristle.figures.lettering import LETTERS, label, shortened, shortened_apart, width
+from bristle.core.typography import Scale, scale_of
+from bristle.core.variable import Kind, unit_of
+from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing, label, own_settings, shortened, shortened_apart, width
+
+
+def effort_word(kind: Kind) -> str:
+    """Return what effort is called on this kind of axis."""
+    return {"rotational": "Torque", "magnetic": "Moment", "piezo": "Displacement"}.get(kind, "Force")
+
+
+def position_word(kind: Kind) -> str:
+    """Return what position is called on this kind of axis."""
+    return {"rotational": "Angle", "magnetic": "Field", "piezo": "Voltage"}.get(kind, "Position")
+
+
+def largest(*signals: np.ndarray) -> float:
+    """Return the largest absolute value among signals, what is not finite left out; 0 for none."""
+    tops = [np.max(np.abs(signal[np.isfinite(signal)]), initial=0.0) for signal in map(np.asarray, signals)]
+    return float(max(tops, default=0.0))
+
+
+def scale_for(quantity: str, kind: Kind, *signals: np.ndarray) -> Scale:
+    """Return the multiple of the unit of a generalised quantity in which all these signals are read best."""
+    return scale_of(unit_of(quantity, kind), largest(*signals))
+
+
+def effort_scale(kind: Kind, *signals: np.ndarray) -> tuple[Scale, str]:
+    """Return the multiple of the unit for these efforts, and what they are called."""
+    return scale_for("force", kind, *signals), effort_word(kind)
+
+
+def time_scale(time: np.ndarray) -> Scale:
+    """Return the unit of a time axis: milliseconds for less than half a second, counted from zero."""
+    return scale_of("s", 1.0 if largest(time) >= 0.5 else largest(time))
+
+
+COLUMNS = 480  # about one a point of a figure as wide as a page
+
+
+def envelope(y: np.ndarray, columns: int = COLUMNS) -> np.ndarray:
+    """Return which samples of a signal to keep: first, smallest, largest and last of each column."""
+    if y.size <= 4 * columns:
+        return np.arange(y.size)
+    width = -(-y.size // columns)
+    starts = np.arange(0, y.size, width)
+    last = np.minimum(starts + width, y.size) - 1
+    # The end is padded with the last sample, which adds neither a smaller nor a larger one.
+    blocks = np.pad(y, (0, starts.size * width - y.size), mode="edge").reshape(starts.size, width)
+    low, high = starts + blocks.argmin(axis=1), starts + blocks.argmax(axis=1)
+    return np.unique(np.minimum(np.concatenate([starts, low, high, last]), y.size - 1))
+
+
+def runs(x: np.ndarray, y: np.ndarray) -> list[slice]:
+    """Return the stretches without a gap in `x` (a step of more than 1.5 times the usual) and with finite `y`."""
+    good = np.isfinite(y) & np.isfinite(x)
+    if not good.any():
+        return []
+    steps = np.diff(x)
+    usual = np.median(steps) if steps.size else 0.0
+    joined = good[1:] & good[:-1] & ~(steps > 1.5 * usual)
+    begins = np.flatnonzero(good & ~np.concatenate([[False], joined]))
+    ends = np.flatnonzero(good & ~np.concatenate([joined, [False]]))
+    return [slice(int(begin), int(end) + 1) for begin, end in zip(begins, ends, strict=True)]
+
+
+def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
+    """Return a signal over time as a short line that looks the same, broken where there is a gap."""
+    parts = runs(x, y)
+    total = sum(part.stop - part.start for part in parts)
+    kept_x, kept_y = [], []
+    for part in parts:
+        # A long stretch takes its share of the width, or a few short ones beside it would make it coarse.
+        # Two columns at least for each stretch.
+        samples = envelope(y[part], max(columns * (part.stop - part.start) // total, 2)) + part.start
+        kept_x += [x[samples], [np.nan]]
+        kept_y += [y[samples], [np.nan]]
+    if not parts:
+        return np.empty(0), np.empty(0)
+    return np.concatenate(kept_x[:-1]), np.concatenate(kept_y[:-1])
+
+
+def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) -> np.ndarray:
+    """Return which points of a cloud to draw: one for each cell of a grid that holds any, and the extremes."""
+    if x.size == 0:
+        return np.arange(0)
+    across, up = (np.minimum(((v - v.min()) / (np.ptp(v) or 1.0) * n).astype(int), n - 1) for v, n in zip((x, y), cells, strict=True))
+    _, first = np.unique(across * cells[1] + up, return_index=True)
+    extremes = [x.argmin(), x.argmax(), y.argmin(), y.argmax()]
+    return np.unique(np.concatenate([first, extremes]))
+
 
 Look = dict[str, Any]
 # A wide light line under a narrow dark one stays legible in grey where two colours would not.
@@ -30,7 +119,7 @@ LINES: tuple[Look, ...] = (
 )
 SERIES: tuple[Look, ...] = tuple(look | {"marker": marker} for look, marker in zip(LINES, "os^Dv", strict=True))
 REST: Look = PREDICTED | {"linewidth": 0.7}
-AID: Look = {"color": GREY, "linewidth": 0.8}
+AID: Look = {"color": GREY, "linewidth": 0.8, "label": "_aid"}
 DASHED: Look = {"color": INK, "linewidth": 1.0, "linestyle": "--"}
 DOTTED: Look = {"color": GREY, "linewidth": 1.0, "linestyle": (0, (1, 2))}
 BAR: Look = {"color": PREDICTED["color"]}
@@ -242,3 +331,11 @@ def _beside_names(columns: int, handle: float) -> float:
 def _tops(labels: Sequence[str], columns: int) -> list[float]:
     """Return how wide the widest name of each column is [inch], in order of width."""
     return sorted(max(width(str(name), LETTERS) for name in part) for part in np.array_split(labels, columns))
+
+
+def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:
+    """Return the samples around the largest absolute error: `share` of all, at least 40."""
+    count = min(max(round(share * time.size), 40), time.size)
+    worst = int(np.argmax(np.nan_to_num(np.abs(error), nan=0.0, posinf=0.0)))
+    start = min(max(worst - count // 2, 0), time.size - count)
+    return slice(start, start + count)

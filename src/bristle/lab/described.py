@@ -1,7 +1,5 @@
 """What a page knows of a friction model: its module, its parameters with their sliders, its scales and its walks."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Container, Mapping
 from typing import Any
@@ -10,8 +8,6 @@ import numpy as np
 from markupsafe import escape
 
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.slot import Slot
-from bristle.core.symbols import GREEK, symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
@@ -27,9 +23,9 @@ from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.packing import packed
-from bristle.lab.passivity import passivity_of, release_of
-from bristle.lab.sliders import AROUND, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
+from bristle.lab.sliders import AROUND, conditions_of, elements_of, passivity_of, pulled_by, release_of, scales_of, shares_of, slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
+from bristle.report.table import GREEK, symbolic
 from bristle.testing import example_of
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
@@ -67,9 +63,9 @@ def described(
     functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
     module, facts = _module(subject, plant, functions)
     if proven:
-        kept = stored().get(moving.model.name)
-        is_example = kept is not None and moving.model == example_named(moving.model.name)
-        facts["walks"] = kept if is_example else walked(moving, plant, scales, SHORT)
+        saved = stored().get(moving.model.name)
+        is_example = saved is not None and moving.model == example_named(moving.model.name)
+        facts["walks"] = saved if is_example else walked(moving, plant, scales, SHORT)
     return facts | {
         "name": named or model.name,
         "model": model.name,
@@ -170,17 +166,11 @@ def _numbers(variable: Variable, value: Any) -> list[float]:
 def head_of(component: FrictionModel) -> dict[str, str]:
     """Return how a model is named in a model file and in Python."""
     (base, *slots), inner = component.name.split("+"), base_of(component)
-    named = {slot.name: file_of(slot) for slot in channel_slots_of(component)}
-    slots = [named.get(slot, slot) for slot in slots]
+    files = {slot.name: code.source.name for slot in channel_slots_of(component) if (code := code_of(slot)) is not None}
+    slots = [files.get(slot, slot) for slot in slots]
     if MODELS.get(base) is inner:
         python = f'br.friction.find("{component.name}")' if goes_by_name(component) else ""
         return {"toml": f'model = "{"+".join([base, *slots])}"', "python": python}
     file = inspect.getfile(inner.trial).replace("\\", "/").rpartition("/")[2]
     beside = f"\nslots = {slots}".replace("'", '"') if slots else ""
     return {"toml": f'file = "{file}"{beside}', "python": ""}
-
-
-def file_of(slot: Slot) -> str:
-    """Return what names a slot in a model file: its file, or its name where it has none."""
-    code = code_of(slot)
-    return slot.name if code is None else code.source.name

@@ -4,16 +4,15 @@ In the loop the axis stays as it was simulated, with what the model does not exp
 the model with the values that are moved. Law and encoder are a module of their own, as they are in the lab.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
 from bristle.controllers.limits import within_drive
-from bristle.core.contracts import Reference
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start, Variant
 from bristle.core.status import Status
@@ -26,21 +25,17 @@ from bristle.exports.build import Builder
 from bristle.exports.cycle import SOLVER
 from bristle.exports.wasm import module_of_parts
 from bristle.friction.level import rises_with_effort
+from bristle.identification.result import Fit, Identification
 from bristle.lab.described import body_described, described, values_of, variables_of
 from bristle.lab.loop import law_part, sensor_part
 from bristle.lab.packing import as_json, differences, packed, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
+from bristle.prediction.following import Following
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
-
-if TYPE_CHECKING:
-    from bristle.core.axis import Axis
-    from bristle.core.contracts import Model
-    from bristle.identification.result import Fit, Identification
-    from bristle.prediction.following import Following
-    from bristle.simulation.result import SimulationResult
+from bristle.simulation.result import SimulationResult
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
@@ -94,12 +89,8 @@ def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     return {name: {"status": estimate.status, "interval": estimate.ends} for name, estimate in fit.parameters.items()}
 
 
-MOST_SAMPLES = 25_000
-"""Samples of the loop that a page carries at most."""
 COLUMNS = 1000  # of the line of a following error
 STEPS = 4096.0  # steps of a following error that is shown
-FINE = 2**12  # steps of the reference in a count of the encoder, or in its own longest step
-PUSHED = 16.0  # steps of what pushes the axis in its root mean square
 
 
 def followed_part(friction: Model, simulation: SimulationResult | None, following: Following | None) -> dict[str, Any] | None:
@@ -137,7 +128,7 @@ def _errors(simulation: SimulationResult | None, following: Following | None) ->
 
 def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
     """Return a following error over time as few points that look the same."""
-    from bristle.figures.envelope import envelope
+    from bristle.figures.style import envelope
 
     samples = envelope(error, COLUMNS)
     step = float(np.max(np.abs(error))) / STEPS or 1.0
@@ -169,7 +160,7 @@ def _reason_against(variant: Variant, friction: Model) -> str:
 def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     """Return what computes a loop: laws, numbers, and how it begins."""
     run, dt = variant.run, variant.run.sample_time
-    count = min(round(run.duration / dt), MOST_SAMPLES)
+    count = min(round(run.duration / dt), 25_000)  # as many samples as a page carries
     reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
     x, v, a = (float(signal[0]) for signal in reference)
     start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit, variant.injected)
@@ -218,11 +209,12 @@ def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
 def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, Any]:
     """Return the reference and what pushes the axis, as whole numbers times a step."""
     origin, moved = float(position[0]), position - position[0]
-    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / FINE or 1.0
+    # A fine step in a count of the encoder, or in the longest step of the reference itself.
+    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (2**12) or 1.0
     step = max(step, float(np.max(np.abs(moved))) / 2**29)
     force = np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
     if variant.injected is not None:  # the same while the drive is not at its limit
         force = force - np.asarray(variant.injected)[:count]
-    pushed = float(np.sqrt(np.mean(force**2))) / PUSHED or 1.0
+    pushed = float(np.sqrt(np.mean(force**2))) / 16.0 or 1.0
     numbers = [differences(np.round(moved / step), 2), differences(np.round(force / pushed), 1)]
     return {"origin": origin, "step": step, "pushed": pushed, "numbers": packed_numbers(numbers)}

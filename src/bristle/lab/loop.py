@@ -4,8 +4,6 @@ The mass, its friction and what is fed forward are modules of friction models, w
 as a simulation does; what it is told at a sample lies in what lasts of it.
 """
 
-from __future__ import annotations
-
 import tomllib
 from functools import cache
 from importlib import resources
@@ -28,8 +26,8 @@ from bristle.friction import find
 from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
+# What lasts of a law: whether it has begun, what it is told, and from there on its state.
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
-"""What lasts of a law: whether it has begun, what it is told, and from there on its state."""
 STATE = 1 + len(SAMPLE)
 LAW = """
 def command(lasting, x, dt, p):

@@ -1,7 +1,5 @@
 """Numbers for a page: deflated, in base 64, and few bytes of each where neighbours are alike."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math

@@ -9,7 +9,6 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from markupsafe import Markup
 
 from bristle.core.contracts import Model
@@ -23,14 +22,9 @@ from bristle.lab.switches import common_module, slots_described, switched
 if TYPE_CHECKING:
     import jinja2
 
-    from bristle.lab.rows import Replay
-
-MARK = "<!-- A page of bristle lab -->"
-"""What a page begins with, so that it is known as one."""
-FIRST = "preisach_lugre"
-"""The model that is shown first, where none is given."""
-SHARED = ("inflate.js", "physics.js", "loop.js")
-"""What a worker runs too."""
+MARK = "<!-- A page of bristle lab -->"  # what a page begins with, so that it is known as one
+FIRST = "preisach_lugre"  # the model that is shown first, where none is given
+SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
 SCRIPTS = (
     "paths.js",
     "certificates.js",
@@ -55,7 +49,6 @@ def lab_page(
     fastest: float = 0.0,
     source: str = "",
     provenance: Mapping[str, str] | None = None,
-    replay: Replay | None = None,
 ) -> str:
     """Return the page: every friction model with the values of its example, and one with values of its own.
 
@@ -73,8 +66,6 @@ def lab_page(
         The file that it is from.
     provenance : mapping of str to str, optional
         What the page was made from.
-    replay : Replay, optional
-        A recorded motion that models of the same kind of axis can be led along.
     """
     models, first = [_example(name) for name in MODELS], list(MODELS).index(FIRST)
     if model is not None:
@@ -86,7 +77,6 @@ def lab_page(
     data = {
         "models": models,
         "first": first,
-        "replay": _replayed(replay, models[first]["kind"]),
         "loop": loop_described(),
         "presets": presets(),
         "common": {"code": packed(common), "size": len(common)},
@@ -105,23 +95,6 @@ def lab_page(
             version=version(),
         )
     )
-
-
-def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
-    """Return a recorded motion as the page unpacks it: columns of numbers, the position as moves in steps."""
-    if replay is None:
-        return None
-    moves = np.diff(replay.steps, prepend=0.0)
-    columns = [replay.time.astype("<f8"), moves.astype("<i4"), replay.friction.astype("<f4")]
-    return {
-        "code": packed(b"".join(column.tobytes() for column in columns)),
-        "count": replay.time.size,
-        "step": replay.step,
-        "begins": list(replay.begins),
-        "depth": replay.depth,
-        "hasInertia": replay.has_inertia,
-        "kind": kind,
-    }
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:

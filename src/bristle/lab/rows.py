@@ -1,14 +1,10 @@
-"""A recorded motion for a page, and the rows of an identification along which a model is led there.
+"""The rows of an identification for a page, along which a fitted model is led there by its module.
 
-There are not more points than a page can carry: turns are kept, and between them what is evenly apart. Positions are whole numbers of a
-step, so that the page has the very numbers that are written here.
-
-A fitted model is led along the motion by its module, in intervals of some samples of the log, each of one direction;
-around a turn every sample is one. The mean force of each counts. Filters of the identification make a row of the forces
-around it, and the plant adds what it takes there, in steps that are small beside what the model leaves over.
+It is led in intervals of some samples of the log, each of one direction; around a turn every sample is one. There are not more of them
+than a page can carry. The mean force of each counts. Filters of the identification make a row of the forces around it, and the plant
+adds what it takes there, in steps that are small beside what the model leaves over. Positions are whole numbers of a step, so that the
+page has the very numbers that are written here.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,80 +23,29 @@ from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
-MOST = 10_000
-"""Points that a page carries at most."""
-TRAVEL_STEPS = 2**28  # of the position, over its travel
-TURNS = 0.5  # share of the points or intervals that turns may take
-GAP = 1.5  # times the time from row to row: a rest that is no row
+MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
+FINE = 2**20  # steps in the longest way of an interval
+STEPS = 64.0  # steps in the root mean square of what the model leaves over
+TAIL = 1e-4  # share of the response of the filters that is left out on either side
+NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
 
 
-class Replay(NamedTuple):
-    """A motion: time [s], position in steps of a length [m or rad], friction [N or N*m], and where stretches begin.
-
-    Turns of less than ``depth`` [m or rad] are left out. Friction is the effort where the inertia is not known.
-    """
-
-    time: np.ndarray
-    steps: np.ndarray
-    step: float
-    friction: np.ndarray
-    begins: tuple[int, ...]
-    depth: float
-    has_inertia: bool
-
-    @property
-    def position(self) -> np.ndarray:
-        """Position from the lowest one on [m or rad]."""
-        return self.step * self.steps
-
-
-def replay_of_traces(time: np.ndarray, velocity: np.ndarray, friction: np.ndarray) -> Replay:
-    """Return the rows that a model was fitted to as a motion: the position is the sum of the velocities."""
-    steps = np.diff(time)
-    row = float(np.median(steps))
-    moving = np.where(steps < GAP * row, steps, 0.0)
-    position = np.concatenate(([0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * moving)))
-    return decimated([[time, position, friction]], has_inertia=True)
-
-
-def decimated(parts: Sequence[Sequence[np.ndarray]], *, has_inertia: bool, most: int = MOST) -> Replay:
-    """Return stretches of time, position and friction with no more points than `most`, their turns among them."""
-    positions = [part[1] for part in parts]
-    low = min(float(np.min(x)) for x in positions)
-    travel = max(float(np.max(x)) for x in positions) - low
-    chosen, depth = _kept(positions, most, travel / TRAVEL_STEPS)
-    begins = tuple(np.cumsum([0, *map(len, chosen)])[:-1].tolist())
-    time, position, friction = (np.concatenate([part[i][rows] for part, rows in zip(parts, chosen, strict=True)]) for i in range(3))
-    step = (travel or 1.0) / TRAVEL_STEPS
-    return Replay(time, np.round((position - low) / step), step, friction.astype(np.float32), begins, depth, has_inertia)
-
-
-def _kept(ways: Sequence[np.ndarray], most: int, finest: float, near: int = 0) -> tuple[list[np.ndarray], float]:
-    """Return which samples are kept: those near turns, others evenly apart as room is; and the depth of turns left out."""
+def _sampled(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.ndarray]:
+    """Return which samples are kept: those near turns, shallow ones left out where there are too many, and others evenly apart."""
     around, depth = np.arange(-near, near + 1), 0.0
     while True:
         turns = [np.unique(np.clip(turns_of(x, depth)[:, None] + around, 0, x.size - 1)) for x in ways]
-        left = most - sum(map(len, turns))
-        if left >= (1.0 - TURNS) * most:
+        left = MOST_INTERVALS - sum(map(len, turns))
+        if left >= 0.5 * MOST_INTERVALS:
             break
         depth = max(2.0 * depth, finest)
     stride = -(-sum(x.size for x in ways) // left)
-    return [np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(ways, turns, strict=True)], depth
+    return [np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(ways, turns, strict=True)]
 
 
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
     """Return both ends, and where a motion turns by more than a depth, as indices."""
     return np.unique([0, *turning_points(x, depth), x.size - 1])
-
-
-MOST_INTERVALS, MOST_ROWS = 30_000, 12_000
-"""Intervals of the motion and rows that a page carries at most."""
-FINE = 2**20  # steps in the longest way of an interval
-STEPS = 64.0  # steps in the root mean square of what the model leaves over
-AROUND_TURN = 0.9  # share of the response of the filters that is looked at sample by sample around a turn
-TAIL = 1e-4  # share of the response of the filters that is left out on either side
-NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
-CHANGE = 0.1  # of a parameter, by which that is looked at
 
 
 class Stretch(NamedTuple):
@@ -213,8 +158,9 @@ def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], resp
     if sum(map(len, runs)) <= MOST_INTERVALS:
         ends = [np.arange(run.size) for run in runs]
     else:  # an interval ends after each sample near a turn, and as often as there is room for elsewhere
-        near = int(np.searchsorted(response[response.size // 2 :], AROUND_TURN))
-        ends, _ = _kept(runs, MOST_INTERVALS, max(float(np.ptp(run)) for run in runs) / FINE, near)
+        # Around a turn nine tenths of the response of the filters are looked at sample by sample.
+        near = int(np.searchsorted(response[response.size // 2 :], 0.9))
+        ends = _sampled(runs, max(float(np.ptp(run)) for run in runs) / FINE, near)
     step = max(float(np.max(np.abs(np.diff(run[end])), initial=0.0)) for run, end in zip(runs, ends, strict=True))
     step = (step or 1.0) / FINE
     stretches, contacts = [], dataset.contacts(fit.friction, fit.plant)
@@ -236,7 +182,7 @@ def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -
         estimate, value = fit.parameters.get(name), plant.values[name]
         if estimate is None or estimate.status != "identified" or isinstance(value, str) or np.ndim(value):
             continue
-        change = CHANGE * (abs(value) or 1.0)
+        change = 0.1 * (abs(value) or 1.0)
         once, twice = (dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort for i in (1, 2))
         if float(np.max(np.abs(twice - 2.0 * once))) <= negligible:
             columns.append(_column(name, once[chosen] / change, finest / abs(value or 1.0)))

@@ -1,26 +1,144 @@
-"""What a page draws of parameters and elements: sliders, scales, conditions between them, and where elements slip."""
+"""What a page draws of parameters and elements: sliders, scales, conditions, where elements slip, and what decides on passivity.
 
-from __future__ import annotations
+Where a bound is known that no parameter moves, or one condition decides, that is said; for bristles the least viscous
+coefficient is searched, by a function of the module, as `bristle.certificates.passive` searches it.
+"""
 
 import math
 import re
+from collections.abc import Callable, Container, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.certificates.passive import let_go
 from bristle.core.contracts import Component, Model
-from bristle.core.symbols import symbolic
+from bristle.core.kernel import kernel
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
+from bristle.exports.build import Builder
+from bristle.exports.scope import defined
 from bristle.exports.subject import Subject, presliding_distance
-from bristle.friction import gms, maxwell_slip, maxwell_stribeck
-from bristle.lab.passivity import SIDES, inner_of, of_side
+from bristle.exports.tree import REAL, Function
+from bristle.friction import (
+    bouc_wen,
+    channel_slots_of,
+    coulomb,
+    coulomb_viscous,
+    dahl,
+    elastoplastic,
+    gms,
+    lugre,
+    maxwell_slip,
+    maxwell_stribeck,
+    preisach_lugre,
+    reformed_dahl,
+    stribeck,
+    viscous,
+)
+from bristle.friction.level import LEVELS
+from bristle.friction.lugre import micro_damping, stribeck_force
+from bristle.friction.preisach_lugre import slip_law
+from bristle.friction.slip_law import slip
+from bristle.friction.slots import variations_of
 from bristle.plants import pulled_inertia
+from bristle.report.table import symbolic
 
-AROUND = 100.0
-"""Factor from the middle of a slider without ends to either end."""
-DECADES = 100.0  # from this ratio on equal factors are taken
-SIGNED = 4.0  # ends of a number of either sign, over its value
+SIDES = {"forward": "_pos", "backward": "_neg"}
+CONDITIONS = {
+    bouc_wen.Parameters: (["beta"], ">=", ["0.5"], "its hysteresis gives energy back at every speed"),
+    gms.Parameters: (
+        ["F_C"],
+        ">=",
+        ["F_S"],
+        "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
+    ),
+}
+NEVER = {reformed_dahl.Parameters: "charged by short strokes and let go in a long one it gives back more"}
+TEXT = """
+def release(x, dt, p):
+    if x > 0.0:
+        return of_bristles(x, dt, {forward}{inner})
+    return of_bristles(-x, dt, {backward}{inner})
+"""
+
+
+@kernel
+def of_lugre(v, q, p):
+    """Return the viscous coefficient that bristles with the force `q` along the motion ask for at a speed."""
+    return let_go(v, q, q / stribeck_force(v, p), micro_damping(v, p))
+
+
+@kernel
+def of_elastoplastic(v, q, p):
+    """Return the same for bristles of constant micro-damping."""
+    return let_go(v, q, q / stribeck_force(v, p), p.sigma_1)
+
+
+@kernel
+def of_preisach_lugre(v, q, p):
+    """Return the same for a slip law."""
+    return let_go(v, q, slip(q / stribeck_force(v, p), slip_law(p)), micro_damping(v, p))
+
+
+BRISTLES = {lugre.Parameters: of_lugre, elastoplastic.Parameters: of_elastoplastic, preisach_lugre.Parameters: of_preisach_lugre}
+
+
+def passivity_of(model: Model) -> dict[str, Any] | None:
+    """Return what decides whether a model is passive, by direction; None where no condition is known."""
+    # Of a level that rises none is known, nor of what rises with a channel.
+    if channel_slots_of(model.component) or not set(LEVELS).isdisjoint(variations_of(model.component)):
+        return None
+    names, inner = model.component.variables, type(inner_of(model.parameters)[0])
+    sided = any(name.endswith(tuple(SIDES.values())) for name in names)
+
+    sides = list(SIDES.values()) if sided else [""]
+    dampings = [of_side(["sigma_2"], side, names) for side in sides], [of_side(["F_v"], side, names) for side in sides]
+    present = next((rows for rows in dampings if rows[0][0] in names), [[""]] * len(sides))
+    rows: dict[str, Any] = {"present": [row[0] for row in present]}
+    if inner in BRISTLES:
+        scales = ("F_S", "v_S", "sigma_1")
+        return rows | {"bristles": [dict(zip(scales, of_side(scales, side, names), strict=True)) for side in sides]}
+    if inner in NEVER:
+        return rows | {"never": NEVER[inner]}
+    if inner in CONDITIONS:
+        left, sign, right, because = CONDITIONS[inner]
+        pairs = [{"left": of_side(left, side, names), "sign": sign, "right": of_side(right, side, names)} for side in sides]
+        return rows | {"conditions": pairs, "because": because}
+    return rows if inner in [module.Parameters for module in (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)] else None
+
+
+def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:
+    """Return names of parameters with the ending of a direction, where there are such."""
+    return [name + side if name + side in known else name for name in names]
+
+
+def release_of(subject: Subject) -> dict[str, Callable[[Builder], Function]]:
+    """Return what builds the function of the module in which the least viscous coefficient is searched."""
+    inner, path = inner_of(subject.model.parameters)
+    if type(inner) not in BRISTLES:
+        return {}
+    sides = {side: f"p.{side}" if side in subject.model.parameters._fields else "p" for side in SIDES}
+    text = TEXT.format(inner=path, **sides)
+    function = defined("release", text, {"__name__": __name__, "of_bristles": BRISTLES[type(inner)]})
+    return {"release": lambda builder: builder.function(function, [REAL, REAL, subject.parameters])}
+
+
+def inner_of(p: Any) -> tuple[Any, str]:
+    """Return the parameters of one direction, inside of layers that vary it, and how they are reached from there."""
+    p, path = _layer(p, "forward") or p, ""
+    while (layer := _layer(p, "inner")) is not None:
+        p, path = layer, path + ".inner"
+    return p, path
+
+
+def _layer(p: Any, name: str) -> Any:
+    """Return the parameters under this name; None where it is a number, as a model of a person's own may call one."""
+    layer = getattr(p, name, None)
+    return layer if hasattr(layer, "_fields") else None
+
+
+AROUND = 100.0  # factor from the middle of a slider without ends to either end
 
 
 class Slider(NamedTuple):
@@ -49,7 +167,8 @@ def slider_for(
     low, high = variable.min, variable.max
     within = [number for number in (value, *(interval or ())) if math.isfinite(number)]
     if math.isfinite(low) and math.isfinite(high):
-        if low > 0.0 and high / low >= DECADES:
+        # Equal factors from there on.
+        if low > 0.0 and high / low >= 100.0:
             return Slider(low, high, logarithmic=True)
         return Slider(low, high, logarithmic=False)
     if low >= 0.0:
@@ -57,15 +176,14 @@ def slider_for(
         first = min([middle / around, *(number for number in within if number > 0.0)])
         last = max([middle * around, *within])
         return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0, endless=math.isinf(value))
-    farthest = max([SIGNED * abs(number) for number in within] + [span]) or abs(variable.nominal)
+    # Four times the value, for a number of either sign.
+    farthest = max([4.0 * abs(number) for number in within] + [span]) or abs(variable.nominal)
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)
 
 
-FAST = 1000.0  # distances of pre-sliding in a second, where no Stribeck velocity tells what is fast
 PULL = 0.25  # velocity of the far end of the spring over that at which friction falls
 PERIODS = 30.0  # natural periods that a mass on the spring sticks for
 DROP = 0.3  # share of friction that the spring gains meanwhile
-MASS = 1.0  # [kg or kg*m^2]
 
 
 class Scales(NamedTuple):
@@ -86,14 +204,15 @@ def scales_of(subject: Subject) -> Scales:
         for name, value in model.values.items()
         if variables[name].quantity == "force" and not isinstance(value, str)
     ]
-    speed = float(model.values.get("v_S", FAST * reach))
+    # A thousand distances of pre-sliding in a second, where no Stribeck velocity is known.
+    speed = float(model.values.get("v_S", 1000.0 * reach))
     viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
     return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)
 
 
 def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
     """Return a mass on a spring that this friction lets stick and slip, its far end moving slowly."""
-    m, v_e = mass or MASS, float(f"{PULL * scales.speed:.2g}")
+    m, v_e = mass or 1.0, float(f"{PULL * scales.speed:.2g}")  # [kg or kg*m^2]
     # It sticks for 2 * drop / (k * v_e), which is so many times 2 * pi * sqrt(m / k).
     root = DROP * scales.force / (v_e * PERIODS * math.pi * math.sqrt(m))
     return pulled_inertia(M=m, k=float(f"{root**2:.2g}"), v_e=v_e, kind=model.kind)

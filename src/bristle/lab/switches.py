@@ -3,38 +3,101 @@
 A page holds two modules of a model. The plain one has the parameters of either direction apart, which is what
 ``+asymmetry`` asks for, and is the one that is fast. The wide one has every slot; a slot that is not put on has the
 coefficients of nothing, which changes no bit. Which parameters there then are, the page puts together by itself.
+Load, temperature and effort, which a kernel is told with each step of the motion, are parameters of a layer around all slots: they stand
+still, and are moved.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import compress, product
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_TEMPERATURE, Kind, Model, make_model
-from bristle.core.symbols import symbolic
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, FrictionModel, Kind, Model, Motion, make_model
+from bristle.core.dispatch import friction_trial
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.lazy import once
+from bristle.core.surroundings import Surrounding
+from bristle.core.variable import Variable
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
 from bristle.friction import MODELS, base_of, channel_slots_of, with_slots
+from bristle.friction.enclosing import CoefficientsModel, enclosed
 from bristle.friction.level import LEVELS, Rise, has_level
 from bristle.friction.level import RISES_WITH as RISING
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
 from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
-from bristle.lab.described import described, example_named, file_of, head_of, module_described, variables_of, walks_of
+from bristle.lab.described import described, example_named, module_described, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
-from bristle.lab.surroundings import AROUND, Surroundings, around_named, surrounded
 from bristle.lab.walks import walked_together
+from bristle.report.table import symbolic
 
-SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
-"""All that can be put on, in the order of a name."""
-SIDES = {"_pos": 1.1, "_neg": 0.9}
-"""What the parameters of either direction begin with, over that of both."""
+
+class Surroundings(NamedTuple):
+    """Load, temperature and effort; their names are those of no parameter of a model."""
+
+    around_load: Annotated[float, Variable("1", "load over its nominal value")] = NOMINAL_LOAD
+    around_temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
+    around_transmitted: Annotated[float, Variable("force", "effort that passes on")] = NOTHING_TRANSMITTED
+
+
+# For each slot that needs more than the motion, what it needs.
+AROUND = {"load": "around_load", "temperature": "around_temperature", "transmitted": "around_transmitted"}
+
+
+class Surrounded(NamedTuple):
+    """Parameters of a model and what is around it."""
+
+    inner: Any
+    around: Surroundings
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of the model inside, and its move, where it is told what is around it."""
+    passed = motion.transmitted + p.around.around_transmitted
+    around = Motion(motion.v, motion.x, p.around.around_load, p.around.around_temperature, passed)
+    force, move = friction_trial(state, memory, around, dt, p.inner)
+    return force, move
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurroundedModel(CoefficientsModel):
+    """A friction model with what is around it."""
+
+    coefficients = Surroundings
+    of_slot = MappingProxyType({"around": Surroundings._fields})
+    without_default = ()
+    depends_on = MappingProxyType({})
+
+    @property
+    def surroundings(self) -> tuple[Surrounding, ...]:
+        """What of its surroundings no parameter tells."""
+        return tuple(item for item in self.inner.surroundings if f"around_{item.name}" not in Surroundings._fields)
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults | Surroundings._field_defaults
+
+
+@once
+def surrounded(model: FrictionModel) -> SurroundedModel:
+    """Return a friction model whose parameters tell what is around it."""
+    return enclosed(
+        SurroundedModel, model, name=model.name, description=model.description, Parameters=Surrounded, trial=trial, slots=("around",)
+    )
+
+
+SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")  # all that can be put on, in the order of a name
+SIDES = {"_pos": 1.1, "_neg": 0.9}  # what the parameters of either direction begin with, over that of both
 
 
 class Start(NamedTuple):
@@ -71,8 +134,7 @@ STARTS = {
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
 }
-NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
-"""What the number of a slot is where nothing varies."""
+NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults  # what the number of a slot is where nothing varies
 SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
 POSITIVE = "1 + <i>p</i><sub>1</sub> ξ + <i>p</i><sub>2</sub> ξ² &gt; 0 for ξ from −1 to 1"
 
@@ -101,8 +163,7 @@ def plain_of(model: Model) -> Model:
 
 
 def _with(model: Model, slots: Sequence[str]) -> SlottedModel:
-    """Return a friction model with these slots, besides those over a channel that it has anyway."""
-    return with_slots(base_of(model.component), [*slots, *reversed(channel_slots_of(model.component))])
+    return with_slots(base_of(model.component), slots)
 
 
 def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
@@ -172,21 +233,19 @@ def slots_described(kind: Kind) -> dict[str, Any]:
 
 
 def switched(
-    model: Model,
-    *,
-    uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
-    mass: float | None = None,
-    fastest: float = 0.0,
-    named: str = "",
+    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None, **known: Any
 ) -> dict[str, Any]:
     """Return what a page knows of a friction model whose slots are put on and taken off there.
 
     Parameters are those of `bristle.lab.described.described`. Modules are packed as what follows `common_module`, the
     wide one as what follows the plain one too.
     """
+    if over := channel_slots_of(model.component):
+        names = ", ".join(slot.name for slot in over)
+        raise InputError("has a slot over a channel of the log, which no page has", path="model", value=names, mend="Take the slot off")
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
-    facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model)
+    facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known)
     if leans := base_of(plain.component).trial_sided is not None:
         # With both directions alike it is the plain one, with no other bit.
         component = _with(plain, ["asymmetry"])
@@ -211,29 +270,7 @@ def switched(
         base = base_of(plain.component).variables
         rows = [row | ({} if _of_both(row["name"], plain) in (*base, "offset") else {"slot": True}) for row in rows]
         facts["own"] = {"slots": list(slots), "rows": rows}
-    return facts | _over(plain, facts) if channel_slots_of(plain.component) else facts
-
-
-def _over(plain: Model, facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a page knows of a model with slots over a channel, which stay on: names, and what is around it."""
-    slots, bare = channel_slots_of(plain.component)[::-1], with_slots(base_of(plain.component), ())
-    component = surrounded(plain.component)
-    model = make_model(component, component.defaults | dict(plain.values), kind=plain.kind, validate=False)
-    rows = {row["name"]: row for row in variables_of(model, facts["wide"]["places"], 1.0, {})}
-    over = []
-    for slot in slots:
-        row = rows.get(around_named(slot.channel), {})
-        symbol = SYMBOLS.get(around_named(slot.channel), f"<i>{slot.channel.name[0]}</i>")
-        around = row | {"slot": True, "symbol": symbol, "nothing": slot.channel.usual}
-        words = f"varying with {slot.channel.variable.description}"
-        over.append({"name": slot.name, "file": file_of(slot), "words": words} | ({"around": around} if row else {}))
-    return {
-        "model": bare.name,
-        "description": bare.description,
-        "head": head_of(bare),
-        "over": over,
-        "variables": [row | ({} if row["name"] in bare.variables else {"slot": True}) for row in facts["variables"]],
-    }
+    return facts
 
 
 @cache

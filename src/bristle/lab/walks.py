@@ -4,8 +4,6 @@ Two for each model: the forces of its contact along positions, and the positions
 about against it. The kernels run as they stand; nothing is compiled.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ Scripts and module are those of the lab. A notebook adds a root of its own to dr
 comes to Python, and what Python sets moves the sliders.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any

@@ -10,7 +10,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.engine import run_open_loop
-from bristle.figures.loop_family import loop_family, ripple
+from bristle.figures.small_multiples import loop_family, ripple
 from bristle.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_numbers, sensor_says
 from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting

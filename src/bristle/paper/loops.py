@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.figures.errors import error_over
-from bristle.figures.loop_family import loop_family
+from bristle.figures.loop_rows import error_over
+from bristle.figures.small_multiples import loop_family
 from bristle.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says
 from bristle.paper.economy import CAPTION, economy, fitted_reformed_dahl, numbers, quiet, seeded, sentences, table, verdict
 from bristle.paper.reproduced import Reproduced, in_millinewtons, percent, spread

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from bristle.figures.errors import errors_by_loop
+from bristle.figures.loop_rows import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent

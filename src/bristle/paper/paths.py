@@ -11,8 +11,7 @@ from bristle import hysteresis
 from bristle.certificates import holding_of
 from bristle.core.errors import InputError
 from bristle.core.typography import number
-from bristle.figures.loop_family import break_away
-from bristle.figures.small_multiples import marked_path
+from bristle.figures.small_multiples import break_away, marked_path
 from bristle.paper.bench import Walk, bench_of, follow, led, sensor_numbers, sensor_says, walk
 from bristle.paper.economy import repeated
 from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent, spread

@@ -16,8 +16,7 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
-from bristle.figures.errors import error_over
-from bristle.figures.loop_rows import tracking_error
+from bristle.figures.loop_rows import error_over, tracking_error
 from bristle.figures.rig_layout import Mechanics, rig_layout
 from bristle.files.experiment import read_experiment
 from bristle.loop import assess

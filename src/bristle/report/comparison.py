@@ -9,14 +9,13 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.log import log_facts
-from bristle.report.messages import as_data, message
+from bristle.report.messages import as_data, message, picked
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison
-    from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
 
 RMS = "following_error.rms"
@@ -30,8 +29,6 @@ WORDS = {
     "friction.level": "Friction level",
 }
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
-GROUPS = ("following_error", "reversals", "effort", "friction")
-FINEST = 0.1  # percent, told to two digits
 
 
 class Wording(NamedTuple):
@@ -51,11 +48,10 @@ class Wording(NamedTuple):
 
 KEEP = "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"
 BACK = "take the change back, then `bristle identify BEFORE --axis axis.toml`"
-HARDLY = f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %"
 ZERO = "the interval of the following error's change holds zero"
 VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
-    "hardly": Wording("with_care", "It hardly helped", HARDLY, KEEP),
+    "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
     "higher": Wording("no", "It did not help", "the following error is higher", BACK),
     "no_change": Wording("with_care", "No change told", ZERO, "record more cycles of each side, several times", is_open=True),
     "unknown": Wording("with_care", "Not told", "one cycle gives no interval", "record ten cycles or more of each side", is_open=True),
@@ -68,16 +64,8 @@ def _wording(change: Change) -> Wording:
     return VERDICTS["hardly" if hardly else change.verdict]
 
 
-def comparison_report(
-    compared: Comparison,
-    *,
-    name: str,
-    command: str,
-    provenance: Mapping[str, str],
-    banner: str | None = None,
-    figures: Sequence[ReportFigure] = (),
-) -> str:
-    """Return the report of two logs as one HTML page."""
+def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str:
+    """Return the report of two logs as one HTML page; options as of `report_page`."""
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
@@ -94,7 +82,7 @@ def comparison_report(
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}
     front = _front(compared, name, files)
-    return report_page("comparison", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
+    return report_page("comparison", facts, front, sections, **options)
 
 
 def comparison_sentences(compared: Comparison) -> list[str]:
@@ -104,7 +92,7 @@ def comparison_sentences(compared: Comparison) -> list[str]:
     lines = [wording.sentence if wording else "Whether the axis follows better nobody can tell without a reference."]
     for change in compared.changes.values():
         word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
-        interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
+        interval = _with_interval(change)
         if change.verdict == "unknown":
             lines.append(f"{word}: {before} before, {after} after; nothing tells how sure that is.")
         elif change.verdict == "no_change":
@@ -117,8 +105,12 @@ def comparison_sentences(compared: Comparison) -> list[str]:
 def _signed(value: float, change: Change) -> str:
     """Return a number of percent with its sign, to the digits that the interval allows but for those that nobody reads."""
     ends = change.interval_percent
-    text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), FINEST), digits=2)
+    text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), 0.1), digits=2)  # percent to two digits
     return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
+
+
+def _with_interval(change: Change) -> str:
+    return f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
 
 
 def percent_of(change: Change) -> str:
@@ -170,8 +162,8 @@ def comparison_ruling(compared: Comparison) -> Ruling:
     if change is None:
         return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
     wording, word = _wording(change), WORDS[RMS]
-    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
-    reasons = [f"{word[0].lower()}{word[1:]}: {_text(change, change.after)} instead of {_text(change, change.before)}{interval}"]
+    instead = f"{_text(change, change.after)} instead of {_text(change, change.before)}{_with_interval(change)}"
+    reasons = [f"{word[0].lower()}{word[1:]}: {instead}"]
     reasons += [wording.reason] if wording.is_open else []
     level = "with_care" if doubts and wording.level == "usable" else wording.level
     return Ruling(level, wording.words, tuple(dict.fromkeys([*reasons, *doubts])))
@@ -218,7 +210,7 @@ def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> lis
 
 def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return two logs in numbers, in SI of the axis."""
-    groups: dict[str, Any] = {group: {} for group in GROUPS}
+    groups: dict[str, Any] = {group: {} for group in ("following_error", "reversals", "effort", "friction")}
     for full, change in compared.changes.items():
         group, _, own = full.partition(".")
         groups[group][own] = change.as_data()
@@ -247,7 +239,4 @@ def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[s
 
 
 def _logs(logs: Sequence[Log]) -> list[dict[str, Any]]:
-    return [
-        {"name": log.origin.name, "samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": list(log.notes)}
-        for log in logs
-    ]
+    return [picked(log, "sample_time", "duration", "notes") | {"name": log.origin.name, "samples": len(log)} for log in logs]

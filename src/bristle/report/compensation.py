@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 
 BASE = "base"
 NO_CHANGE = 0.05  # relative change below which nothing is claimed
-MOSTLY_LAG = 0.5  # share of the mean square of the following error that is in proportion to velocity
 NAMES_MAX = 4  # names of variants that are listed
 MANY = 10.0  # times less: told as a factor
-NOT_SIMULATED = "not simulated: that takes a log with a reference, and a controller in the axis file"
 
 
 class Errors(NamedTuple):
@@ -57,7 +55,8 @@ class Gain(NamedTuple):
                 f"The first loop, {self.steps[0].name}, has {words[0]}: with all that is fed forward "
                 f"it becomes {words[-1]}{_times(peaks[0], peaks[-1])}."
             )
-        return [*lines, *([self._about_lag()] if self.steps[-1].lag_share >= MOSTLY_LAG else []), self.caveat]
+        # Most of the mean square of the error is in proportion to the velocity.
+        return [*lines, *([self._about_lag()] if self.steps[-1].lag_share >= 0.5 else []), self.caveat]
 
     def _about_friction(self) -> str:
         before, after = (step.peak_to_peak for step in self.steps[-2:])
@@ -137,7 +136,7 @@ def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> li
 def gain_lines(simulation: SimulationResult | None, following: Following | None, kind: Kind) -> list[str]:
     """Return the same for a first page: the errors in the log and in simulation, and the effort."""
     if following is None:
-        return [NOT_SIMULATED]
+        return ["not simulated: that takes a log with a reference, and a controller in the axis file"]
     lines = [f"following error, peak to peak: {length_text(following.measured.peak_to_peak, kind)} in the log"]
     if following.contradiction is not None:
         return [*lines, f"no gain is promised: {message(following.contradiction)}"]

@@ -3,29 +3,125 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import number, stiffness_text, with_unit
 from bristle.core.variable import unit_of
-from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
+from bristle.loop import PHASE_ENOUGH, Design, Proposal, Verdict, doubts_of, verdict_of
 from bristle.loop.tuning import UNSTATED
 from bristle.report.compensation import NO_CHANGE
-from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
 from bristle.report.loops import controller_text, law_lines
-from bristle.report.messages import as_data, message, whole_sentence
+from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
-from bristle.report.table import fixed, length_text, short_text
+from bristle.report.table import MICROMETRE, Quantity, Table, fixed, length_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.figures.report_figure import ReportFigure
-    from bristle.loop import Design, Proposal
+    from bristle.loop import Assessment, Budget, Circle, Delays, Design
 
-MUCH = 0.5  # of the friction: effort for a single count that is worth a word
-WORTH = 0.8  # of an error: above it other gains are not worth their margins
+
+def margin_table(design: Design) -> Table:
+    """Return poles and margins of each loop; variants that are one loop share its rows."""
+    heads = ("Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]", "Crossover [Hz]")
+    loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
+    for assessment in design.assessments:
+        rows = []
+        for point in assessment.points:
+            margins, turns = point.margins, None if point.margins.crossover is None else point.margins.crossover / (2.0 * math.pi)
+            cells = (number(point.loop.spectral_radius), *map(_cell, (margins.phase, margins.gain, margins.delay, turns)))
+            rows.append((point.motions.value, point.friction.value, *cells))
+        loops.setdefault(tuple(rows), []).append(assessment.name)
+    table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
+    return Table("Poles and margins of the sampled loop", ("Variant", *heads), table_rows)
+
+
+def _cell(value: float | None) -> str:
+    return "–" if value is None else short_text(value)
+
+
+def delay_table(delays: Delays) -> Table:
+    """Return where the delay of a loop comes from."""
+    words = {
+        "hold": "effort held over a sample: half of it",
+        "computation": "computation",
+        "drive": "current control of the drive",
+        "velocity": "estimate of the velocity",
+    }
+    rows = [(text, number(1e3 * getattr(delays, name), 1e-2)) for name, text in words.items()]
+    return Table("Delay of the loop", ("Part", "[ms]"), [*rows, ("all", number(1e3 * delays.total, 1e-2))])
+
+
+def _lengths(design: Design, values: list[float]) -> Quantity:
+    return Quantity.of(unit_of("length", design.experiment.kind), [*values, MICROMETRE], digits=4)
+
+
+def budget_table(budget: Budget, design: Design) -> Table:
+    """Return the error budget."""
+    errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
+    length = _lengths(design, [budget.all_causes.peak_to_peak, *errors])
+    heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is")
+    rows = [
+        (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
+        for entry in budget.entries
+    ]
+    is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
+    left = "left by the law itself and its sampling, such as a velocity that is late where the desired one is not"
+    rows += [
+        ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
+    ]
+    return Table("Error budget: following error, peak to peak", heads, rows)
+
+
+def proposal_table(design: Design) -> Table:
+    """Return the loop as it is and as proposed: margins, stiffness, what a count does, simulated error."""
+    kind, proposals = design.experiment.kind, design.proposals
+    length = _lengths(design, [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error])
+    effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
+    count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
+    rows = [
+        {
+            "Loop": loop_name(proposal.name, design),
+            "Law": proposal.variant.controller.name,
+            "Bandwidth [1/s]": _cell(proposal.bandwidth),
+            "Smallest phase margin [°]": _cell(least_phase(proposal.assessment)),
+            "Stiffness": "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
+            count.head("Effort of one count"): count.cell(proposal.count_effort),
+            length.head("Following error, peak to peak"): "–"
+            if proposal.following_error is None
+            else length.cell(proposal.following_error.peak_to_peak),
+            effort.head("Effort, rms"): "–" if proposal.effort_rms is None else effort.cell(proposal.effort_rms),
+        }
+        for proposal in proposals
+    ]
+    return Table.of("The loop as it is, and what is proposed", rows)
+
+
+def loop_name(name: str, design: Design) -> str:
+    """Return what a loop is called: as in the experiment where it is that of the variant that was designed."""
+    return design.variant.name if name == design.proposals[0].name else name
+
+
+def least_phase(assessment: Assessment) -> float | None:
+    """Return the smallest phase margin of a loop without friction [°]."""
+    phases = [point.margins.phase for point in assessment.bare]
+    return min((phase for phase in phases if phase is not None), default=None)
+
+
+def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
+    """Return how round the circles are."""
+    length = _lengths(design, [circle.peak_to_peak for circle in circles])
+    rows = [
+        {"Loop": loop_name(circle.variant, design), length.head("Deviation, peak to peak"): length.cell(circle.peak_to_peak)}
+        | {length.head(f"Glitch at {90 * quarter}°"): length.cell(glitch) for quarter, glitch in enumerate(circle.glitches)}
+        for circle in circles
+    ]
+    return Table.of("The circle", rows)
+
+
 GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
 motions and large ones; “with an observer” a proportional-derivative law with a disturbance observer and the same margins.
 Both feed forward along the desired motion. Neither knows how the friction of the real axis will differ from the model."""
@@ -35,8 +131,8 @@ boundary layer or dead band of the law, large ones those far outside it. Stuck f
 slope of its curve at the largest speed of the reference."""
 
 
-def design_report(design: Design, *, command: str, provenance: Mapping[str, str], figures: Sequence[ReportFigure] = ()) -> str:
-    """Return the report of a loop that is designed as one HTML page."""
+def design_report(design: Design, **options: Any) -> str:
+    """Return the report of a loop that is designed as one HTML page; options as of `report_page`."""
     budget = None if design.budget is None else budget_table(design.budget, design)
     laws = [
         block
@@ -71,7 +167,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         "enough": PHASE_ENOUGH,
         "phases": [least_phase(loop.assessment) for loop in design.proposals],
     }
-    return report_page("design", facts, _front(design), sections, command=command, provenance=provenance, figures=figures)
+    return report_page("design", facts, _front(design), sections, **options)
 
 
 def design_sentences(design: Design) -> list[str]:
@@ -116,7 +212,7 @@ def design_sentences(design: Design) -> list[str]:
 
 def _counts_much(design: Design) -> bool:
     """Return whether a single count of the encoder calls up an effort like that of friction."""
-    return design.friction > 0.0 and design.proposals[0].count_effort > MUCH * design.friction
+    return design.friction > 0.0 and design.proposals[0].count_effort > 0.5 * design.friction  # An effort that is worth a word
 
 
 def _peak(proposal: Proposal) -> float:
@@ -132,7 +228,8 @@ def _best(design: Design) -> Proposal | None:
 def _chosen(design: Design) -> Proposal:
     """Return the loop to run: the one as it is, unless another one errs less or that one is not stable."""
     present, best = design.proposals[0], _best(design)
-    return best if best is not None and (not design.is_stable or _peak(best) < WORTH * _peak(present)) else present
+    # Other gains are not worth their margins for less.
+    return best if best is not None and (not design.is_stable or _peak(best) < 0.8 * _peak(present)) else present
 
 
 def _advice(design: Design) -> list[str]:
@@ -243,23 +340,17 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
             },
         },
         "proposals": {
-            loop.name: {
+            loop.name: picked(loop, "bandwidth", "stiffness", "count_effort", "effort_rms")
+            | {
                 "controller": loop.variant.controller.name,
-                "bandwidth": loop.bandwidth,
                 "parameters": loop.variant.controller.values,
                 "mass_fed_forward": loop.variant.feedforward.mass,
-                "stiffness": loop.stiffness,
-                "count_effort": loop.count_effort,
                 "verdict": loop.assessment.verdict.value,
                 "following_error": None if loop.following_error is None else vars(loop.following_error),
-                "effort_rms": loop.effort_rms,
             }
             for loop in design.proposals
         },
-        "circles": {
-            circle.variant: {"radius": circle.radius, "feed": circle.feed, "peak_to_peak": circle.peak_to_peak, "glitches": circle.glitches}
-            for circle in design.circles
-        },
+        "circles": {circle.variant: picked(circle, "radius", "feed", "peak_to_peak", "glitches") for circle in design.circles},
         "provenance": provenance,
     }
 

@@ -1,31 +1,26 @@
 """The report of a motion to run: whether to run it, what it is made of and keeps to, what its log would tell."""
 
-from __future__ import annotations
-
 import math
 import shlex
 from collections.abc import Mapping
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from bristle.core.content import Content
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import unit_of
-from bristle.excitation import PURPOSES, excite
+from bristle.excitation import PURPOSES, Excitation, excite
 from bristle.excitation.motion import moves_of
 from bristle.files.motion import gcode_of, moves_table, write_motion
+from bristle.files.results import Results
 from bristle.files.summary import provenance
 from bristle.files.user_model import origins_of_code
-from bristle.report.messages import as_data, note_of
+from bristle.identification.result import Estimate
+from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.results import write_report
 from bristle.report.table import Table, fixed, length_text, span_text
-
-if TYPE_CHECKING:
-    from bristle.excitation import Excitation
-    from bristle.files.results import Results
-    from bristle.identification.result import Estimate
 
 SMALL_PERCENT = 2.0  # an error that nobody minds
 
@@ -80,8 +75,8 @@ def designed_motion(axis_file: Content, *, command: str, model_file: Content | N
     return DesignedMotion(excite(axis_file, model=model_file, **options), axis_file, model_file, command)
 
 
-def excitation_report(excitation: Excitation, *, command: str, identify: str, provenance: Mapping[str, str]) -> str:
-    """Return the report of a motion as one HTML page; `identify` is the command for its log."""
+def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:
+    """Return the report of a motion as one HTML page; `identify` is the command for its log, options as of `report_page`."""
     used, rehearsal = {piece.purpose for piece in excitation.motion.pieces}, excitation.rehearsal
     purposes = [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
     limits = [
@@ -101,7 +96,7 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
         Section("assumptions", "What was left out or assumed", [Block("items", excitation.notes)]),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
-    return report_page("excitation", facts, _front(excitation, identify), sections, command=command, provenance=provenance)
+    return report_page("excitation", facts, _front(excitation, identify), sections, **options)
 
 
 def piece_table(excitation: Excitation) -> Table:
@@ -124,17 +119,19 @@ def outlook_table(excitation: Excitation) -> Table:
     for estimate in _sought(excitation):
         put_in = excitation.rehearsal.truth.get(estimate.name)
         scale, half, error = scale_of(estimate.unit, estimate.value or put_in or 0.0), estimate.interval_percent, _error(estimate, put_in)
-        cells = (
-            "" if put_in is None else number(put_in * scale.factor),
-            number(estimate.value * scale.factor),
-            scale.unit or "–",
-            "" if error is None else number(error, digits=2),
-            "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
-            "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+        rows.append(
+            {
+                "Parameter": estimate.name,
+                "Meaning": estimate.description,
+                "Put in": "" if put_in is None else number(put_in * scale.factor),
+                "Found": number(estimate.value * scale.factor),
+                "Unit": scale.unit or "–",
+                "Error [%]": "" if error is None else number(error, digits=2),
+                "95 % interval [%]": "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
+                "Remark": "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+            }
         )
-        rows.append((estimate.name, estimate.description, *cells))
-    heads = ("Parameter", "Meaning", "Put in", "Found", "Unit", "Error [%]", "95 % interval [%]", "Remark")
-    return Table(f"What the log would tell, by {excitation.rehearsal.identification.best.name}", heads, rows).without_empty_columns()
+    return Table.of(f"What the log would tell, by {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
@@ -145,7 +142,8 @@ def _error(estimate: Estimate, put_in: float | None) -> float | None:
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
     """Return whether a parameter that counts as identified lies further from what was put in than its interval."""
     error, half = _error(estimate, put_in), estimate.interval_percent
-    return estimate.status == "identified" and error is not None and half is not None and abs(error) > half + SMALL_PERCENT
+    # 2 %: an error that nobody minds.
+    return estimate.status == "identified" and error is not None and half is not None and abs(error) > half + 2.0
 
 
 def _sought(excitation: Excitation) -> list[Estimate]:
@@ -182,25 +180,15 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
         "identify": identify,
         "verdict": excitation_ruling(excitation).as_data(),
         "motion": {
-            "duration": motion.duration,
-            "sample_time": motion.sample_time,
+            **picked(motion, "duration", "sample_time", "start"),
             "samples": motion.time.size,
-            "start": motion.start,
             "travel": travel,
             "velocity_max": velocity,
             "acceleration_max": acceleration,
             "units": {name: unit_of(name, kind) for name in ("length", "length/time", "length/time^2", "force")},
         },
         "pieces": [
-            {
-                "purpose": piece.purpose,
-                "name": piece.name,
-                "begin": float(begin),
-                "duration": piece.duration,
-                "amplitude": piece.amplitude,
-                "speed": piece.speed,
-                "reference": piece.reference.name,
-            }
+            picked(piece, "purpose", "name", "duration", "amplitude", "speed") | {"begin": float(begin), "reference": piece.reference.name}
             for piece, begin in zip(motion.pieces, motion.begins, strict=True)
         ],
         "assumed": excitation.prior.assumed,
@@ -214,13 +202,10 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
     best = rehearsal.identification.best
     data |= {"model": best.name, "peak_effort": rehearsal.peak_effort, "diagnostics": as_data(best.diagnostics)}
     data["parameters"] = {
-        estimate.name: {
+        estimate.name: picked(estimate, "value", "unit", "interval_percent", "status")
+        | {
             "put_in": rehearsal.truth.get(estimate.name),
-            "value": estimate.value,
-            "unit": estimate.unit,
             "error_percent": _error(estimate, rehearsal.truth.get(estimate.name)),
-            "interval_percent": estimate.interval_percent,
-            "status": estimate.status,
             "note": note_of(estimate),
         }
         for estimate in best.estimates

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
 
-from bristle.core.symbols import worded
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.parameters import Role, name_of
@@ -25,20 +24,18 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import fixed, length_text, percent_text, short_text
+from bristle.report.table import fixed, length_text, percent_text, short_text, worded
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.axis import Axis
-    from bristle.figures.report_figure import Facts, ReportFigure
+    from bristle.figures.report_figure import Facts
     from bristle.identification.result import Fit, Identification
     from bristle.lab.living import Living
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
-ROUNDING = 1e-6  # of the largest effort
-WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the page says so
 NO_BREAK = "\u00a0"
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
 the position is differentiated twice for it, and its noise with it."""
@@ -54,17 +51,14 @@ def identification_report(
     prediction: Prediction | None = None,
     simulation: SimulationResult | None = None,
     table: Sequence[tuple[float, float]] | None = None,
-    command: str,
     axis_name: str,
-    provenance: Mapping[str, str],
     certificates: Mapping[str, Certificate] | None = None,
-    banner: str | None = None,
     following: Following | None = None,
     axis: Axis | None = None,
     living: Living | None = None,
-    figures: Sequence[ReportFigure] = (),
+    **options: Any,
 ) -> str:
-    """Return the report of an identification as one HTML page."""
+    """Return the report of an identification as one HTML page; options as of `report_page`."""
     fit, kind, log = identification.best, identification.best.plant.kind, identification.log
     gain = None if simulation is None else gain_of(simulation)
     contradicted = following is not None and following.contradiction is not None
@@ -99,7 +93,8 @@ def identification_report(
     drive: list[object] = []
     if table:
         deviation, lines = largest_deviation(fit, table), "follow the model"
-        if deviation > ROUNDING * max(abs(effort) for _, effort in table):
+        # Beyond rounding.
+        if deviation > 1e-6 * max(abs(effort) for _, effort in table):
             lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
         lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
         beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
@@ -138,8 +133,7 @@ def identification_report(
     five = answers(identification, simulation, following, axis, usable=ruling.level != "measure_again")
     without = "Nothing in this log speaks against it."
     front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
-    common = {"command": command, "provenance": provenance, "banner": banner, "figures": figures, "living": living}
-    return report_page("identification", facts, front, sections, **common)
+    return report_page("identification", facts, front, sections, living=living, **options)
 
 
 def answers(
@@ -162,7 +156,8 @@ def answers(
     held_out = "nothing was held out"
     if fit.held_out is not None:
         held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
-        if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.error_percent:
+        # Ratio of held-out to fitted error from which the page says so.
+        if fit.held_out.mean_percent > 1.25 * fit.error_percent:
             held_out += ", clearly larger: too free a model for this log, or friction that changed"
     return answered(
         [quality, held_out],

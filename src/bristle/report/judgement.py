@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from bristle.identification.settings import Settings
     from bristle.prediction.following import Following
 
-LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
-"""The words of each level."""
+LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
+# Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first.
 DOUBTS = (
     "structure",
     "stages_differ",
@@ -41,33 +41,28 @@ DOUBTS = (
     "below_resolution",
     "half_cycles_differ",
 )
-"""Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first."""
 WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
 
-# The purposes of a motion (`bristle excite --for`) that serves.
-MOTIONS = {
-    "sliding": "stribeck",
-    "speed": "stribeck",
-    "stribeck": "stribeck",
-    "presliding": "presliding,break-away,damping",
-    "acceleration": "stribeck",
-}
+# What to move, and the purposes of `bristle excite --for` that do.
 ADVICE = {
-    "sliding": "Move in both directions, at least ten reversals, each with a stretch of steady motion after it.",
-    "speed": "Move at several steady speeds between a tenth and all of the working speed, in both directions.",
+    "sliding": ("Move in both directions, at least ten reversals, each with a stretch of steady motion after it.", "stribeck"),
+    "speed": ("Move at several steady speeds between a tenth and all of the working speed, in both directions.", "stribeck"),
     "stribeck": (
         "Move slowly and steadily, in both directions: at least five speeds below the one at which friction is least, "
-        "down to where the axis begins to stick."
+        "down to where the axis begins to stick.",
+        "stribeck",
     ),
     "presliding": (
         "Reverse gently and often, at amplitudes of the break-away distance and below (slow triangles of a few "
-        "encoder counts to some ten times that), sampled so that a reversal lasts at least fifty samples."
+        "encoder counts to some ten times that), sampled so that a reversal lasts at least fifty samples.",
+        "presliding,break-away,damping",
     ),
     "displacement": (
         "Move at several amplitudes, up to the largest that matters and through the resonance if there is one, so that "
-        "the force yields or hardens visibly."
+        "the force yields or hardens visibly.",
+        "",
     ),
-    "acceleration": "Accelerate harder, or weigh the moving mass and give it in the axis file.",
+    "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
 }
 
 
@@ -111,5 +106,8 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
     for estimate in fit.estimates:
         if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
             open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
-    commands = {needed: f"{WRITTEN_BY}`bristle excite AXIS.toml --for {purposes}`" for needed, purposes in MOTIONS.items()}
-    return [(", ".join(names), ADVICE[needed] + commands.get(needed, "")) for needed, names in open_.items() if needed in ADVICE]
+    motions = {
+        needed: text + (f"{WRITTEN_BY}`bristle excite AXIS.toml --for {purposes}`" if purposes else "")
+        for needed, (text, purposes) in ADVICE.items()
+    }
+    return [(", ".join(names), motions[needed]) for needed, names in open_.items() if needed in motions]

@@ -111,31 +111,16 @@ def _looked_at(table: LogTable, axis: Axis | None, unknown: Collection[str]) -> 
     return summary_of(table, replace(axis, columns=usable))
 
 
-def log_report(
-    log: Log,
-    segments: Sequence[Passage],
-    *,
-    name: str,
-    command: str,
-    provenance: Mapping[str, str],
-    diagnostics: Sequence[Mapping[str, Any]] = (),
-) -> str:
-    """Return the report of a log as one HTML page."""
+def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
+    """Return the report of a log as one HTML page; options as of `report_page`."""
     remarks = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
     sections = [
         Section("check", "What to mend or to know", [remarks]),
         Section("passages", "What it contains", [passage_table([segment.as_data() for segment in segments], log.kind)]),
         Section("log", "The log", [Block("facts", log_facts(log), ("What was read",)), Block("items", log.notes)]),
     ]
-    front = _front(log, segments, diagnostics, name)
-    return report_page(
-        "log",
-        {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")},
-        front,
-        sections,
-        command=command,
-        provenance=provenance,
-    )
+    facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
+    return report_page("log", facts, _front(log, segments, diagnostics, name), sections, **options)
 
 
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
@@ -254,19 +239,17 @@ def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
     forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
     distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])
     rows = [
-        (
-            speeds.cell(break_away.speed),
-            str(break_away.legs),
-            forces.cell(break_away.force),
-            _between(forces, break_away.force_interval),
-            distances.cell(break_away.distance),
-            _between(distances, break_away.distance_interval),
-        )
+        {
+            speeds.head("Rate"): speeds.cell(break_away.speed),
+            "Legs": str(break_away.legs),
+            forces.head("Force"): forces.cell(break_away.force),
+            "95 % interval of the force": _between(forces, break_away.force_interval),
+            distances.head("Distance"): distances.cell(break_away.distance),
+            "95 % interval of the distance": _between(distances, break_away.distance_interval),
+        }
         for break_away in break_aways
     ]
-    interval = "95 % interval"
-    heads = (speeds.head("Rate"), "Legs", forces.head("Force"), interval, distances.head("Distance"), interval)
-    return Table("Break-away from rest, after a motion the other way, as measured", heads, rows)
+    return Table.of("Break-away from rest, after a motion the other way, as measured", rows)
 
 
 def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:

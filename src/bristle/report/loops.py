@@ -1,34 +1,27 @@
 """Loops in tables and lines: errors and efforts of variants, what they are made of, their gains, what speaks against them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from operator import attrgetter
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.experiment import Variant
 from bristle.core.status import Status
-from bristle.core.symbols import GREEK
 from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
-from bristle.loop import Verdict, doubts_of, verdict_of
+from bristle.loop import Assessment, Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import MICROMETRE, Quantity, Table, fixed
+from bristle.report.table import GREEK, MICROMETRE, Quantity, Table, fixed
+from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.core.experiment import Variant
-    from bristle.loop import Assessment
-    from bristle.simulation.result import SimulationResult, Statistics, VariantResult
-
-MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
-"""By its unit on a carriage, the unit of a gain at the motor."""
+MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # by its unit on a carriage, the unit of a gain at the motor
 
 
 def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:
@@ -40,38 +33,40 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
     completed, kind = _completed(result), result.experiment.kind
     effort = Quantity.of(unit_of("force", kind), (variant.effort_peak for variant in completed))
     if is_open:
+        words = {"Position, peak to peak": "motion.peak_to_peak", "lowest": "motion.min", "highest": "motion.max"}
         length = Quantity.of(unit_of("length", kind), (variant.motion.peak_to_peak for variant in completed))
-        lengths = {"Position, peak to peak": "peak_to_peak", "lowest": "min", "highest": "max"}
-        caption, heads = "The variants", [length.head(word) for word in lengths]
     else:
-        length, lengths = _error_column(result), {}
-        words = ("Following error, peak to peak", "rms", "mean", "True error, peak to peak")
-        caption, heads = "The variants of the loop", [length.head(word) for word in words]
-    heads = ("Variant", *heads, effort.head(f"{'Torque' if kind == 'rotational' else 'Force'}, rms"), effort.head("peak"), "Remark")
+        words = {
+            "Following error, peak to peak": "following_error.peak_to_peak",
+            "rms": "following_error.rms",
+            "mean": "following_error.mean",
+        }
+        words |= {"True error, peak to peak": "true_error.peak_to_peak"}
+        length = _error_column(result)
+    efforts = {f"{'Torque' if kind == 'rotational' else 'Force'}, rms": "effort_rms", "peak": "effort_peak"}
+    heads = ("Variant", *map(length.head, words), *map(effort.head, efforts), "Remark")
     rows = []
     if measured is not None:
-        errors = (measured.peak_to_peak, measured.rms, measured.mean)
-        rows.append(("measured", *(length.cell(value) for value in errors), "–", "–", "–", ""))
+        rows.append(("measured", *map(length.cell, (measured.peak_to_peak, measured.rms, measured.mean)), "–", "–", "–", ""))
     for variant in result.variants.values():
-        error, motion = variant.following_error, variant.motion
-        numbers = [getattr(motion, name) for name in lengths.values()] if is_open else [error.peak_to_peak, error.rms, error.mean]
-        numbers += [] if is_open else [variant.true_error.peak_to_peak]
-        cells = [*map(length.cell, numbers), effort.cell(variant.effort_rms), effort.cell(variant.effort_peak)]
+        cells = [length.cell(attrgetter(name)(variant)) for name in words.values()]
+        cells += [effort.cell(getattr(variant, name)) for name in efforts.values()]
         cells = ["–"] * len(cells) if variant.status is Status.NOT_FINITE else cells
         rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
-    return Table(caption, heads, rows).without_empty_columns()
+    return Table("The variants" if is_open else "The variants of the loop", heads, rows).without_empty_columns()
 
 
 def direction_table(result: SimulationResult) -> Table:
     """Return the following error of each variant while the reference moves forward and backward."""
     length = _error_column(result)
-    heads = ("Variant", "Direction", length.head("Mean"), length.head("rms"), length.head("Peak to peak"))
+    words = {"mean": "Mean", "rms": "rms", "peak_to_peak": "Peak to peak"}
     rows = [
-        (variant.name, direction, *map(length.cell, (error.mean, error.rms, error.peak_to_peak)))
+        {"Variant": variant.name, "Direction": direction}
+        | {length.head(word): length.cell(getattr(error, key)) for key, word in words.items()}
         for variant in _completed(result)
         for direction, error in variant.by_direction.items()
     ]
-    return Table("Following error by direction of the reference", heads, rows)
+    return Table.of("Following error by direction of the reference", rows)
 
 
 def _completed(result: SimulationResult) -> list[VariantResult]:
@@ -106,32 +101,25 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
 
 def run_table(variants: Sequence[Variant]) -> Table:
     """Return how each variant was run."""
-    heads = (
-        "Variant",
-        "Duration",
-        "Left out at the start",
-        "Sample time",
-        "Steps in a sample",
-        "Delay [samples]",
-        "Largest effort",
-        "Mass fed forward",
-        "Factor on the friction fed forward",
-    )
-    rows = [
-        (
-            variant.name,
-            *(with_unit(seconds, "s", 4) for seconds in (variant.run.duration, variant.run.settle, variant.run.sample_time)),
-            f"as {with_unit(variant.run.tolerance, unit_of('length', variant.plant.kind))} of position ask for"
-            if variant.run.tolerance
-            else str(variant.run.substeps),
-            str(variant.run.delay),
-            with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
-            with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
-            f"{variant.feedforward.gain:g}",
+    rows = []
+    for variant in variants:
+        run, kind = variant.run, variant.plant.kind
+        rows.append(
+            {
+                "Variant": variant.name,
+                "Duration": with_unit(run.duration, "s", 4),
+                "Left out at the start": with_unit(run.settle, "s", 4),
+                "Sample time": with_unit(run.sample_time, "s", 4),
+                "Steps in a sample": f"as {with_unit(run.tolerance, unit_of('length', kind))} of position ask for"
+                if run.tolerance
+                else str(run.substeps),
+                "Delay [samples]": str(run.delay),
+                "Largest effort": with_unit(run.effort_limit, unit_of("force", kind), 4),
+                "Mass fed forward": with_unit(variant.feedforward.mass, unit_of("mass", kind), 4),
+                "Factor on the friction fed forward": f"{variant.feedforward.gain:g}",
+            }
         )
-        for variant in variants
-    ]
-    return Table("How it was simulated", heads, rows)
+    return Table.of("How it was simulated", rows)
 
 
 def law_lines(variant: Variant) -> list[str]:

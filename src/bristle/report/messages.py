@@ -95,6 +95,11 @@ def as_data(diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
     return [diagnostic.as_data() | {"message": message(diagnostic)} for diagnostic in diagnostics]
 
 
+def picked(item: object, *names: str) -> dict[str, Any]:
+    """Return some attributes of an object as they stand in JSON, by name."""
+    return {name: getattr(item, name) for name in names}
+
+
 def fields_of(code: str) -> dict[str, str]:
     """Return the numbers that the sentence of a code needs, each with its format: a quantity, or one of `format`."""
     fields: dict[str, str] = {}

@@ -135,7 +135,7 @@ class ModelInHand(WithCard):
 
     def plot(self) -> Figure:
         """Return measured and predicted effort over time, whole and where they differ most, as a figure of matplotlib."""
-        from bristle.figures.effort_over_time import effort_over_time
+        from bristle.figures.fit import effort_over_time
 
         return effort_over_time(self.best)
 

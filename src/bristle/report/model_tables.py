@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
-VERDICTS = {True: "passed", False: "FAILED", None: "does not apply"}
 
 
+# What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more.
 USES = {
     "well_posed": "every use",
     "passive": "a simulation that must not gain energy, friction fed forward along the measured motion",
@@ -31,7 +31,6 @@ USES = {
     "closure": "a simulation of small motions inside large ones",
     "dissipation": "a simulation that must not gain energy, friction fed forward along the measured motion",
 }
-"""What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more."""
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
@@ -39,33 +38,18 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
 
     Standard errors of least squares are told where nothing better is known, or the residuals are white.
     """
-    heads = (
-        "Parameter",
-        "Meaning",
-        "Value",
-        "Standard error",
-        "95 % interval",
-        "Unit",
-        "Standard error [%]",
-        "95 % interval [%]",
-        "In the drive's units",
-        "Remark",
-    )
     plain = fit.resampling is None or fit.resampling.white
     values = drive_values(fit, axis)
-    return Table(
-        f"Parameters of {fit.name}",
-        heads,
-        [
-            _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
-            for estimate in (*fit.estimates, *fit.combinations)
-            # Held at infinity is a term that the model does without.
-            if estimate.status != "held" or not math.isinf(estimate.value)
-        ],
-    ).without_empty_columns()
+    rows = [
+        _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
+        for estimate in (*fit.estimates, *fit.combinations)
+        # Held at infinity is a term that the model does without.
+        if estimate.status != "held" or not math.isinf(estimate.value)
+    ]
+    return Table.of(f"Parameters of {fit.name}", rows).without_empty_columns()
 
 
-def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> tuple[str, ...]:
+def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> dict[str, str]:
     std, size, ends = estimate.std, abs(estimate.value), estimate.interval
     std = std if plain and std is not None and math.isfinite(std) else None
     if ends is not None and ends[0] < 0.0 < ends[1] and size < 0.1 * max(-ends[0], ends[1]):
@@ -80,18 +64,18 @@ def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: 
         interval = interval_text(number(low, width), number(high, width))
         if precision is None and high != low:
             precision = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * abs(scale.factor * estimate.value))
-    return (
-        estimate.name,
-        estimate.description,
-        number(estimate.value * scale.factor, precision),
-        "–" if scaled is None else f"± {number(scaled, scaled)}",
-        interval,
-        scale.unit or "–",
-        _percent(estimate.relative_std_percent) if plain else "–",
-        half if half == "–" or half.startswith((">", "<")) else f"± {half}",
-        "; ".join(_in_unit(value, name) for name, value in in_units.items()),
-        remark,
-    )
+    return {
+        "Parameter": estimate.name,
+        "Meaning": estimate.description,
+        "Value": number(estimate.value * scale.factor, precision),
+        "Standard error": "–" if scaled is None else f"± {number(scaled, scaled)}",
+        "95 % interval": interval,
+        "Unit": scale.unit or "–",
+        "Standard error [%]": _percent(estimate.relative_std_percent) if plain else "–",
+        "95 % interval [%]": half if half == "–" or half.startswith((">", "<")) else f"± {half}",
+        "In the drive's units": "; ".join(_in_unit(value, name) for name, value in in_units.items()),
+        "Remark": remark,
+    }
 
 
 def _remark(fit: Fit, estimate: Estimate) -> str:
@@ -127,49 +111,41 @@ def _percent(value: float | None) -> str:
 
 def comparison_table(identification: Identification, *, details: bool = True) -> Table:
     """Return the models side by side, best first; without `details` no information criteria and no condition numbers."""
-    heads = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]")
-    heads += ("AIC, above the best", "BIC, above the best", "Condition number") if details else ()
     rows = []
     for fit in identification.fits:
         held_out, information = fit.held_out, fit.information
         unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
-        criteria = ("–", "–") if information is None else (short_text(information.aic), short_text(information.bic))
-        rows.append(
-            (
-                fit.name,
-                str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
-                "–" if held_out is None else short_text(held_out.mean_percent),
-                "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
-                short_text(fit.error_percent),
-                *((*criteria, short_text(fit.condition_number)) if details else ()),
-                ", ".join(unknown) or "–",
-            )
-        )
-    return Table("Models compared, best first", (*heads, "Not identified"), rows)
+        row = {
+            "Model": fit.name,
+            "Parameters": str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
+            "Held-out error [%]": "–" if held_out is None else short_text(held_out.mean_percent),
+            "Spread over blocks [%]": "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
+            "Error of the fit [%]": short_text(fit.error_percent),
+        }
+        if details:
+            row["AIC, above the best"] = "–" if information is None else short_text(information.aic)
+            row["BIC, above the best"] = "–" if information is None else short_text(information.bic)
+            row["Condition number"] = short_text(fit.condition_number)
+        rows.append(row | {"Not identified": ", ".join(unknown) or "–"})
+    return Table.of("Models compared, best first", rows)
 
 
 def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | None = None) -> Table:
     """Return the drive table in units that read well, and in those of the drive of an axis and of its log."""
     speed = Quantity.of(unit_of("length/time", kind), (v for v, _ in table), digits=5)
     effort = Quantity.of(unit_of("force", kind), (force for _, force in table), digits=4)
-    heads = ("Entry", speed.head("Velocity"), effort.head("Friction torque" if kind == "rotational" else "Friction force"))
-    further = drive_units(axis, kind)
+    further, word = drive_units(axis, kind), "Friction torque" if kind == "rotational" else "Friction force"
     velocities, efforts = (
-        [unit for unit in units if typeset(printable(unit.name)) != column.scale.unit]
+        {f"[{typeset(printable(unit.name))}]": unit for unit in units if typeset(printable(unit.name)) != column.scale.unit}
         for units, column in ((further.velocities, speed), (further.efforts, effort))
     )
-    heads = (*heads, *(f"[{typeset(printable(unit.name))}]" for unit in (*velocities, *efforts)))
     rows = [
-        (
-            str(index),
-            _side(v) or speed.cell(v),
-            effort.cell(force),
-            *(_side(v) or number(unit.of(v)) for unit in velocities),
-            *(number(unit.of(force)) for unit in efforts),
-        )
+        {"Entry": str(index), speed.head("Velocity"): _side(v) or speed.cell(v), effort.head(word): effort.cell(force)}
+        | {head: _side(v) or number(unit.of(v)) for head, unit in velocities.items()}
+        | {head: number(unit.of(force)) for head, unit in efforts.items()}
         for index, (v, force) in enumerate(table, 1)
     ]
-    return Table("Friction over velocity, for the drive", heads, rows)
+    return Table.of("Friction over velocity, for the drive", rows)
 
 
 def _side(v: float) -> str:
@@ -198,30 +174,30 @@ def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
 def changed_settings(settings: Settings) -> Table | None:
     """Return those thresholds that differ from the default; None where there is none."""
     rows = [
-        (
-            threshold.name,
-            f"{getattr(settings, threshold.name):g}",
-            f"{threshold.default:g}",
-            threshold.unit if threshold.unit != "1" else "–",
-            f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
-        )
+        {
+            "Name": threshold.name,
+            "Value": f"{getattr(settings, threshold.name):g}",
+            "Default": f"{threshold.default:g}",
+            "Unit": threshold.unit if threshold.unit != "1" else "–",
+            "Meaning": f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
+        }
         for threshold in thresholds()
         if threshold.name in settings.changed
     ]
-    return Table("Thresholds that were changed", ("Name", "Value", "Default", "Unit", "Meaning"), rows) if rows else None
+    return Table.of("Thresholds that were changed", rows) if rows else None
 
 
 def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Table:
     """Return whether a model is fit to be used, question by question, and what would make it so."""
     rows = [
-        (
-            key,
-            VERDICTS[certificate.passed],
-            *("" if value is None else with_unit(value, certificate.unit) for value in (certificate.value, certificate.threshold)),
-            certificate.advice,
-            USES[key],
-        )
+        {
+            "Certificate": key,
+            "Verdict": {True: "passed", False: "FAILED", None: "does not apply"}[certificate.passed],
+            "Found": "" if certificate.value is None else with_unit(certificate.value, certificate.unit),
+            "Limit": "" if certificate.threshold is None else with_unit(certificate.threshold, certificate.unit),
+            "What it means, what to do": certificate.advice,
+            "Matters for": USES[key],
+        }
         for key, certificate in certificates.items()
     ]
-    heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do", "Matters for")
-    return Table(f"Is it fit to be used: {name}", heads, rows)
+    return Table.of(f"Is it fit to be used: {name}", rows)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.report.messages import picked
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
-
-NEAR, FAR = 5.0, 20.0  # percent of full scale: errors up to which an operator is usable, and of some use
-TWICE = 2.0  # times the fitted error, from which what was not fitted tells of too many parameters
 
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -29,15 +27,9 @@ def operator_summary(identification: OperatorIdentification, *, provenance: Mapp
         "verdict": operator_ruling(best.prediction.error_percent, best.held_out and best.held_out.mean_percent, fitted=True).as_data(),
         "metrics": best.metrics,
         "notes": best.notes,
-        "congruency": {"alike": identification.congruency.alike, "anywhere": identification.congruency.anywhere},
+        "congruency": picked(identification.congruency, "alike", "anywhere"),
         "models": [
-            {
-                "name": fit.name,
-                "rank": fit.rank,
-                "parameters": _parameters(fit.operator, fit.offset),
-                "metrics": fit.metrics,
-                "notes": fit.notes,
-            }
+            picked(fit, "name", "rank", "metrics", "notes") | {"parameters": _parameters(fit.operator, fit.offset)}
             for fit in identification.fits
         ],
         "log": _log(identification.recorded),
@@ -122,11 +114,13 @@ def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ru
     reasons = [f"it misses {percent_text(decisive)} of full scale {place}"]
     if fitted and held_out is None:
         reasons.append("nothing was held out: its error says nothing of other curves")
-    if held_out is not None and held_out > TWICE * error:
+    # Too many parameters: the error outside the fit is much larger.
+    if held_out is not None and held_out > 2.0 * error:
         reasons.append(f"on the curves that it was fitted to it misses no more than {percent_text(error)}")
-    if decisive > FAR:
+    # Beyond 20 % of full scale it is of no use.
+    if decisive > 20.0:
         return Ruling("no", "Not usable", tuple(reasons))
-    care = decisive > NEAR or len(reasons) > 1
+    care = decisive > 5.0 or len(reasons) > 1  # up to 5 % of full scale an operator is usable
     return Ruling("with_care" if care else "usable", "Use with care" if care else "Usable", tuple(reasons))
 
 
@@ -158,17 +152,19 @@ def comparison_of_operators(identification: OperatorIdentification) -> Table:
     """Return the operators compared, best first."""
     rmse = Quantity.of(unit_of("force", identification.recorded.kind), [fit.prediction.rmse for fit in identification.fits])
     rows = [
-        [
-            fit.name,
-            str(fit.rank),
-            f"{short_text(fit.held_out.mean_percent)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
-            short_text(fit.prediction.error_percent),
-            short_text(fit.prediction.rmse * rmse.scale.factor),
-        ]
+        {
+            "Operator": fit.name,
+            "Rank": str(fit.rank),
+            "Error on what was not fitted [% of full scale]": f"{short_text(fit.held_out.mean_percent)} ± "
+            f"{number(fit.held_out.std_percent, digits=2)}"
+            if fit.held_out
+            else "–",
+            "Fitted [% of full scale]": short_text(fit.prediction.error_percent),
+            rmse.head("Fitted"): short_text(fit.prediction.rmse * rmse.scale.factor),
+        }
         for fit in identification.fits
     ]
-    heads = ("Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]")
-    return Table("Operators compared", (*heads, rmse.head("Fitted")), rows)
+    return Table.of("Operators compared", rows)
 
 
 def _parameters(operator: Model, offset: float) -> dict[str, Any]:
@@ -183,10 +179,5 @@ def _parameters(operator: Model, offset: float) -> dict[str, Any]:
 
 
 def _log(recorded: Curves) -> dict[str, Any]:
-    return {
-        "curves": len(recorded.curves),
-        "samples": sum(curve.u.size for curve in recorded.curves),
-        "start": recorded.start,
-        "full_scale": recorded.full_scale,
-        "notes": recorded.notes,
-    }
+    counts = {"curves": len(recorded.curves), "samples": sum(curve.u.size for curve in recorded.curves)}
+    return counts | picked(recorded, "start", "full_scale", "notes")

@@ -17,8 +17,8 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core.errors import InputWarning, place_in_own_code, told_by
-from bristle.core.symbols import worded
 from bristle.core.typography import typeset_sentence
+from bristle.report.table import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,10 +26,9 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.lab.living import Living
 
+# What a person who answers for an axis asks of each report.
 QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
-"""What a person who answers for an axis asks of each report."""
 SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line
-HEADING_OF_FIGURES = "Further figures"
 
 
 class Ruling(NamedTuple):
@@ -166,13 +165,13 @@ def report_page(
         banner=banner,
         living=living,
         front=front._replace(figure=next(iter(pictures.get("front", ())), None)),
-        sections=[section for section in (*filled, Section("further", HEADING_OF_FIGURES, own)) if section.blocks],
+        sections=[section for section in (*filled, Section("further", "Further figures", own)) if section.blocks],
     )
 
 
 def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
     """Return the page of a template."""
-    from bristle.figures.lettering import printable
+    from bristle.figures.drawing import printable
 
     page = _environment().get_template(template)
     return printable(page.render(provenance=provenance, command=command, banner=banner, **content))

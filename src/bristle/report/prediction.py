@@ -1,48 +1,29 @@
 """The report of a prediction: a model run on a log, whether it holds there, and how far off it is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.log import Log
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
-from bristle.simulation.result import MODES
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.figures.report_figure import ReportFigure
-    from bristle.logs.log import Log
-    from bristle.simulation.result import Prediction
-
-INSIDE = 80.0  # percent of what is measured that lie in a band of 95 %, below which the band is said to be too narrow
-OWN_LOG = "it was fitted to this very log, which says nothing of another one"
+from bristle.simulation.result import MODES, Prediction
 
 
 def prediction_report(
-    prediction: Prediction,
-    *,
-    plant: Model,
-    friction: Model,
-    log: Log,
-    command: str,
-    axis_name: str,
-    provenance: Mapping[str, str],
-    banner: str | None = None,
-    own_log: bool = False,
-    figures: Sequence[ReportFigure] = (),
+    prediction: Prediction, *, plant: Model, friction: Model, log: Log, axis_name: str, own_log: bool = False, **options: Any
 ) -> str:
-    """Return the report of a prediction as one HTML page."""
+    """Return the report of a prediction as one HTML page; options as of `report_page`."""
     notes = (*notes_of(prediction), *log.notes)
     errors = Block("facts", metrics_in_words(prediction), ("Errors are root mean square; in percent, of what was measured",))
     sections = [
@@ -52,7 +33,7 @@ def prediction_report(
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
     facts = {"prediction": prediction, "kind": log.kind, "log": log}
-    return report_page("prediction", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
+    return report_page("prediction", facts, front, sections, **options)
 
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
@@ -115,11 +96,12 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     errors = {signal: prediction.metrics.get(key) for signal, key in signals.items()}
     finite = {signal: float(value) for signal, value in errors.items() if isinstance(value, (int, float)) and np.isfinite(value)}
     signal, error = next(iter(finite.items()), ("log", 0.0))
-    care = [OWN_LOG] if own_log else []
+    care = ["it was fitted to this very log, which says nothing of another one"] if own_log else []
+    # Fewer than 80 %: the band is too narrow.
     care += [
         f"no more than {percent_text(share)} of the {name} lie in the band that should hold 95 %"
         for name, share in _bands(prediction).items()
-        if share < INSIDE
+        if share < 80.0
     ]
     care += [] if prediction.status is Status.OK else [prediction.status.sentence]
     reasons = ([f"it misses {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts

@@ -1,38 +1,35 @@
-"""A result that is shown as a card, told in a report, and kept in a folder: the numbers, the report, the logs of a simulation."""
+"""A result that is shown as a card, told in a report, and kept in a folder: numbers, report, signals, and figures with their captions."""
 
 from __future__ import annotations
 
 import re
+import warnings
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from bristle.core.axis import Axis
+from bristle.core.errors import InputError, InputWarning, place_in_own_code, told_by
 from bristle.core.tabular import WithCard
+from bristle.core.typography import typeset_sentence
 from bristle.files.motion import write_log
 from bristle.files.results import SUMMARY, Results, results_folder
 from bristle.files.single import write_whole
 from bristle.files.summary import as_json, plain
+from bristle.report.page import Plate, plates
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.simulation import SimulationResult
 
+
 REPORT = "report.html"
-LONGEST = 200  # bytes: file systems take 255
 
 
-class ResultsFolder(Protocol):
-    """What takes the files of results: a folder that appears whole, or another that is added to."""
-
-    def write(self, name: str, content: str | bytes, /) -> object:
-        """Write a file by its name in the folder, text in UTF-8."""
-        ...
-
-
-def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any]) -> None:
+def write_report(folder: Any, report: str, summary: Mapping[str, Any]) -> None:
     """Write a report and the numbers that it rests on into a folder of results."""
     folder.write(REPORT, report)
     folder.write(SUMMARY, as_json(summary))
@@ -124,7 +121,8 @@ def log_names(variants: Sequence[str]) -> dict[str, str]:
         return {variants[0]: "log.csv"}
     labels = [re.sub(r"[^\w.-]", "_", name) for name in variants]
     # Some systems tell no capital letters from small ones.
-    if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > LONGEST:
+    # File systems take names of 255 bytes.
+    if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > 200:
         labels = [str(number) for number in range(1, len(labels) + 1)]
     return {name: f"log_{label}.csv" for name, label in zip(variants, labels, strict=True)}
 
@@ -144,3 +142,58 @@ def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
         )
         write_log(folder / names[variant.name], variant.axis or Axis(kind=variant.plant.kind), signals)
     return names
+
+
+FOLDER = "figures"
+CAPTIONS = "captions.txt"
+NUMBERS = "csv"
+
+
+@contextmanager
+def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
+    """Write each figure that is drawn for a report in this block into a folder of results; as csv the numbers that it draws."""
+    endings = tuple(dict.fromkeys(str(ending) for ending in formats or ()))
+    if folder is None and endings:
+        raise InputError("needs a folder to write into", path="--format", mend="Add --out DIR")
+    with plates() as collected:
+        yield
+    if folder is None:
+        return
+    written = [plate for plate in collected if _is_written(folder, plate, endings)]
+    if written and set(endings) - {NUMBERS}:
+        folder.write(f"{FOLDER}/{CAPTIONS}", captions(written))
+
+
+def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
+    """Write a figure as files; return whether that was done, which an error in a user's own figure may prevent."""
+    from bristle.figures import as_csv, figure_file, fits_as_png, numbers_of
+
+    try:
+        for ending in endings:
+            if ending == NUMBERS:
+                panels = numbers_of(plate.figure)
+                for number, panel in enumerate(panels, 1):
+                    behind = f"-panel-{number}" if len(panels) > 1 else ""
+                    folder.write(f"{FOLDER}/{plate.name}{behind}.csv", as_csv(panel))
+                continue
+            form = ending
+            if ending == "png" and not fits_as_png(plate.figure):
+                remark = f"the figure {plate.name} would have too many pixels as png, and is written as pdf"
+                warnings.warn(remark, InputWarning, stacklevel=2)
+                form = "pdf"
+            folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
+    except OSError:
+        raise  # no room on the disk, and no fault of the figure
+    except (Exception, SystemExit) as error:  # (what a user's code may raise has no common type)
+        if not plate.own:
+            raise
+        reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
+        place = place_in_own_code(error) or plate.name
+        warnings.warn(f"{place}: the figure {plate.name} is not written as a file: {reason}", InputWarning, stacklevel=2)
+        return False
+    return True
+
+
+def captions(collected: Sequence[Plate]) -> str:
+    """Return the figures by the names of their files, each with its caption below it."""
+    return "\n".join(f"{plate.name}\n  {typeset_sentence(' '.join(plate.caption.split()))}\n" for plate in collected)

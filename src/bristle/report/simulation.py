@@ -1,11 +1,11 @@
 """The report of a simulated experiment: its variants side by side, whether compensation helps there, and what it takes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.report.compensation import Standing, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
@@ -13,28 +13,16 @@ from bristle.report.loops import component_table, direction_table, law_lines, lo
 from bristle.report.messages import as_data
 from bristle.report.page import Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text
+from bristle.simulation.result import SimulationResult, VariantResult
 from bristle.simulation.reversals import swing_at_worst_reversal
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.core.diagnostic import Diagnostic
-    from bristle.figures.report_figure import ReportFigure
-    from bristle.simulation.result import SimulationResult, VariantResult
 
 ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
 
 
 def simulation_report(
-    result: SimulationResult,
-    *,
-    command: str,
-    provenance: Mapping[str, str],
-    banner: str | None = None,
-    warnings: Sequence[str] = (),
-    doubts: Sequence[str] | None = None,
-    figures: Sequence[ReportFigure] = (),
+    result: SimulationResult, *, warnings: Sequence[str] = (), doubts: Sequence[str] | None = None, **options: Any
 ) -> str:
-    """Return the report of a simulated experiment as one HTML page."""
+    """Return the report of a simulated experiment as one HTML page; options as of `report_page`."""
     variants, is_open = result.experiment.variants, _is_open(result)
     facts: dict[str, Any] = {
         "simulation": result,
@@ -68,7 +56,7 @@ def simulation_report(
         Section("assumptions", "What was simulated", [*basis, run_table(variants), *parts], folded=True),
     ]
     front = _front(result, warnings if doubts is None else doubts)
-    return report_page("simulation", facts, front, sections, command=command, provenance=provenance, banner=banner, figures=figures)
+    return report_page("simulation", facts, front, sections, **options)
 
 
 def simulation_summary(

@@ -1,31 +1,30 @@
-"""The report of a study: how its numbers are distributed, which cause matters, and which runs are worst."""
+"""The report of a study: how its numbers are distributed, which cause matters, which runs are worst; and that of a fleet, log by log."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
 from bristle.core.typography import interval_text, number, scale_of, with_unit
 from bristle.report.page import Figures, Front, Section, report_page
 from bristle.report.table import Quantity, Table
-from bristle.study.dataset import OK
+from bristle.study.dataset import OK, Runs
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.study.dataset import Runs
 
+
 FAILURES_SHOWN = 20
-GROUPS_DRAWN = 5
 WORST_SHOWN = 10
 
 
-def study_summary(
-    runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = (), traces: Sequence[str] = ()
-) -> dict[str, Any]:
+def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = ()) -> dict[str, Any]:
     """Return a study in numbers, in SI."""
     from bristle.study.influence import rank_correlations, sobol_indices, spread_of
 
@@ -39,8 +38,8 @@ def study_summary(
     points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
     metrics = {
         name: {key: described["columns"][name][key] for key in ("unit", "description")}
-        | asdict(spread_of(columns[name], independent=independent))
-        | ({"points": [point | asdict(spread_of(columns[name][chosen])) for point, chosen in points]} if described["grid"] else {})
+        | spread_of(columns[name], independent=independent)
+        | ({"points": [point | spread_of(columns[name][chosen]) for point, chosen in points]} if described["grid"] else {})
         for name in described["metrics"]
     }
     return {
@@ -54,8 +53,8 @@ def study_summary(
             for place in failed[:FAILURES_SHOWN]
         ],
         "metrics": metrics,
-        "rank_correlations": [asdict(entry) for entry in rank_correlations(runs)],
-        "sobol_indices": [asdict(entry) for entry in sobol_indices(runs)],
+        "rank_correlations": rank_correlations(runs),
+        "sobol_indices": sobol_indices(runs),
         "worst": [
             {
                 "run": run,
@@ -65,7 +64,6 @@ def study_summary(
             for run in worst
             if run in at
         ],
-        "traces": list(traces),
         "provenance": dict(provenance),
     }
 
@@ -171,7 +169,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     failed = Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
     worst: Table | None = None
     if summary["worst"]:
-        unit, shown = summary["metrics"][metric]["unit"], summary["worst"][:WORST_SHOWN]
+        unit, shown = summary["metrics"][metric]["unit"], summary["worst"]
         again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in shown]
         worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), again)
     columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
@@ -183,7 +181,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
         Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
     ]
     entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
-    together = not described["grid"] or len(points) > GROUPS_DRAWN
+    together = not described["grid"] or len(points) > 5
     spread = {
         name: (
             _capital(entry["description"]),
@@ -202,30 +200,189 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return Sobol indices and rank correlations, where there are any."""
     shares = [
-        (
-            entry["metric"],
-            entry["cause"],
-            number(entry["first"], 0.01),
-            _range(entry["first_interval"]),
-            number(entry["total"], 0.01),
-            _range(entry["total_interval"]),
-        )
+        {
+            "Metric": entry["metric"],
+            "Cause": entry["cause"],
+            "Alone": number(entry["first"], 0.01),
+            "95 % interval": _range(entry["first_interval"]),
+            "With others": number(entry["total"], 0.01),
+            "its 95 % interval": _range(entry["total_interval"]),
+        }
         for entry in summary["sobol_indices"]
     ]
     strongest_first = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
     ranks = [
-        (entry["metric"], entry["cause"], _signed(entry["value"]), _range(entry["interval"]))
+        {"Metric": name, "Cause": entry["cause"], "Rank correlation": _signed(entry["value"]), "95 % interval": _range(entry["interval"])}
         for name in summary["metrics"]
         for entry in strongest_first
         if entry["metric"] == name
     ]
-    of_shares = ("Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval")
-    tables = [
-        Table("Sobol indices: shares of the variance", of_shares, shares),
-        Table("How strongly each cause goes with each metric", ("Metric", "Cause", "Rank correlation", "95 % interval"), ranks),
-    ]
-    return [table for table in tables if table.rows]
+    tables = {"Sobol indices: shares of the variance": shares, "How strongly each cause goes with each metric": ranks}
+    return [Table.of(caption, rows) for caption, rows in tables.items() if rows]
 
 
 def _range(ends: Sequence[float]) -> str:
     return f"{_signed(ends[0])} to {_signed(ends[1])}"
+
+
+LOGS_SHOWN = 200
+APART = 3.5  # robust standard deviations, its own interval counted in
+
+
+def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
+    """Return a fleet in numbers, in SI."""
+    described, columns = runs.described, runs.columns
+    names, counts = np.unique(columns["status"], return_counts=True)
+    failed = np.flatnonzero(columns["status"] != OK)
+    errors = columns["held_out_error"]
+    return {
+        "name": described["name"],
+        "kind": described["kind"],
+        "model": described["model"],
+        "logs": described["runs"],
+        "done": runs.count,
+        "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
+        "failures": [
+            _log(columns, place) | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
+            for place in failed.tolist()
+        ],
+        "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
+        "held_out_error": {"median": _of_finite(np.median, errors), "largest": _of_finite(np.max, errors)},
+        "warnings": dict(Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code).most_common()),
+        "provenance": dict(provenance),
+    }
+
+
+def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
+    return {name: columns[name][place].item() for name in ("run", "folder", "log")}
+
+
+def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> float | None:
+    finite = values[np.isfinite(values)]
+    return float(statistic(finite)) if finite.size else None
+
+
+def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """Return which logs tell a parameter, shape (log,)."""
+    return np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
+
+
+def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str]) -> dict[str, Any]:
+    tells = identified(columns, name)
+    values = columns[name][tells]
+    low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
+    half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
+    return {
+        "unit": about["unit"],
+        "description": about["description"],
+        "count": int(tells.sum()),
+        "low": low,
+        "median": median,
+        "high": high,
+        "half_width": _of_finite(np.median, half),
+        "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()],
+    }
+
+
+def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """Return which logs stand apart from the others in a parameter, the farthest first.
+
+    Their distance from the median is more than `APART` times what the median absolute deviation of all logs and their
+    own interval allow (Iglewicz and Hoaglin 1993).
+    """
+    tells = np.flatnonzero(identified(columns, name))
+    # Of fewer logs no log stands apart.
+    if tells.size < 5:
+        return tells[:0]
+    values = columns[name][tells]
+    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
+    distance = np.abs(values - np.median(values))
+    allowed = APART * np.hypot(DEVIATION_OVER_MEDIAN * float(np.median(distance)), std)
+    far = np.flatnonzero(distance > allowed)
+    return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
+
+
+def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
+    """Return what a fleet comes to, in sentences."""
+    lines = []
+    if summary["done"] < summary["logs"]:
+        lines.append(f"{summary['done']} of {summary['logs']} logs are there: the same command goes on.")
+    failed = len(summary["failures"])
+    good = summary["done"] - failed
+    lines.append(f"{good} of {summary['done']} logs were fitted" + (f", {failed} failed." if failed else "."))
+    warned = {name: count for name, count in summary["warnings"].items() if count}
+    if warned:
+        words = ", ".join(f"{name} in {count}" for name, count in warned.items())
+        lines.append(f"Fits with warnings: {words}.")
+    error = summary["held_out_error"]
+    if error["median"] is not None:
+        lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
+    counts_apart = Counter((entry["folder"], name) for name, about in summary["parameters"].items() for entry in about["apart"])
+    if counts_apart:
+        words = ", ".join(f"{count} of {folder} in {name}" for (folder, name), count in counts_apart.most_common())
+        lines.append(f"Logs that stand apart from the others: {words}.")
+    return lines
+
+
+def parameters_table(summary: Mapping[str, Any]) -> Table:
+    """Return how each parameter is distributed over the logs."""
+    rows = []
+    for name, entry in summary["parameters"].items():
+        if not entry["count"]:
+            rows.append((name, "0", *[""] * 5))
+            continue
+        column = Quantity.of(entry["unit"], [entry["median"]])
+        cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
+        rows.append((name, str(entry["count"]), column.scale.unit, *cells))
+    heads = ("Parameter", "Logs that tell it", "Unit", "5 %", "Median", "95 %", "± of one log")
+    return Table("The parameters over the logs", heads, rows).without_empty_columns()
+
+
+def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
+    """Return the logs that failed, with their reason."""
+    rows = [(entry["folder"], entry["log"], entry["reason"]) for entry in summary["failures"][:FAILURES_SHOWN]]
+    if not rows:
+        return None
+    caption = "Logs that failed" + (" (the first of them)" if len(summary["failures"]) > len(rows) else "")
+    return Table(caption, ("Folder", "Log", "Reason"), rows)
+
+
+def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
+    """Return the report of a fleet as one HTML page."""
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:12]
+    rows = [
+        (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
+        for name, about in summary["parameters"].items()
+        for entry in about["apart"][:WORST_SHOWN]
+    ]
+    heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
+    logs_apart = Table("Logs that stand apart from the others", heads, rows) if rows else None
+    sections = [
+        Section("", "", fleet_sentences(summary)),
+        Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
+        Section("apart", "Logs to look at", [failed_logs_table(summary), logs_apart]),
+        Section("logs", "Every log", [_logs_table(runs, summary, names)], folded=True),
+    ]
+    facts = {"fleet": runs, "names": names or None, "apart": {name: apart(runs.columns, name) for name in names}}
+    about = f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}"
+    front = Front(f"{summary['name']}: a fleet", about)
+    return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
+
+
+def _logs_table(runs: Runs, summary: Mapping[str, Any], names: Sequence[str]) -> Table:
+    """Return each log with these parameters, half of their intervals, and the codes of its warnings."""
+    columns = runs.columns
+    scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
+    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
+    rows = []
+    for place in range(min(runs.count, LOGS_SHOWN)):
+        run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
+        error = columns["held_out_error"][place]
+        cells = []
+        for name, scale in scales.items():
+            half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
+            text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
+            cells.append(text if identified(columns, name)[place] else "")
+        rows.append((run, folder, log, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
+    more = f" (the first {LOGS_SHOWN}; all are in runs/)" if runs.count > LOGS_SHOWN else ""
+    return Table(f"The logs{more}", heads, rows).without_empty_columns()

@@ -11,7 +11,7 @@ from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance
 from bristle.prediction.drive_units import drive_units, length_units, units_of
 from bristle.report.judgement import judged
-from bristle.report.messages import as_data, assumptions_of, message, note_of, warnings_of
+from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
 from bristle.report.prediction import prediction_as_data
 from bristle.report.simulation import variants_as_data
@@ -77,7 +77,7 @@ def identification_summary(
         "following_error": None if following is None else following.as_data(),
         "compensation": None if simulation is None else variants_as_data(simulation),
         "prediction": None if prediction is None else prediction_as_data(prediction),
-        "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
+        "log": {"samples": len(log)} | picked(log, "sample_time", "duration", "notes"),
         "unfinished": identification.unfinished or None,
         "left_out": dict(identification.left_out),
         "further_logs": [log.origin.name for log in identification.further_logs],
@@ -114,20 +114,9 @@ def _parameters(fit: Fit, axis: Axis | None) -> dict[str, Any]:
 
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
+    names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
     return {
-        estimate.name: {
-            "value": estimate.value,
-            "unit": estimate.unit,
-            "std": estimate.std,
-            "relative_std_percent": estimate.relative_std_percent,
-            "robust_std": estimate.robust_std,
-            "interval_percent": estimate.interval_percent,
-            "interval": estimate.interval,
-            "status": estimate.status,
-            "note": note_of(estimate),
-            "description": estimate.description,
-        }
-        for estimate in estimates
+        estimate.name: picked(estimate, *names) | {"note": note_of(estimate), "description": estimate.description} for estimate in estimates
     }
 
 
@@ -136,18 +125,11 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
     resampling = fit.resampling
     if resampling is None:
         return None
-    return {
+    of_bands = ("noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
+    facts = picked(resampling, "half_cycles", "resolution", "white") | picked(resampling.bands, *of_bands)
+    return facts | {
         "draws": resampling.bands.count,
         "scatter": resampling.scatter._asdict(),
-        "half_cycles": resampling.half_cycles,
-        "noise": resampling.bands.noise,
-        "resolution": resampling.resolution,
-        "unexplained": resampling.bands.unexplained,
-        "lasting": resampling.bands.lasting,
-        "inflation": resampling.bands.inflation,
-        "left_in_closed_loop": resampling.bands.left_in_closed_loop,
-        "left_in_open_loop": resampling.bands.left_in_open_loop,
-        "white": resampling.white,
         "jackknife_std": dict(resampling.jackknife),
         "virgin_curve": {name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))},
         "virgin_curve_from": resampling.curve_from,

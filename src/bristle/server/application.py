@@ -1,7 +1,5 @@
 """The application: what answers, behind what lets in."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -20,8 +18,7 @@ from bristle.exports.targets import TARGETS
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.packing import as_json
 from bristle.lab.page import environment, hash_of, joined
-from bristle.server.bodies import RefusedRequestError
-from bristle.server.cases import Cases
+from bristle.server.cases import Cases, RefusedRequestError
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
 from bristle.server.routes import Routes
@@ -56,11 +53,11 @@ async def _refused(_: Request, error: Exception) -> Response:
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
 TO_PAGE = 'location.replace("/" + location.hash)'
+# What leads on to the page with the fragment as it is, and the policy under which a browser runs it.
 ENTER = (
     f'<!DOCTYPE html><html lang="en"><title>bristle</title><script>{TO_PAGE}</script></html>',
     f"default-src 'none'; script-src {hash_of(TO_PAGE)}; frame-ancestors 'none'",
 )
-"""What leads on to the page with the fragment as it is, and the policy under which a browser runs it."""
 
 
 def server_page(limits: Limits) -> tuple[str, str]:
@@ -86,9 +83,6 @@ def server_page(limits: Limits) -> tuple[str, str]:
     return page, policy
 
 
-ARRIVES = 0.1  # [s] within which what was sent with a connection is read
-
-
 def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
     """Return the protocol of a connection that ends it where no request is whole within a time."""
 
@@ -99,7 +93,7 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
             super().connection_made(transport)
             self._begun = self._connected_at = self.loop.time()
             self._watch()
-            self.loop.call_later(ARRIVES, self._make_room)
+            self.loop.call_later(0.1, self._make_room)  # until then what was sent with a connection is read [s]
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._timer.cancel()

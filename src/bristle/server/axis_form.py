@@ -1,7 +1,5 @@
 """The axis file as a form: which keys it has, what is still open, and the same file with some of them changed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,10 +12,8 @@ from bristle.files.components import FILL_IN
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)
-"""What a column of the form may be."""
+CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # what a column of the form may be
 EMPTY = 'schema = 1\nname = "axis"\n'
-DEEPEST = 3
 
 
 def edited(text: str, edits: Mapping[str, Any], label: str = "axis.toml") -> str:
@@ -35,7 +31,7 @@ def _set(document: Any, key: str, value: Any) -> None:
     import tomlkit
 
     *parents, last = key.split(".")
-    if len(parents) >= DEEPEST or not all((*parents, last)):
+    if len(parents) >= 3 or not all((*parents, last)):
         raise InputError("is no key of an axis file", path=key)
     if not (value is None or isinstance(value, (str, int, float))):
         raise InputError("must be text or a number", path=key, value=value)

@@ -1,25 +1,89 @@
-"""What is open: each analysis with its files, its axis, what came out, and the job that runs."""
+"""What is open: each analysis with its files, its axis, what came out, and the job that runs; and what a request brings, up to a limit."""
 
-from __future__ import annotations
-
+import asyncio
+import json
 import secrets
 import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from bristle.core.errors import shortened
-from bristle.server.bodies import RefusedRequestError
+from starlette.requests import ClientDisconnect, Request
+
+from bristle.core.content import size_in_words
+from bristle.core.errors import InputError, shortened
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
-ROLES = ("fit", "held_out", "axis")
-"""What a file is for: to be fitted to, to be predicted only, to describe the axis."""
+
+class RefusedRequestError(InputError):
+    """A request that is not answered; `status` is that of HTTP."""
+
+    def __init__(self, status: int, message: str, **facts: Any) -> None:
+        self.status = status
+        super().__init__(message, **facts)
+
+
+async def stored(request: Request, target: Path, most: int, silence: float) -> int:
+    """Write the body of a request into a new file and return its size [byte]."""
+    size = 0
+    try:
+        with target.open("xb") as file:
+            async for piece in _pieces(request, most, silence):
+                size += len(piece)
+                await asyncio.to_thread(file.write, piece)
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
+    return size
+
+
+async def json_of(request: Request, most: int, silence: float) -> dict[str, Any]:
+    """Return the body of a request as the JSON object that it must be."""
+    text = b"".join([piece async for piece in _pieces(request, most, silence)])
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        data = None
+    if not isinstance(data, dict):
+        raise RefusedRequestError(400, "must be a JSON object", path="request")
+    return data
+
+
+async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[bytes]:
+    announced = request.headers.get("content-length", "0")
+    too_large = RefusedRequestError(
+        413,
+        "is larger than is taken",
+        path="file",
+        allowed=f"up to {size_in_words(most)}",
+        mend='Cut the log, or start again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
+    )
+    if announced.isdecimal() and int(announced) > most:
+        raise too_large
+    size, stream = 0, request.stream()
+    try:
+        while True:
+            try:
+                piece = await asyncio.wait_for(anext(stream), silence)
+            except StopAsyncIteration:
+                return
+            size += len(piece)
+            if size > most:
+                raise too_large
+            yield piece
+    except TimeoutError:
+        raise RefusedRequestError(408, f"has said nothing for {silence:g} s", path="request") from None
+    except ClientDisconnect:
+        raise RefusedRequestError(400, "was broken off", path="request") from None
+
+
+ROLES = ("fit", "held_out", "axis")  # what a file is for: to be fitted to, to be predicted only, to describe the axis
 LONGEST_LABEL = 100
-FORGOTTEN = 600.0  # [s] without a tab, after which an analysis makes room for a new one
+# What came out -> what it was made of; once that changes, it is told to be old.
 DEPENDS = {
     "looked": ("fit", "axis"),
     "checked": ("fit", "axis", "held_out"),
@@ -28,7 +92,6 @@ DEPENDS = {
     "exported": ("fit", "axis"),
     "excited": (),
 }
-"""What came out -> what it was made of; once that changes, it is told to be old."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +194,8 @@ class Cases:
         """Return a new analysis; one that no tab has looked at for long makes room for it."""
         if len(self._cases) >= self._limits.cases:
             oldest = min(self, key=lambda case: case.seen_at)
-            if time.monotonic() - oldest.seen_at < FORGOTTEN or (oldest.job is not None and oldest.job.runs):
+            # Ten minutes without a tab.
+            if time.monotonic() - oldest.seen_at < 600.0 or (oldest.job is not None and oldest.job.runs):
                 raise RefusedRequestError(
                     429, f"{len(self._cases)} analyses are open", path="analysis", allowed=f"up to {self._limits.cases}", mend="Close one"
                 )

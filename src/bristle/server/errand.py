@@ -15,11 +15,9 @@ from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 
-Answer = tuple[dict[str, Any], dict[str, Any]]
-"""What the page is told at once, and the rest, which it asks for."""
+Answer = tuple[dict[str, Any], dict[str, Any]]  # what the page is told at once, and the rest, which it asks for
 BUCKETS = 1500  # of a curve: points of a screen in pairs
-DATA = "data.json"
-"""What a job leaves for the page, in its folder."""
+DATA = "data.json"  # what a job leaves for the page, in its folder
 
 
 @dataclass(frozen=True)
@@ -67,6 +65,13 @@ class Errand:
         if not logs:
             raise InputError("is missing", path="log", mend="Drop a log that is to be fitted to")
         return logs
+
+    @property
+    def model(self) -> Path:
+        """The folder of the results of an identification."""
+        if self.results is None:
+            raise InputError("is missing", path="model", mend="Identify first")
+        return self.results
 
     @property
     def axis_file(self) -> Content:

@@ -6,8 +6,6 @@ this server, and everything but the page itself takes the token, which stands in
 send fragments to nobody, and other sites cannot read them.
 """
 
-from __future__ import annotations
-
 import asyncio
 import os
 import secrets
@@ -19,14 +17,10 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LOOPBACK = "127.0.0.1"
-TOKEN = "x-bristle-token"
-"""The header that carries the token."""
-HAS_TOKEN = "bristle.has_token"
-"""What stands in the state of a request that had the token."""
-ENTRANCE = "/opened/"
-"""Where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket."""
-OPEN = ("/shown/", ENTRANCE)
-"""What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each."""
+TOKEN = "x-bristle-token"  # the header that carries the token
+HAS_TOKEN = "bristle.has_token"  # what stands in the state of a request that had the token
+ENTRANCE = "/opened/"  # where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket
+# What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each.
 HEADERS = {
     "cache-control": "no-store",
     "x-content-type-options": "nosniff",
@@ -83,7 +77,7 @@ class Gate:
 
 
 def _takes_no_token(path: str) -> bool:
-    return path == "/" or path.startswith(OPEN)
+    return path == "/" or path.startswith(("/shown/", ENTRANCE))
 
 
 def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:
@@ -94,7 +88,6 @@ def _refused(status: int, message: str) -> JSONResponse:
     return JSONResponse({"message": message}, status, headers={"connection": "close"})
 
 
-OFFERED = 60.0  # [s] within which a browser begins, on a slow machine too
 LEADS_ON = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>bristle</title><meta name="referrer" content="no-referrer">
 <meta http-equiv="refresh" content="0; url={address}"></head><body></body></html>
@@ -108,7 +101,7 @@ class Opening:
         self._file, self._ticket = folder / "open.html", ""
         self._base, self._token = f"http://{LOOPBACK}:{port}{ENTRANCE}", token
 
-    def offer(self, seconds: float = OFFERED) -> Path:
+    def offer(self, seconds: float = 60.0) -> Path:
         """Return the file to open a browser with; it is gone once that has come, or after a time [s]."""
         ticket = secrets.token_urlsafe(32)
         with os.fdopen(os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as file:

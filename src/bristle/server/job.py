@@ -1,7 +1,5 @@
 """A job: work in a process of its own, which can be ended, and whose end is no end of the application."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
@@ -15,7 +13,6 @@ from typing import Any
 from bristle.core.errors import in_one_line, shortened
 from bristle.server.limits import Limits
 
-LONGEST_LINE = 2**20
 TAIL = 2000  # of what a library complains of
 CODE = "from bristle.server.worker import main; main()"
 
@@ -68,7 +65,7 @@ class Job:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(place for place in sys.path if place)},
-            limit=LONGEST_LINE,
+            limit=2**20,
             # A group of its own: Ctrl-C goes to the server, which ends its jobs.
             start_new_session=sys.platform != "win32",
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),

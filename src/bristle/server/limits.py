@@ -1,7 +1,5 @@
 """`Limits`: how much of anything a browser may ask for."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from bristle.core.content import SIZE_LIMIT

@@ -1,7 +1,5 @@
 """What the page may ask for."""
 
-from __future__ import annotations
-
 import asyncio
 import secrets
 import shutil
@@ -14,28 +12,27 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from bristle.server.bodies import RefusedRequestError, json_of, stored
-from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
+from bristle.server.cases import ROLES, Case, Cases, Part, RefusedRequestError, StoredFile, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
+# Job -> what it leaves.
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
-"""Job -> what it leaves."""
+# What a job left -> the archive of it, and what that is called.
 DOWNLOADS: dict[str, Callable[[Part], tuple[str, str]]] = {
     "identified": lambda part: ("results.zip", "results.zip"),
     "exported": lambda part: ("export.zip", str(part.facts["file"])),
     "excited": lambda part: ("motion.zip", "motion.zip"),
 }
-"""What a job left -> the archive of it, and what that is called."""
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
+# A report is a page of its own: it runs apart from this one and from the server, and asks for nothing.
 SHOWN_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' "
     "'wasm-unsafe-eval'; img-src data:; frame-ancestors 'self'"
 )
-"""A report is a page of its own: it runs apart from this one and from the server, and asks for nothing."""
 
 
 class Routes:

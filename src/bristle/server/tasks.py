@@ -3,29 +3,111 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from bristle.core.content import Content
 from bristle.core.dimensions import KINDS, kind_called, unit_of
 from bristle.core.errors import InputError
 from bristle.exports.face import NAME
+from bristle.files.components import FILL_IN
 from bristle.files.toml import read_toml
 from bristle.friction import DEFAULT_MODELS
-from bristle.report.log import inspect_log, passage_table
-from bristle.server.axis_form import EMPTY, edited
+from bristle.report.log import Inspected, inspect_log, passage_table
+from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
 from bristle.server.errand import Answer, Errand, thinned, zipped
-from bristle.server.look import look
 
 if TYPE_CHECKING:
     from bristle.report.identified import Identified, Outcome
     from bristle.report.table import Table
 
+
+PLOTTED = ("position", "velocity", "reference", "effort")
+
+
+def look(errand: Errand) -> Answer:
+    """Return the axis file of the first log, proposed where there is none, and the data as it reads them."""
+    content = errand.fitted[0].content
+    errand.report(0.1, "reading the log")
+    text, proposed = errand.options.get("text") or errand.axis_text, None
+    if not text:
+        proposed = inspect_log(content, size_limit=errand.size_limit)
+        text = proposed.proposal.text if proposed.proposal else f"{EMPTY}\n[columns]\n"
+    text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
+    errand = Errand(**{**vars(errand), "axis_text": text})
+    axis, refusal = None, ""
+    try:
+        axis = errand.axis()
+    except InputError as error:  # why its file does not serve yet
+        refusal = str(error)
+    if axis is not None or proposed is None:
+        inspected = inspect_log(content, axis, size_limit=errand.size_limit)
+    else:
+        inspected = proposed
+    form = form_of(errand.axis_file)
+    if axis is not None and inspected.log:  # channels in SI of the axis
+        plots = [
+            {
+                "word": name,
+                "unit": channel.unit,
+                "column": channel.column,
+                "curve": thinned(inspected.log.time.values, channel.values),
+                "time_unit": "s",
+            }
+            for name, channel in inspected.log.channels()
+            if name in PLOTTED
+        ]
+    else:
+        plots = _of_columns(inspected, form["tables"]["columns"])
+    problems = inspected.summary["problems"] if axis is not None else []
+    data = {
+        "log": errand.fitted[0].label,
+        "form": form,
+        "channels": CHANNELS,
+        "refusal": refusal,
+        "columns": inspected.summary["columns"],
+        "notes": inspected.summary["notes"],
+        "problems": problems,
+        "diagnostics": inspected.summary["diagnostics"] if axis is not None else [],
+        "kind": inspected.summary["kind"],
+        "plots": plots,
+    }
+    facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
+    return facts, data
+
+
+def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return columns as they are recorded, as long as the axis file does not say what they are."""
+    plots, recorded = [], inspected.table.columns
+    time = recorded.get(columns.get("time", {}).get("column"))
+    for name in PLOTTED:
+        entry = columns.get(name, {})
+        values = recorded.get(entry.get("column"))
+        if values is None or not values.size:
+            continue
+        timed = time is not None and time.size == values.size
+        along = np.arange(values.size) if time is None or not timed else time
+        unit = entry.get("unit", "")
+        plots.append(
+            {
+                "word": name,
+                "unit": "as recorded" if unit in ("", FILL_IN) else unit,
+                "column": entry["column"],
+                "curve": thinned(along, values),
+                "time_unit": columns["time"].get("unit", "") if timed else "sample",
+            }
+        )
+    return plots
+
+
 POINTS = 20  # of a table of a drive
 DRAWS = 100
 MODE = "inverse"
+# What a log of the motion is taken to hold, where nobody has said it.
 COLUMNS = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
-"""What a log of the motion is taken to hold, where nobody has said it."""
 
 
 def check(errand: Errand) -> Answer:
@@ -56,10 +138,9 @@ def identify(errand: Errand) -> Answer:
     logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
     models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
     options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
-    words = ["bristle", "identify", *(log.label for log in errand.fitted), "--axis", errand.axis_label, "--model", ",".join(models)]
-    words += ["--draws", str(options["draws"])] if options["draws"] != DRAWS else []
-    words += ["--cutoff", options["cutoff"]] if options["cutoff"] else []
-    command = shlex.join([*words, "--out", "results"])
+    draws = "" if options["draws"] == DRAWS else str(options["draws"])
+    flags = {"--axis": errand.axis_label, "--model": ",".join(models), "--draws": draws, "--cutoff": options["cutoff"], "--out": "results"}
+    command = _command("identify", [log.label for log in errand.fitted], flags)
     with errand.interruptible():
         identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
     outcome = identified.outcome_with(command=command, axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
@@ -69,6 +150,12 @@ def identify(errand: Errand) -> Answer:
     verdict = outcome.summary["verdict"]
     facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
     return facts, _findings(identified, outcome)
+
+
+def _command(name: str, files: Sequence[str], options: Mapping[str, str | None]) -> str:
+    """Return the command that does the same at a terminal, with the options that have a value."""
+    words = [word for option, value in options.items() if value for word in (option, value)]
+    return shlex.join(["bristle", name, *files, *words])
 
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
@@ -109,9 +196,7 @@ def predict(errand: Errand) -> Answer:
     import bristle
     from bristle.report.prediction import prediction_ruling
 
-    if errand.results is None:
-        raise InputError("is missing", path="model", mend="Identify first")
-    axis, model, logs = errand.axis(), bristle.load(errand.results), []
+    axis, model, logs = errand.axis(), bristle.load(errand.model), []
     chosen = [log for log in errand.logs if log.role == "held_out"]
     for place, log in enumerate(chosen):
         errand.report(place / len(chosen), f"predicting {log.label}")
@@ -137,16 +222,14 @@ def export(errand: Errand) -> Answer:
     from bristle.files.results import results_folder
     from bristle.report.exported import export_model_file
 
-    if errand.results is None:
-        raise InputError("is missing", path="model", mend="Identify first")
+    model = errand.model / "model.toml"
     target, name = errand.text("target", "table"), errand.text("name") or NAME
     points = errand.count("points", POINTS)
     errand.report(0.2, f"writing for {target}")
     axis = errand.axis_file if errand.axis_text else None
-    words = ["bristle", "export", "results", "--to", target, "--out", f"{name}_{target}", "--name", name]
-    words += ["--axis", errand.axis_label] if axis else []
-    words += ["--points", str(points)] if points != POINTS else []
-    exported = export_model_file(errand.results / "model.toml", target, command=shlex.join(words), name=name, axis=axis, points=points)
+    flags = {"--to": target, "--out": f"{name}_{target}", "--name": name, "--axis": errand.axis_label if axis else ""}
+    command = _command("export", ["results"], flags | {"--points": "" if points == POINTS else str(points)})
+    exported = export_model_file(model, target, command=command, name=name, axis=axis, points=points)
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
     zipped(errand.folder / "export")
@@ -166,13 +249,11 @@ def excite(errand: Errand) -> Answer:
     text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
     duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
-    words = ["bristle", "excite", errand.axis_label, "--out", "motion", "--duration", duration]
-    words += ["--for", purposes] if purposes else []
     travel = errand.text("travel") or None
-    words += ["--travel", travel] if travel else []
+    command = _command("excite", [errand.axis_label], {"--out": "motion", "--duration": duration, "--for": purposes, "--travel": travel})
     with errand.interruptible():
         motion = designed_motion(
-            axis_file, command=shlex.join(words), duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
+            axis_file, command=command, duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
         )
     following = motion.next_command("motion/axis.toml")
     with results_folder(errand.folder / "motion") as folder:
@@ -201,5 +282,5 @@ def _with_columns(text: str) -> str:
     return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in COLUMNS.items()})
 
 
+# By the name that the page knows.
 TASKS = {"look": look, "check": check, "identify": identify, "predict": predict, "export": export, "excite": excite}
-"""By the name that the page knows."""

@@ -1,7 +1,5 @@
 """The other side of a job: a process that does one piece of work, says how far it is, and ends."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -13,8 +11,6 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from bristle.core.errors import BristleError, told_by
-
-AGAIN = 0.02  # [s]
 
 
 class Interruption:
@@ -44,7 +40,7 @@ class Interruption:
                     self._allowed = False
                     _thread.interrupt_main()
                     return
-            time.sleep(AGAIN)
+            time.sleep(0.02)
 
     @contextmanager
     def allowed(self) -> Iterator[None]:

@@ -1,7 +1,5 @@
 """One block of a study: its runs simulated, and what is kept of them as columns."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -17,8 +15,7 @@ from bristle.engine import run_batch
 from bristle.engine.batch import WORTH_LANES
 from bristle.simulation import SimulationResult, simulate
 from bristle.study.dataset import OK
-from bristle.study.metrics import Metric
-from bristle.study.plan import Block, Study, steps_of
+from bristle.study.plan import Block, Metric, Study, steps_of
 from bristle.study.varied import Varied, row_of
 
 REFUSED, RAISED = "refused", "raised"
@@ -29,11 +26,9 @@ NAMES = {
     Status.MEMORY_OVERFLOW: "memory_overflow",
     Status.NOT_FINITE: "not_finite",
 }
-FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)
-"""The statuses of runs that have no numbers."""
+FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)  # the statuses of runs that have no numbers
 
 MODELS = ("plant", "friction")
-SAMPLES_AT_ONCE = 4_000_000  # of all runs together, so that their records stay in some tens of megabytes
 REASON = 300  # letters
 
 
@@ -103,7 +98,7 @@ class Simulator:
         for index, variant in enumerate(self.study.experiment.variants):
             own = [metric for metric in self.study.metrics if metric.variant == variant.name]
             effort = np.zeros(0) if variant.effort is None else variant.effort.values
-            size = max(1, SAMPLES_AT_ONCE // max(effort.size, 1))
+            size = max(1, 4_000_000 // max(effort.size, 1))  # records of some tens of megabytes
             for first in range(0, len(places), size):
                 part = slice(first, first + size)
                 models = [changes[place][index] for place in places[part].tolist()]

@@ -1,7 +1,5 @@
 """The runs of a study as columns, and as a labelled data set."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,11 +13,7 @@ from bristle.core.tabular import library
 from bristle.files.growing import verified
 from bristle.study.store import OF_STUDIES, RUNS, STUDY, study_in
 
-OK = "ok"
-"""Status of a run, or of a log of a fleet, that ended well."""
-
-BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")
-"""Columns that stand beside the numbers of a run."""
+OK = "ok"  # status of a run, or of a log of a fleet, that ended well
 
 
 @dataclass(frozen=True)
@@ -119,4 +113,5 @@ def read_study(folder: str | Path) -> Any:
             data = data.assign_coords({name: (name, values, {"units": unit} if unit else {})})
     else:
         data = data.assign_coords(run=numbers)
-    return data.set_coords([name for name in BESIDE if name in data])
+    # Columns that stand beside the numbers of a run.
+    return data.set_coords([name for name in ("seed", "folder", "log", "time_of_log", "status", "reason") if name in data])

@@ -1,10 +1,7 @@
 """Which cause matters: rank correlations with their intervals, and Sobol indices where the draws were made for them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,61 +10,27 @@ from bristle.study.block import FAILED
 from bristle.study.dataset import Runs
 
 RESAMPLES = 400
-MOST_RESAMPLED = 2000  # draws: of more a share is resampled, and its interval made as narrow as that of all
 SEED = 20_110_517
 FEWEST = 10
 LEVELS = (2.5, 97.5)  # [%]
 
 
-@dataclass(frozen=True)
-class Influence:
-    """How strongly one cause goes with one metric."""
+def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any]:
+    """Return how one metric is distributed over runs: quantiles at 5 and 95 %, and 95 % intervals by standard error or ranks.
 
-    cause: str
-    metric: str
-    value: float
-    interval: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Index:
-    """Which share of the variance of one metric comes from one cause."""
-
-    cause: str
-    metric: str
-    first: float
-    total: float
-    first_interval: tuple[float, float]
-    total_interval: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Spread:
-    """How one metric is distributed over runs: quantiles at 5 and 95 %, and 95 % intervals by standard error or ranks."""
-
-    count: int
-    mean: float
-    std: float
-    median: float
-    low: float
-    high: float
-    mean_interval: tuple[float, float]
-    median_interval: tuple[float, float]
-    high_interval: tuple[float, float]
-
-
-def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
-    """Return how numbers are distributed; those that are none are left out."""
+    What is no number is left out.
+    """
     usable = np.sort(numbers[np.isfinite(numbers)])
     count, intervals = len(usable), [(math.nan, math.nan)] * 3
+    names = ("count", "mean", "std", "median", "low", "high", "mean_interval", "median_interval", "high_interval")
     if not count:
-        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, *intervals)
+        return dict(zip(names, (0, *[math.nan] * 5, *intervals), strict=True))
     mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
     low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
     if independent:
         half = 1.96 * std / math.sqrt(count)
         intervals = [(mean - half, mean + half), _by_ranks(usable, 0.5), _by_ranks(usable, 0.95)]
-    return Spread(count, mean, std, median, low, high, *intervals)
+    return dict(zip(names, (count, mean, std, median, low, high, *intervals), strict=True))
 
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
@@ -82,7 +45,7 @@ def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
     return (float(ordered[low]) if low >= 0 else np.nan, float(ordered[high]) if high < count else np.nan)
 
 
-def rank_correlations(runs: Runs) -> list[Influence]:
+def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
     """Return the rank correlation of each metric with each value that varies, with its interval.
 
     Draws are resampled, each with all its points of the grid: runs of one draw are not independent. What is drawn is
@@ -107,7 +70,7 @@ def rank_correlations(runs: Runs) -> list[Influence]:
             numbers = _ranked(columns[metric][usable], within)
             if np.ptp(values) > 0.0 and np.ptp(numbers) > 0.0:
                 value, interval = _correlation(values, numbers, draws)
-                entries.append(Influence(cause, metric, value, interval))
+                entries.append({"cause": cause, "metric": metric, "value": value, "interval": interval})
     return entries
 
 
@@ -127,7 +90,7 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
     value = float(np.corrcoef(a, b)[0, 1])
     _, member = np.unique(draws, return_inverse=True)
     groups, generator = int(member[-1]) + 1, np.random.default_rng(SEED)
-    share = min(groups, MOST_RESAMPLED)
+    share = min(groups, 2000)  # the interval is made as narrow as that of all
     # Correlations of resamples follow from sums over each draw, each as often as it is resampled.
     products = (np.ones_like(a), a, b, a * a, b * b, a * b)
     sums = np.stack([np.bincount(member, weights=part, minlength=groups) for part in products])
@@ -146,7 +109,7 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
     return value, (float(np.tanh(centre + low)), float(np.tanh(centre + high)))
 
 
-def sobol_indices(runs: Runs) -> list[Index]:
+def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
     """Return the Sobol indices of each metric, of the draws that were made for them; nothing of others.
 
     A point of which a run is missing or failed is left out, with its others; so many that a power of two is left.
@@ -168,8 +131,10 @@ def sobol_indices(runs: Runs) -> list[Index]:
             resampled = [_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)]
             ends = np.percentile(np.array(resampled), LEVELS, axis=0)  # of shape (end, kind of index, cause)
             for place, cause in enumerate(causes):
-                intervals = (tuple(ends[:, kind, place].tolist()) for kind in (0, 1))
-                entries.append(Index(cause, metric, *values[:, place].tolist(), *intervals))
+                entry: dict[str, Any] = {"cause": cause, "metric": metric}
+                for kind, name in enumerate(("first", "total")):
+                    entry |= {name: float(values[kind, place]), f"{name}_interval": tuple(ends[:, kind, place].tolist())}
+                entries.append(entry)
     return entries
 
 

@@ -1,9 +1,9 @@
-"""`Study`: what is varied, how often, and what is kept, as data; and the values of each of its runs."""
+"""`Study`: what is varied, how often, and what is kept, as data; the values of each of its runs, and the numbers that are kept of it."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import reduce
 from itertools import product
 from math import prod
 from typing import Any
@@ -11,12 +11,192 @@ from typing import Any
 import numpy as np
 
 from bristle.core.content import Origin
+from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment
 from bristle.core.lazy import cached_property
+from bristle.core.random_numbers import SEED_MAX
+from bristle.core.status import Status
+from bristle.core.variable import unit_of
 from bristle.files.sources import Sources
-from bristle.study.metrics import Metric
-from bristle.study.sampling import Sampling, seed_of_run
+from bristle.simulation.result import Statistics, VariantResult
 from bristle.study.values import Cause, Target
+
+STATISTICS = tuple(field.name for field in fields(Statistics))
+LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
+EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
+METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)  # the numbers of a variant by dotted name
+
+SHORT = {
+    "following_error": "following error",
+    "true_error": "true error",
+    "by_direction.forward": "following error forward",
+    "by_direction.backward": "following error backward",
+    "motion": "position",
+    "peak_to_peak": "peak to peak",
+}
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number that is kept of each run."""
+
+    column: str
+    variant: str
+    name: str
+    unit: str
+
+    @property
+    def described(self) -> str:
+        """What it is, in words, with its variant where the column names it."""
+        group, _, statistic = self.name.rpartition(".")
+        words = f"{SHORT.get(group, group)}, {SHORT.get(statistic, statistic)}"
+        return words if self.column == self.name else f"{self.variant}: {words}"
+
+    def of(self, result: VariantResult) -> float:
+        """Return the number of a run; NaN for one that left the finite numbers."""
+        if result.status is Status.NOT_FINITE:
+            return float("nan")
+        if self.name in EFFORTS:
+            return float(getattr(result, EFFORTS[self.name]))
+        group, _, statistic = self.name.rpartition(".")
+        if group.startswith("by_direction."):
+            return float(getattr(result.by_direction[group.partition(".")[2]], statistic))
+        return float(reduce(getattr, (group, statistic), result))
+
+    def along(self, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
+        """Return the number of several open loops, shape (run,), from what is judged of them, shape (run, sample).
+
+        To the bit what `of` returns of each by itself.
+        """
+        group, _, statistic = self.name.rpartition(".")
+        if self.name == "effort.peak":
+            return np.max(np.abs(effort), axis=1, initial=0.0)
+        if group not in ("motion", "effort"):  # nothing follows a reference
+            return np.full(len(position), np.nan)
+        rows = position if group == "motion" else effort
+        if statistic == "peak_to_peak":
+            return rows.max(axis=1) - rows.min(axis=1)
+        if statistic == "rms":
+            return np.sqrt(np.mean(rows * rows, axis=1))
+        return getattr(rows, statistic)(axis=1)  # of the same name in numpy: min, max, mean, std
+
+
+def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
+    """Return what is kept where a study does not say."""
+    is_open = all(variant.effort is not None for variant in experiment.variants)
+    return ("motion.peak_to_peak" if is_open else "following_error.peak_to_peak", "effort.rms")
+
+
+def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> tuple[Metric, ...]:
+    """Return the metrics of these names, of each variant where a name says none."""
+    metrics: list[Metric] = []
+    variants = [variant.name for variant in experiment.variants]
+    for place, name in enumerate(names):
+        at = f"{path}[{place}]"
+        if not isinstance(name, str):
+            raise InputError("must be the name of a metric", path=at, value=name, mend='Write "effort.rms"')
+        chosen, metric = variants, name
+        for variant in variants:
+            if name.startswith(f"{variant}."):
+                chosen, metric = [variant], name.removeprefix(f"{variant}.")
+        if metric not in METRICS:
+            raise InputError(
+                "is no metric of a run",
+                path=at,
+                value=name,
+                allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
+                mend=did_you_mean(metric, METRICS),
+            )
+        unit = unit_of("force" if metric in EFFORTS else "length", experiment.kind)
+        metrics += [Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen]
+    columns = [metric.column for metric in metrics]
+    for column in columns:
+        if columns.count(column) > 1:
+            raise InputError("is named twice", path=path, value=column)
+    return tuple(metrics)
+
+
+SAMPLINGS = ("random", "latin_hypercube", "sobol")
+PER_COUNT = 4  # numbers that the generator makes of one count
+SMALLEST = 2.0**-54  # half the distance of the numbers of the generator, which begin at 0
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How draws fill their space."""
+
+    method: str
+    seed: int
+    names: tuple[str, ...]
+    rows: int
+    indices: bool = False
+
+    @property
+    def per_row(self) -> int:
+        """Draws that one point becomes."""
+        return len(self.names) + 2 if self.indices else 1
+
+    @property
+    def count(self) -> int:
+        """Draws in all."""
+        return self.rows * self.per_row
+
+    def numbers(self, first: int, last: int) -> np.ndarray:
+        """Return the numbers of the draws from `first` to before `last`, shape (draw, cause)."""
+        if not self.indices:
+            return self._points(first, last)
+        row, width = first // self.per_row, len(self.names)
+        pairs = self._points(row, -(-last // self.per_row))
+        own, second = pairs[:, :width], pairs[:, width:]
+        exchanged = [np.where(np.arange(width) == place, second, own) for place in range(width)]
+        draws = np.stack((own, second, *exchanged), axis=1).reshape(-1, width)
+        return draws[first - row * self.per_row : last - row * self.per_row]
+
+    def checksum(self) -> str:
+        """Return a checksum of what another release of a library might draw otherwise; empty where none draws."""
+        return "" if self.method == "random" else hashlib.sha256(self._all.tobytes()).hexdigest()
+
+    @property
+    def _dimensions(self) -> tuple[str, ...]:
+        return (*self.names, *(f"{name} of the second point" for name in self.names if self.indices))
+
+    def _points(self, first: int, last: int) -> np.ndarray:
+        """Return points, random ones from a stream of its own for each seed and name.
+
+        So a further cause leaves the others as they are, and each block of runs draws its own numbers.
+        """
+        if self.method != "random":
+            return self._all[first:last]
+        points, begin = np.empty((last - first, len(self._dimensions))), first // PER_COUNT
+        for place, name in enumerate(self._dimensions):
+            key = int.from_bytes(hashlib.sha256(f"{self.seed} {name}".encode()).digest()[:16], "little")
+            generator = np.random.Generator(np.random.Philox(key=key, counter=begin))
+            points[:, place] = generator.random(last - begin * PER_COUNT)[first - begin * PER_COUNT :]
+        return np.maximum(points, SMALLEST)
+
+    @cached_property
+    def _all(self) -> np.ndarray:
+        from scipy.stats import qmc
+
+        if not self.names:
+            return np.empty((self.rows, 0))
+        method = qmc.LatinHypercube if self.method == "latin_hypercube" else qmc.Sobol
+        generator: Any = {"seed": np.random.default_rng(self.seed)}  # later releases call it rng, and take both
+        points = method(len(self._dimensions), **generator).random(self.rows)
+        return np.clip(points, SMALLEST, 1.0 - SMALLEST)
+
+
+def seed_of_run(seed: int, number: int) -> int:
+    """Return the seed of a run: a function of the seed of the study and of the number of the run alone.
+
+    Examples
+    --------
+    >>> seed_of_run(7, 4711), seed_of_run(7, 4712), seed_of_run(8, 4711)
+    (708275689, 1655017973, 360334804)
+    """
+    letters = hashlib.sha256(f"{seed} {number}".encode()).digest()
+    return int.from_bytes(letters[:8], "little") % SEED_MAX
+
 
 BLOCK_MOST = 4096
 BLOCK_STEPS = 10_000_000  # of the integration: about a second or two
@@ -65,8 +245,6 @@ class Study:
         Values that each draw is made with, all combinations of them.
     metrics : tuple of Metric
         What is kept; what is largest in the first of them is worst.
-    worst : int
-        Of how many of the worst runs the signals are kept, too.
     block : int
         Runs in a block.
     described : mapping
@@ -84,7 +262,6 @@ class Study:
     causes: tuple[Cause, ...]
     grid: tuple[tuple[Target, tuple[Any, ...]], ...]
     metrics: tuple[Metric, ...]
-    worst: int
     block: int
     described: Mapping[str, Any]
     origins: Mapping[str, tuple[Origin, ...]]

@@ -1,9 +1,6 @@
 """Study files: an experiment, what varies in it, how often, and what is kept."""
 
-from __future__ import annotations
-
 import copy
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
@@ -18,15 +15,12 @@ from bristle.files.components import check_keys, check_schema, table_at
 from bristle.files.experiment import experiment_from, with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
-from bristle.study.metrics import Metric, metrics_from, usual_metrics
-from bristle.study.plan import BLOCK_MOST, Study, block_for
-from bristle.study.sampling import SAMPLINGS, Sampling
+from bristle.study.plan import BLOCK_MOST, SAMPLINGS, Metric, Sampling, Study, block_for, metrics_from, usual_metrics
 from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
 KEYS = ("schema", "name", "experiment", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
 RUNS_MOST = 1_000_000_000
 POINTS_MOST = 100_000
-WORST_MOST = 1000
 
 
 def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Study:
@@ -80,7 +74,6 @@ class _Reader:
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
         sampling = self._sampling(causes, grid)
-        metrics, worst = self._metrics(experiment)
         name = self.data.get("name", self.source.stem)
         if not isinstance(name, str):
             raise InputError("must be text", path="name", value=name)
@@ -96,8 +89,7 @@ class _Reader:
             sampling=sampling,
             causes=causes,
             grid=grid,
-            metrics=metrics,
-            worst=worst,
+            metrics=self._metrics(experiment),
             block=1,
             described={},
             origins=origins,
@@ -221,16 +213,14 @@ class _Reader:
             )
         return Sampling(method, seed, tuple(cause.name for cause in causes), runs, indices)
 
-    def _metrics(self, experiment: Experiment) -> tuple[tuple[Metric, ...], int]:
+    def _metrics(self, experiment: Experiment) -> tuple[Metric, ...]:
         table = table_at(self.data.get("keep", {}), "keep")
-        check_keys(table, ("metrics", "traces"), "keep")
+        if "traces" in table:
+            raise InputError("was removed", path="keep.traces", mend="Leave it out: bristle study FILE --run N writes the signals of a run")
+        check_keys(table, ("metrics",), "keep")
         names = table.get("metrics", list(usual_metrics(experiment)))
         if not isinstance(names, list) or not names:
             raise InputError(
                 "must be a list of metrics", path="keep.metrics", value=names, mend=f'Write metrics = ["{usual_metrics(experiment)[0]}"]'
             )
-        traces = table.get("traces", "worst 0")
-        match = re.fullmatch(r"worst (\d{1,4})", traces) if isinstance(traces, str) else None
-        if match is None or int(match[1]) > WORST_MOST:
-            raise InputError("does not fit", path="keep.traces", value=traces, allowed=f'"worst 0" to "worst {WORST_MOST}"')
-        return metrics_from(names, experiment, "keep.metrics"), int(match[1])
+        return metrics_from(names, experiment, "keep.metrics")

@@ -1,7 +1,5 @@
 """Running a study: what is missing in its folder is simulated, block by block."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -17,23 +15,19 @@ from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator
 from bristle.study.dataset import Runs
 from bristle.study.plan import Block, Study
-from bristle.study.store import TRACES, Store, opened
+from bristle.study.store import Store, opened
 from bristle.study.varied import row_of
 from bristle.study.workers import Cluster, Crew, Here
 
-SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
-ENOUGH = 0.25  # [s] of runs, by which the cost of one is measured
 
 
 @dataclass(frozen=True)
 class Ran:
     """What came of running a study."""
 
-    blocks: int
     before: int
     lost: tuple[tuple[Block, int | None], ...]
-    seconds: float
 
     @property
     def is_whole(self) -> bool:
@@ -50,7 +44,7 @@ def cost_of(study: Study) -> tuple[float, int, bool]:
         begin = time.perf_counter()
         simulator.columns(Block(0, count))
         seconds = time.perf_counter() - begin
-        if seconds > ENOUGH or count >= min(study.count, study.block):
+        if seconds > 0.25 or count >= min(study.count, study.block):
             return seconds / count, count, simulator.in_batches
         count = min(4 * count, study.count, study.block)
 
@@ -105,12 +99,12 @@ def run_within(
     simulator: Callable[[Any], Any] = Simulator,
 ) -> Ran:
     """Run what is missing of a study in its folder, which this process has; as `run_study`."""
-    study, begin = store.study, time.monotonic()
+    study = store.study
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
     before = study.count - sum(block.count for block in missing)
     crew = _crew(study, len(missing), workers, scheduler, simulator)
-    ran, at_first, started, left = 0, 0, begin, ""
+    ran, at_first, started, left = 0, 0, time.monotonic(), ""
     if progress is not None:
         progress(before / study.count, f"{before} of {study.count} runs")
     with closing(crew.results(missing)) as results:  # whatever ends this ends the workers
@@ -123,7 +117,7 @@ def run_within(
                 at_first, started = ran, time.monotonic()
             if progress is not None:
                 progress((before + ran) / study.count, f"{before + ran} of {study.count} runs{left}")
-    return Ran(len(study.blocks), len(present), tuple(crew.lost), time.monotonic() - begin)
+    return Ran(len(present), tuple(crew.lost))
 
 
 def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
@@ -176,19 +170,3 @@ def worst_runs(runs: Runs, count: int) -> list[int]:
     usable = np.flatnonzero(np.isfinite(metric) & ~np.isin(runs.columns["status"], FAILED))
     order = usable[np.argsort(-metric[usable], kind="stable")][:count]
     return runs.columns["run"][order].astype(int).tolist()
-
-
-def write_traces(store: Store, numbers: list[int]) -> list[str]:
-    """Write the signals of runs into the folder of their study, a file for each; return the names of the files."""
-    simulator, names = Simulator(store.study), []
-    for number in numbers:
-        result = simulator.run(number)
-        columns: dict[str, Any] = {"variant": []}
-        for variant in result.variants.values():
-            columns["variant"] += [variant.name] * variant.time.size
-        for signal in SIGNALS:
-            columns[signal] = np.concatenate([getattr(variant, signal) for variant in result.variants.values()])
-        name = f"{TRACES}/{number:010d}.parquet"
-        store.write_table(name, store.pyarrow.table(columns))
-        names.append(name)
-    return names

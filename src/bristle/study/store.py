@@ -1,7 +1,5 @@
 """The folder of a study: one file for each block, whole or not there, and what the study says."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,7 +16,7 @@ from bristle.study.plan import Block
 
 STUDY, RUNS = "study.json", "runs"
 OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
-WRITTEN, TRACES = (STUDY, "summary.json", "report.html"), "traces"
+WRITTEN = (STUDY, "summary.json", "report.html")
 SCHEMA = 1
 LONGEST = 60
 
@@ -134,7 +132,7 @@ def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: 
         return name.startswith(f"{RUNS}/")
 
     def is_used(name: str) -> bool:  # a person may keep figures beside those of a study
-        return name in WRITTEN or name.partition("/")[0] in (RUNS, TRACES)
+        return name in WRITTEN or name.partition("/")[0] == RUNS
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
         store = kind(grown, study, damaged)

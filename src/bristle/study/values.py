@@ -1,7 +1,5 @@
 """What a study varies: a value of the experiment by its dotted key, drawn by itself or together with others of a fit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -5,8 +5,6 @@ they are plain parameters of its models, they are set in the models that were re
 that both ways lead to the same is looked at for the first and the last run of each study.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
@@ -235,7 +236,7 @@ def labelled_axes(trial: _Trial) -> Fact:
     """Say at each axis what it is and in which unit, which is that of the kind of axis."""
     from bristle.figures.legibility import unlabelled_axes
 
-    trial.refuse(unlabelled_axes, "Take scale.label(word) of bristle.figures.labels: Position [mm]")
+    trial.refuse(unlabelled_axes, "Take scale.label(word) of bristle.figures.style: Position [mm]")
     return Fact()
 
 
@@ -270,7 +271,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     from bristle.figures import style
 
     before = _open_figures()
-    style.styled(trial.figure.draw)(*trial.figure.arguments(example_facts(KINDS[0])))
+    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0]))))
     left = _open_figures() - before
     if left:
         for number in left:

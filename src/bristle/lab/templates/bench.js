@@ -1,8 +1,8 @@
 // A model on the bench: its values, those that it began with, and the path that it is led along.
 
-function newBench(theme, recorded = null) {
+function newBench(theme) {
   return {
-    model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme, settings: [], recorded,
+    model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme, settings: [],
     samples: SAMPLES, ghosts: new Map(),
     all() { return [...this.model.variables, ...this.settings]; },
     setAll(values) {

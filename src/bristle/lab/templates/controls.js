@@ -133,7 +133,6 @@ function settingsOf(model, loop = null) {
     setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
     ...(loop ? loopSettings(model, loop) : []),
     ...(model.around ?? []),
-    setting("zoom", "<i>n</i>", "", "how many times the time is enlarged around the moment", 1, 1, 1000),
     setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
     ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),
     setting("time", "<i>t</i><sub>end</sub>", "s", "how long it is pulled", round(150 * natural), 5 * natural, 2000 * natural),

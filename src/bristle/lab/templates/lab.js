@@ -12,11 +12,11 @@ const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
-const MOST_PAST = 200, MOST_TURNS = 400;
+const USUAL_PATH = "triangle", MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
 let kept = "", waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
-const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data.replay)), { record: byId("record") });
+const lab = newBench(colours());
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
 
@@ -72,8 +72,6 @@ function showAll() {
   lab.setAll(lab.values);
   for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
   byId("moment").value = Math.round(1000 * lab.moment);
-  byId("view-record").hidden = lab.preset !== "log";
-  byId("path-settings").hidden = lab.preset === "log";
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === lab.preset));
   tellBroken();
   draw();
@@ -124,7 +122,7 @@ function stateText() {
   const { plain, slots, name } = lab.model;
   if (plain !== usual) changed.set("model", name);
   if (String(slots) !== String(ownSlots(plain))) changed.set("slots", slots.join(" "));
-  if (lab.preset !== usualPath()) changed.set("path", lab.preset);
+  if (lab.preset !== USUAL_PATH) changed.set("path", lab.preset);
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
   for (const { name } of allVariables()) {
     const values = lab.values[name];
@@ -157,7 +155,7 @@ async function go(text) {
   const wanted = new URLSearchParams(text);
   const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
   await show(model, wanted.has("slots") ? wanted.get("slots").split(" ") : undefined);
-  aim(wanted.get("path") in PRESETS ? wanted.get("path") : usualPath());
+  lab.aim(wanted.get("path") in PRESETS ? wanted.get("path") : USUAL_PATH);
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
   for (const variable of allVariables()) {
@@ -195,7 +193,6 @@ async function show(plain, slots = ownSlots(plain)) {
     ? "Preisach plane with the staircase between relays that are up and relays that are down"
     : "What each element keeps, as a bar between the lines at which it slips");
   byId("python").disabled = !model.head.python;
-  for (const button of byId("presets").children) button.hidden = button.value === "log" && !canReplay();
   buildSlots();
   buildCards();
 }
@@ -204,7 +201,7 @@ async function show(plain, slots = ownSlots(plain)) {
 async function putSlots(slots) {
   const { values, preset, turns, moment } = lab;
   await show(lab.model.plain, slots);
-  aim(preset);
+  lab.aim(preset);
   const settings = Object.fromEntries(lab.settings.filter(({ name }) => values[name]).map(({ name }) => [name, values[name]]));
   Object.assign(lab, { turns, moment, values: { ...lab.values, ...settings, ...carried(values, lab.model.variables) } });
   showAll();
@@ -221,15 +218,9 @@ function buildSlots() {
   group.querySelector(`[name="${focused}"]`)?.focus();
 }
 
-function canReplay() { return Boolean(lab.recorded) && data.replay.kind === lab.model.kind; }
-
-function usualPath() { return canReplay() && lab.model.plain === usual ? "log" : "triangle"; }
-
-function aim(preset) { lab.aim(preset === "log" && !canReplay() ? "triangle" : preset); }
-
 function take(preset) {
   if (preset === "drawn" && lab.preset !== "drawn") lab.turns = [0];
-  aim(preset);
+  lab.aim(preset);
   showAll();
   keep();
 }
@@ -240,7 +231,7 @@ function take(preset) {
 function moveBy(distance) {
   if (lab.preset !== "drawn") {
     const { amplitude } = lab.values;
-    aim("drawn");
+    lab.aim("drawn");
     Object.assign(lab, { turns: [0], values: { ...lab.values, amplitude } });
   }
   const { turns } = lab, at = turns.at(-1), to = Math.max(-1.05, Math.min(1.05, at + distance));
@@ -308,7 +299,7 @@ async function selfTest() {
 }
 
 function offerFiles() {
-  const draw = { loop: drawNow, record: drawNow, plane: drawNow, speed: drawRest, pulled: drawRest, track: () => drawTracked(lab), circle: () => drawTracked(lab) };
+  const draw = { loop: drawNow, plane: drawNow, speed: drawRest, pulled: drawRest, track: () => drawTracked(lab), circle: () => drawTracked(lab) };
   for (const canvas of document.querySelectorAll("canvas")) {
     const name = () => `${lab.model.model.replaceAll("+", "_")}_${canvas.id}`, title = canvas.closest("section").querySelector("h2");
     const buttons = ["SVG", "PNG"].map((kind) => element("button", { type: "button", text: kind, "aria-label": `${title.textContent}, ${canvas.id}, as ${kind}`,
@@ -336,7 +327,7 @@ function listen() {
   byId("model").addEventListener("change", async (event) => {
     const preset = lab.preset;
     await show(data.models[Number(event.target.value)]);
-    aim(preset);
+    lab.aim(preset);
     showAll();
     keep();
   });
@@ -345,7 +336,7 @@ function listen() {
   byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); aim(usualPath()); showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); lab.aim(USUAL_PATH); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));

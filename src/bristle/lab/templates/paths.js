@@ -8,7 +8,6 @@ const PRESETS = {
   minor: { word: "Minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
   presliding: { word: "Pre-sliding", turns: [0, 1, -1, 1, -1, 1], amplitude: 0.4 },
   drawn: { word: "Draw", turns: null, amplitude: 5 },
-  log: { word: "Log", turns: [0], amplitude: 5 }, // only where one is on the page
 };
 const SAMPLES = 20000, MOST_HALVED = 3;
 

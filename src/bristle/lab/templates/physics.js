@@ -67,16 +67,6 @@ async function loaded(model) {
         place.forEach((at, i) => { numbers[at / 8] = values[i] === 0 && model.levels?.includes(at) ? Infinity : values[i]; });
       }
     },
-    // Forces along a recorded motion, whose steps are of several lengths and which begins anew where a stretch does.
-    along({ t, x, begins }, moment = -1, look = () => {}) {
-      const forces = new Float64Array(x.length), starts = new Set(begins);
-      for (let k = 0; k < x.length; k++) {
-        if (starts.has(k)) numbers.set(virgin);
-        forces[k] = advance(x[k], starts.has(k) ? 1 : t[k] - t[k - 1]);
-        if (k === moment) look(this.remembered());
-      }
-      return forces;
-    },
     // Forces along positions; element 0 is 0, and the contact begins anew. At some sample it may be looked at.
     forces(x, dt, moment = -1, look = () => {}) {
       const forces = new Float64Array(x.length), first = Math.min(moment + 1, x.length);
@@ -106,15 +96,6 @@ async function loaded(model) {
       return [...numbers.subarray(contact, contact + depth), numbers[lasting + model.stack.z]];
     },
   };
-}
-
-// A recorded motion: times, positions, what was measured, and where stretches begin.
-function recordedMotion({ code, count, step, begins, depth, hasInertia }) {
-  const bytes = inflated(bytesOf(code), 16 * count).buffer;
-  const t = new Float64Array(bytes, 0, count), moves = new Int32Array(bytes, 8 * count, count), x = new Float64Array(count);
-  let place = 0;
-  moves.forEach((move, k) => { x[k] = step * (place += move); });
-  return { t, x, measured: Float64Array.from(new Float32Array(bytes, 12 * count, count)), begins, depth, hasInertia };
 }
 
 // Corners of the staircase between relays that are up and relays that are down, from the line of the virgin contact

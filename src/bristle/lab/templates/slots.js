@@ -57,21 +57,12 @@ function describedWith(model, on, offers) {
     const causing = on.filter((slot) => names.includes(slot));
     if (causing.length) parts.push(`${words} ${causes(causing)}`);
   }
-  return [...parts, ...overOf(model).map(({ words }) => words), ...(on.includes("asymmetry") ? ["by direction"] : [])].join(", ");
-}
-
-// Slots over a channel of a log, which a given model has and keeps.
-function overOf(model) { return model.over ?? []; }
-
-// The slots of a model in the order of its name.
-function inOrder(model, on, word) {
-  const inner = on.filter((slot) => slot !== "asymmetry");
-  return [...inner, ...overOf(model).map((slot) => slot[word]), ...on.slice(inner.length)];
+  return [...parts, ...(on.includes("asymmetry") ? ["by direction"] : [])].join(", ");
 }
 
 function headWith({ toml, python }, on) {
-  const name = on.map((slot) => `+${slot}`).join(""), isNamed = on.every((slot) => !slot.endsWith(".py"));
-  if (python) return { toml: toml.replace(/"$/, `${name}"`), python: isNamed ? python.replace(/"\)$/, `${name}")`) : "" };
+  const name = on.map((slot) => `+${slot}`).join("");
+  if (python) return { toml: toml.replace(/"$/, `${name}"`), python: python.replace(/"\)$/, `${name}")`) };
   const quoted = on.map((slot) => `"${slot}"`).join(", ");
   if (!on.length) return { toml, python };
   return { toml: toml.endsWith("]") ? toml.replace(/\]$/, `, ${quoted}]`) : `${toml}\nslots = [${quoted}]`, python };
@@ -85,16 +76,15 @@ function wideOf({ wide }, offers) {
 
 // A model with these slots, as Python tells of one that has them: `offers` tells of the slots on this kind of axis.
 function withSlots(model, slots, offers) {
-  const on = model.offered.filter((slot) => slots.includes(slot)), sided = on.includes("asymmetry"), varies = overOf(model).length > 0 || on.some((slot) => slot !== "asymmetry");
+  const on = model.offered.filter((slot) => slots.includes(slot)), sided = on.includes("asymmetry"), varies = on.some((slot) => slot !== "asymmetry");
   const added = new Map(on.flatMap((slot) => offers[slot]?.rows ?? []).map((row) => [row.name, scaled(row, model.scales)]));
-  const base = model.variables.filter((row) => !row.slot), kept = model.variables.filter((row) => row.slot);
-  const plain = [...base.slice(0, -1), ...added.values(), ...kept, ...base.slice(-1)];
+  const plain = [...model.variables.slice(0, -1), ...added.values(), ...model.variables.slice(-1)];
   const directional = new Set(sided ? plain.filter((row) => row.directional).map(({ name }) => name) : []);
   const own = new Map((model.own?.rows ?? []).map((row) => [row.name, row]));
   const conditions = conditionsWith(model.conditions, directional);
   return { ...model, ...(varies ? wideOf(model, offers) : {}), plain: model, slots: on, varies,
-    model: [model.model, ...inOrder(model, on, "name")].join("+"), description: describedWith(model, on, offers),
-    head: headWith(model.head, inOrder(model, on, "file")),
+    model: [model.model, ...on].join("+"), description: describedWith(model, on, offers),
+    head: headWith(model.head, on),
     variables: plain.flatMap((row) => (directional.has(row.name) ? oneWay(row) : [row])).map((row) => own.get(row.name) ?? row),
     placed: new Set(on.filter((slot) => ALONG.includes(slot)).flatMap((slot) => offers[slot].rows).flatMap(({ name }) => [name, ...ONE_WAY.map(([side]) => name + side)])),
     around: aroundWith(model, on, offers),
@@ -109,8 +99,7 @@ function aroundWith(model, on, offers) {
     const row = scaled(offers[slot].around, model.scales);
     return ownSlots(model).includes(slot) ? { ...row, values: [row.nothing] } : row;
   });
-  const over = overOf(model).filter(({ around }) => around).map(({ around }) => around);
-  return [...new Map([...over, ...put].map((row) => [row.name, row])).values()];
+  return [...new Map(put.map((row) => [row.name, row])).values()];
 }
 
 function ownSlots(model) { return model.own?.slots ?? []; }

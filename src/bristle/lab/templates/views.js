@@ -15,13 +15,7 @@ function pathOf(lab) {
   return lab.path;
 }
 
-// What a path gives with the present parameters.
-function forcesAlong(contact, path, moment = -1, look = undefined) {
-  return path.recorded ? contact.along(path.recorded, moment, look) : contact.forces(path.x, path.dt, moment, look);
-}
-
 function newPath(lab) {
-  if (lab.preset === "log") return { x: lab.recorded.x, at: [], length: 0, recorded: lab.recorded };
   const amplitude = valueOf(lab, "amplitude"), preset = PRESETS[lab.preset];
   const turns = preset.turns ?? lab.turns;
   const lengths = turns.slice(1).reduce((sum, turn, i) => sum + Math.abs(turn - turns[i]), 0);
@@ -36,11 +30,10 @@ function loopView(lab, canvas, reading) {
   const last = path.x.length - 1, moment = Math.round(last * lab.moment);
   let remembered = null;
   const before = ghostOf(lab, path);
-  const forces = forcesAlong(lab.contact, path, moment, (inputs) => { remembered = inputs; });
+  const forces = lab.contact.forces(path.x, path.dt, moment, (inputs) => { remembered = inputs; });
   const [low, high] = extent(forces), [lowBefore, highBefore] = before ? extent(before) : [low, high];
-  const amplitude = valueOf(lab, "amplitude"), [left, right] = path.recorded ? axis(...extent(path.x)) : axis(-amplitude, amplitude);
-  const [least, most] = path.recorded ? extent(path.recorded.measured) : [low, high];
-  const [bottom, top] = axis(Math.min(low, lowBefore, least), Math.max(high, highBefore, most));
+  const amplitude = valueOf(lab, "amplitude"), [left, right] = axis(-amplitude, amplitude);
+  const [bottom, top] = axis(Math.min(low, lowBefore), Math.max(high, highBefore));
   const { context, area } = wiped(canvas);
   const frame = new Frame(context, area, { word: "position", unit: units.position, low: left, high: right },
     { word: "friction force", unit: units.force, low: bottom, high: top }, theme);
@@ -49,17 +42,14 @@ function loopView(lab, canvas, reading) {
   if (moment < last) frame.curve(path.x, forces, { colour: theme.rule, width: 1.5, first: moment });
   const closing = closingOf(lab, path, forces, high - low);
   frame.curve(path.x, forces, { colour: closing && !closing.closes ? theme.alert : theme.accent, width: 2.2, last: moment });
-  if (path.recorded) frame.curve(path.x, path.recorded.measured, { colour: theme.measured, width: 1 });
   frame.dot(path.x[moment], forces[moment], theme.ink);
   lab.frame = frame;
   lab.remembered = remembered;
-  if (path.recorded) recordView(lab, path.recorded, forces, moment);
   tell(reading, loopWords(lab, path, forces, closing), Boolean(closing && !closing.closes) || lab.contact.overflow);
 }
 
 function loopWords(lab, path, forces, closing) {
   const { units } = lab.model, [low, high] = extent(forces), at = path.at, turns = at.length;
-  if (path.recorded) return recordWords(lab, path.recorded, forces);
   const words = [`Force from ${told(low, units.force)} to ${told(high, units.force)}`];
   if (["triangle", "presliding"].includes(lab.preset)) {
     words.push(`the last loop takes ${told(lossBetween(path.x, forces, at[turns - 3], at[turns - 1]), "J")}`);
@@ -88,34 +78,9 @@ function ghostOf(lab, path) {
   // Two of them: while a slider moves there may be fewer samples.
   if (!lab.ghosts.has(key)) {
     if (lab.ghosts.size > 1) lab.ghosts.delete(lab.ghosts.keys().next().value);
-    lab.ghosts.set(key, lab.atStart((contact) => forcesAlong(contact, path)));
+    lab.ghosts.set(key, lab.atStart((contact) => contact.forces(path.x, path.dt)));
   }
   return lab.ghosts.get(key);
-}
-
-function recordWords(lab, recorded, forces) {
-  const { units } = lab.model, { rms, share } = misfit(recorded.measured, forces), { depth, hasInertia } = recorded;
-  const words = [`Thin what was measured, wide the model: they differ by ${told(rms, units.force)} root mean square, ${withDigits(100 * share, 3)} % of the friction`];
-  if (!hasInertia) words.push("the inertia is not known, and what was measured is all of the effort");
-  if (depth > 0) words.push(`turns of less than ${told(depth, units.position)} are left out`);
-  if (lab.isMoved()) words.push(`with the values of the start, ${told(misfit(recorded.measured, ghostOf(lab, pathOf(lab))).rms, units.force)}`);
-  return `${words.join("; ")}.`;
-}
-
-// Both forces over time, of a part of the record around the moment.
-function recordView(lab, { t, measured }, forces, moment) {
-  const theme = lab.theme, { units } = lab.model, canvas = lab.record;
-  const wide = (t[t.length - 1] - t[0]) / valueOf(lab, "zoom"), from = Math.max(t[0], Math.min(t[t.length - 1] - wide, t[moment] - wide / 2));
-  const first = Math.max(0, t.findIndex((time) => time >= from) - 1), beyond = t.findIndex((time) => time > from + wide);
-  const last = beyond < 0 ? t.length - 1 : beyond, part = (values) => extent(values.subarray(first, last + 1));
-  const [low, high] = part(measured), [least, most] = part(forces), { context, area } = wiped(canvas);
-  const [bottom, top] = axis(Math.min(low, least), Math.max(high, most));
-  const frame = new Frame(context, area, { word: "time", unit: "s", low: from, high: from + wide },
-    { word: "friction", unit: units.force, low: bottom, high: top }, theme);
-  frame.axes();
-  frame.curve(t, forces, { colour: theme.accent, width: 2.2, first, last });
-  frame.curve(t, measured, { colour: theme.measured, width: 1, first, last });
-  frame.dot(t[moment], forces[moment], theme.ink);
 }
 
 function speedView(lab, canvas, reading) {

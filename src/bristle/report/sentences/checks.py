@@ -1,7 +1,5 @@
 """What a log says against itself before anything is fitted, and of two logs that are held against each other; how to mend it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

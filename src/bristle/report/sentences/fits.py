@@ -1,7 +1,5 @@
 """What there is to know of a fit as a whole and what it rests on, and of a prediction."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

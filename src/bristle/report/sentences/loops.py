@@ -1,7 +1,5 @@
 """What there is to know of a loop before it is simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,17 +1,12 @@
 """Why a log does not determine a parameter, why one lies at an edge or is held, and which force a model lacks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
 from bristle.core.typography import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
-_WEIGH = "accelerate harder, or give the mass or inertia in the axis file"
 _SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
-_REVERSE = "reverse gently and often, at amplitudes of the break-away distance and below"
-FEW = 20  # reversals
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
@@ -30,14 +25,14 @@ def _crossed(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
         return {0: none, 1: lone}.get(numbers.get("reversals", 0), several)
     if numbers["samples"] >= numbers["filter_samples"]:
         return filtered
-    return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= FEW else many
+    return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= 20 else many
 
 
 PARAMETERS: dict[str, Sentence] = {
     # A parameter that the log does not determine.
     "low_acceleration": cause(
         "the motion hardly accelerates",
-        _WEIGH,
+        "accelerate harder, or give the mass or inertia in the axis file",
         "the acceleration never exceeds {acceleration:length/time^2}; give the mass or inertia in the axis file",
     ),
     "few_speeds": cause("there is one speed only", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
@@ -55,7 +50,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "few_reversals": cause(
         "there are few reversals, or they are through the pre-sliding zone before the filter sees it",
-        _REVERSE,
+        "reverse gently and often, at amplitudes of the break-away distance and below",
         "the log has no reversal",
         "the log has only {reversals} reversal",
         "the log has only {reversals} reversals",

@@ -1,7 +1,5 @@
 """What there is to say of a code, and short forms to write it down with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 

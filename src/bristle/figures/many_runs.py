@@ -1,4 +1,4 @@
-"""What each log of a fleet says of each parameter, with its interval: a panel for each, a point for each log."""
+"""The runs of a study as distributions, and the logs of a fleet with their intervals."""
 
 from __future__ import annotations
 
@@ -12,16 +12,51 @@ from matplotlib.ticker import MaxNLocator
 
 from bristle.core.typography import scale_of
 from bristle.figures import style
-from bristle.figures.drawing import AT_TICKS
-from bristle.figures.labels import largest
-from bristle.figures.lettering import shortened
+from bristle.figures.drawing import AT_TICKS, shortened
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
-FEW = 60  # logs up to which markers are large
+
+@style.styled
+def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:
+    """Return the distribution of each number, with its median and its quantiles at 5 and 95 %."""
+    grouped = any(len(groups) > 1 for groups in numbers.values())
+    figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
+    for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=True):
+        finite = {name: values[np.isfinite(values)] for name, values in groups.items()}
+        pooled = np.concatenate(list(finite.values()))
+        scale = scale_of(unit, style.largest(pooled))
+        bars = int(np.clip(np.sqrt(pooled.size / len(finite)), 8, 60))
+        for place, (name, values) in enumerate(finite.items()):
+            edges = np.histogram_bin_edges(values * scale.factor, bars)
+            share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
+            if not grouped:
+                axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
+            look = style.LINES[place % len(style.LINES)]
+            axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
+        if not grouped and pooled.size:
+            low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
+            axes.axvline(median, label="median", **style.DASHED)
+            axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
+        axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
+    style.legend_in_corner(figure, panels[0])
+    return figure
+
+
+SPREAD = ReportFigure(
+    name="spread",
+    takes=("study", "spread"),
+    draw=lambda study, spread: study_spread(
+        {words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()]
+    ),
+    alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
+    caption=lambda study, spread: (
+        "How often the runs come out at which value. "
+        + ("A line for each point of the grid." if study.described["grid"] else "Shaded are the 90 % in the middle.")
+    ),
+)
 
 
 @style.styled
@@ -39,17 +74,17 @@ def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.nd
 def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     columns, number = runs.columns, runs.columns["run"]
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
-    scale = scale_of(runs.described["columns"][name]["unit"], largest(np.median(np.abs(columns[name][tells]))))
+    scale = scale_of(runs.described["columns"][name]["unit"], style.largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
     # Past what most logs span, and to all of them if they are near.
     usual = np.quantile(value[tells], (0.05, 0.95))
-    margin = MARGIN * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0
+    margin = 0.6 * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0  # logs beyond end in an arrow
     bottom = max(float(usual[0]) - margin, float(value[tells].min()) - 0.3 * margin)
     top = min(float(usual[1]) + margin, float(value[tells].max()) + 0.3 * margin)
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
-    size = 3.4 if runs.count <= FEW else 2.0
-    axes.axhline(float(np.median(value[tells])), label="median", linestyle="--", **style.AID)
+    size = 3.4 if runs.count <= 60 else 2.0  # smaller markers for many logs
+    axes.axhline(float(np.median(value[tells])), color=style.GREY, linewidth=0.8, linestyle="--", label="median")
     inside = (value >= bottom) & (value <= top)
     for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "stands apart")):
         chosen = chosen & tells & inside
@@ -74,7 +109,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     axes.set_ylabel(scale.label(shortened(name, style.NARROW, AT_TICKS)))
 
 
-FIGURE = ReportFigure(
+FLEET = ReportFigure(
     name="fleet",
     takes=("fleet", "names", "apart"),
     draw=fleet_parameters,

@@ -1,21 +1,16 @@
-"""The experiments that a log contains: where they are, and the loops before sliding among them."""
-
-from __future__ import annotations
+"""What is recorded: the experiments that a log contains, and hysteresis with what an operator makes of it."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 from bristle.figures.report_figure import ReportFigure
-
-if TYPE_CHECKING:
-    from bristle.logs.log import Log
-    from bristle.logs.passages import Passage
+from bristle.logs.log import Log
+from bristle.logs.passages import Passage
 
 # Grey tells them apart too: from dark to light, and hatched.
 SHADES = {
@@ -37,7 +32,7 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     loops = [segment for segment in segments if segment.kind in LOOPS] if log.effort is not None else []
     figure, rows = style.panels(4.9 if loops else 2.4, rows=2 if loops else 1, heights=[1.0, 1.4] if loops else None)
     axes, time, position = rows[0][0], log.time.values, log.position.values
-    span, scale, word = time_scale(time), scale_for("length", log.kind, position), position_word(log.kind)
+    span, scale, word = style.time_scale(time), style.scale_for("length", log.kind, position), style.position_word(log.kind)
     names = {kind: kind.replace("_", " ") for kind in SHADES}
     for segment in segments:
         if segment.kind in SHADES:
@@ -55,19 +50,19 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
 def _draw_loops(axes: Axes, log: Log, effort: np.ndarray, loops: Sequence[Passage]) -> None:
     positions = [log.position.values[loop.samples] - log.position.values[loop.samples][0] for loop in loops]
     efforts = [effort[loop.samples] for loop in loops]
-    length, (force, word) = scale_for("length", log.kind, *positions), effort_scale(log.kind, *efforts)
+    length, (force, word) = style.scale_for("length", log.kind, *positions), style.effort_scale(log.kind, *efforts)
     step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
         axes.plot(x[::step] * length.factor, u[::step] * force.factor, **style.REST)
     title = "loops before sliding and break-aways, each from where it begins"
-    axes.set(title=title, xlabel=length.label(position_word(log.kind)), ylabel=force.label(word))
+    axes.set(title=title, xlabel=length.label(style.position_word(log.kind)), ylabel=force.label(word))
 
 
 def _has_loops(log: Log, passages: Sequence[Passage]) -> bool:
     return log.effort is not None and any(passage.kind in LOOPS for passage in passages)
 
 
-FIGURE = ReportFigure(
+PASSAGES = ReportFigure(
     name="passages",
     takes=("log", "passages"),
     draw=passages,
@@ -77,4 +72,37 @@ FIGURE = ReportFigure(
         + " Below, effort over position where friction turns slowly: loops that lie inside one another tell models of "
         "friction apart; loops of one amplitude do not." * _has_loops(log, passages)
     ),
+)
+
+
+@style.styled
+def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
+    """Return output over input, recorded and predicted, and the difference of both."""
+    step = -(-len(curves) // 24)
+    chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
+    length = style.scale_for("length", kind, *(u for u, _, _ in chosen))
+    scale, word = style.effort_scale(kind, *(f for _, f, _ in chosen))
+    rest, _ = style.effort_scale(kind, *(f - f_predicted for _, f, f_predicted in chosen))
+    figure, ((overlay, left),) = style.panels(3.2, columns=2, between=0.75)
+    for number, (u, f, f_predicted) in enumerate(chosen):
+        x = u * length.factor
+        overlay.plot(x, f * scale.factor, label=None if number else "recorded", **style.MEASURED)
+        overlay.plot(x, f_predicted * scale.factor, label=None if number else "predicted", **style.PREDICTED)
+        left.plot(x, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
+    overlay.set_title("recorded and predicted")
+    left.set_title("recorded less predicted")
+    overlay.set_ylabel(scale.label(word))
+    left.set_ylabel(rest.label(word))
+    for axes in (overlay, left):
+        axes.set_xlabel(length.label(style.position_word(kind)))
+    overlay.legend()
+    return figure
+
+
+CURVES = ReportFigure(
+    name="curves",
+    takes=("recorded", "outputs"),
+    draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
+    alternative="Recorded and predicted output over the input",
+    caption="Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
 )

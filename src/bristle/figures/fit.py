@@ -1,0 +1,282 @@
+"""A fit or a prediction beside its log: friction over velocity, signals over time, what is left over, what cannot be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from bristle.core.normal import NORMAL_95
+from bristle.figures import style
+from bristle.figures.drawing import AT_TICKS, shortened_apart
+from bristle.figures.following_error import draw_worst_reversal, has_completed
+from bristle.figures.report_figure import ReportFigure
+from bristle.simulation.result import MODES
+
+if TYPE_CHECKING:
+    from bristle.core.variable import Kind
+    from bristle.identification.result import Fit
+    from bristle.simulation.result import Prediction, SimulationResult
+
+
+BRANCHES = (
+    ("measured, speeding up", 1.0, {"marker": "o", "color": style.MEASURED["color"], "markersize": 2.6}),
+    ("measured, slowing down", -1.0, {"marker": "+", "color": "#5b7f9e", "markersize": style.SMALL}),
+)
+
+
+@style.styled
+def first_page(
+    fit: Fit, curve: Sequence[tuple[float, float]] = (), simulation: SimulationResult | None = None, measured: np.ndarray | None = None
+) -> Figure:
+    """Return friction over velocity, and below it the following error at the worst reversal where there is a loop.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model and the traces that it was fitted to: the friction is their effort less inertia.
+    curve : sequence of (velocity, effort)
+        Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
+    simulation : SimulationResult, optional
+        The loop as it is and compensated.
+    measured : ndarray, shape (sample,), optional
+        Following error of the axis itself along the same reference [m or rad].
+    """
+    loop = simulation if simulation is not None and has_completed(simulation) else None
+    rows = 1 if loop is None else 2
+    figure, grid = style.panels(3.4 if loop is None else style.PANEL * rows, rows=rows, gap=0.95)
+    axes, traces, friction, kind = grid[0][0], fit.traces, fit.traces.friction, fit.plant.kind
+    steady = np.array(list(curve), dtype=float).reshape(-1, 2)
+    scale, word = style.effort_scale(kind, friction, steady[:, 1])
+    speed = style.scale_for("length/time", kind, traces.velocity, steady[:, 0])
+    rate = traces.acceleration * np.where(np.signbit(traces.velocity), -1.0, 1.0)
+    for name, side, look in BRANCHES:
+        chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
+        drawn = chosen[style.spread(traces.velocity[chosen], friction[chosen])]
+        points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
+        axes.plot(*points, linestyle="none", markeredgewidth=0.7, label=name, **look)
+    style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", {"color": style.INK, "linewidth": 2.0})
+    axes.axhline(0.0, **style.AID)
+    axes.axvline(0.0, **style.AID)
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
+    if loop is not None:
+        draw_worst_reversal(grid[1][0], loop, measured)
+    for (axes,) in grid:
+        style.legend(axes)
+    return figure
+
+
+FIRST = ReportFigure(
+    name="first",
+    takes=("fit", "curve"),
+    may_take=("simulation", "following"),
+    draw=lambda fit, curve, simulation, following: first_page(fit, curve, simulation, None if following is None else following.error),
+    alternative=lambda fit, curve, simulation, following: (
+        f"Friction over velocity{'' if simulation is None else ', and the following error at its worst reversal'}"
+    ),
+    caption=lambda fit, curve, simulation, following: (
+        "Friction over velocity, measured and modelled."
+        if simulation is None
+        else "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, "
+        "simulated as recorded, and compensated."
+    ),
+)
+
+
+@style.styled
+def effort_over_time(fit: Fit) -> Figure:
+    """Return measured and predicted effort over time, whole and close up."""
+    traces, kind = fit.traces, fit.plant.kind
+    figure, ((full,), (close,)) = style.panels(4.3, rows=2)
+    draw_pair(full, close, traces.time, traces.measured, traces.predicted, kind)
+    style.legend(full)
+    return figure
+
+
+def draw_pair(
+    full: style.Axes,
+    close: style.Axes,
+    time: np.ndarray,
+    measured: np.ndarray,
+    predicted: np.ndarray,
+    kind: Kind,
+    half_width: np.ndarray | None = None,
+) -> None:
+    """Draw measured and predicted effort into two panels, the second one close up where they differ most.
+
+    With a `half_width` [N or N*m] the 95 % band around what is predicted is shaded.
+    """
+    scale, word = style.effort_scale(kind, measured, predicted)
+    near = style.window(time, measured - predicted)
+    for axes, part in ((full, slice(None)), (close, near)):
+        if half_width is not None:
+            x = time[part] * style.time_scale(time[part]).factor
+            draw_band(axes, x, predicted[part] * scale.factor, half_width[part] * scale.factor)
+        pair = (measured[part], style.MEASURED, "measured"), (predicted[part], style.PREDICTED, "predicted")
+        style.over_time(axes, time[part], *pair, scale=scale, word=word)
+    style.mark_window(full, time[near] * style.time_scale(time).factor)
+    close.set_title("close up, around the largest difference")
+
+
+def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: np.ndarray) -> None:
+    """Shade a band around a line, in the units of the panel, shape (sample,) each."""
+    label = "95 % band"
+    for part in style.runs(x, middle + half_width):
+        # The outline of the band turns where what is predicted does.
+        samples = style.envelope((middle + half_width)[part]) + part.start
+        low, high = middle[samples] - half_width[samples], middle[samples] + half_width[samples]
+        axes.fill_between(x[samples], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
+        label = "_"
+
+
+TIME = ReportFigure(
+    name="time",
+    takes="fit",
+    draw=effort_over_time,
+    alternative="Measured and predicted effort over time",
+    caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
+    "Where the light line looks out from under the dark one, the model misses something.",
+)
+
+
+@style.styled
+def residuals(fit: Fit) -> Figure:
+    """Return residuals over time, their distribution beside a normal one, and their autocorrelation."""
+    time, residual = fit.traces.time, fit.traces.residual
+    scale, _ = style.effort_scale(fit.plant.kind, residual)
+    figure, ((over_time, spread), (white,)) = style.panels(4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26)
+    style.over_time(over_time, time, (residual, style.REST, ""), scale=scale, word="Residual")
+    scaled = residual * scale.factor
+    mean, std = float(scaled.mean()), float(scaled.std())
+    reach = 4.0 * std or 1.0
+    edges = np.linspace(mean - reach, mean + reach, 41)
+    counts, _ = np.histogram(scaled, edges)
+    spread.stairs(100.0 * counts / scaled.size, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
+    if std > 0.0:
+        grid = np.linspace(edges[0], edges[-1], 121)
+        normal = 100.0 * (edges[1] - edges[0]) * np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi))
+        spread.plot(normal, grid, color=style.PREDICTED["color"], label="normal")
+    spread.set_xlabel("Share [%]")
+    spread.tick_params(labelleft=False)
+    style.legend(spread, columns=2, handle=1.0)
+    spread.set_ylim(over_time.get_ylim())
+    correlation, count = autocorrelation(time, residual)
+    lags = float(np.median(np.diff(time))) * np.arange(correlation.size)
+    span, band = style.time_scale(lags), NORMAL_95 / np.sqrt(count)
+    white.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
+    white.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
+    white.axhline(0.0, **style.AID)
+    white.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
+    style.legend(white)
+    return figure
+
+
+def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = 60) -> tuple[np.ndarray, int]:
+    """Return the autocorrelation of residuals, no product taken across a gap in time, and the samples used."""
+    parts = [residual[part] - residual.mean() for part in style.runs(time, residual)]
+    longest = max((part.size for part in parts), default=1)
+    reach = min(lags, longest - 1)
+    products = np.array([sum(float(part[: part.size - lag] @ part[lag:]) for part in parts if part.size > lag) for lag in range(reach + 1)])
+    return (products / products[0] if products[0] > 0.0 else products), sum(part.size for part in parts)
+
+
+RESIDUALS = ReportFigure(
+    name="residuals",
+    takes="fit",
+    draw=residuals,
+    alternative="Residuals over time, their distribution and autocorrelation",
+    caption="What the model leaves over. Bursts at reversals point to friction before sliding, a drift to temperature "
+    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are alike: then standard "
+    "errors, which take them for independent, are too small.",
+)
+
+
+# Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
+SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
+
+
+@style.styled
+def correlation(fit: Fit) -> Figure:
+    """Return the matrix of correlations between the estimates, as shades and numbers."""
+    matrix = np.asarray(fit.correlation)
+    names = shortened_apart(fit.correlation_names, style.NARROW, AT_TICKS)
+    count = len(names)
+    label_width = style.at_axis(names, style.NARROW)
+    left = 0.5 + label_width
+    cell = min(0.62, (style.WIDTH - left - 0.15) / count)
+    slanted = label_width > cell
+    bottom = 0.38 + (label_width * 0.7 if slanted else 0.2)  # height of a slanted name over its length, the height of its letters included
+    tall = min(0.36, cell) * count
+    figure, ((axes,),) = style.panels(tall + bottom + 0.15, left=left, right=style.WIDTH - left - cell * count, bottom=bottom, top=0.15)
+    axes.pcolormesh(np.ma.masked_invalid(np.abs(matrix)), cmap=SHADES, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=0.8)
+    for row in range(count):
+        for column in range(count):
+            value = matrix[row, column]
+            text = ("0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")) if np.isfinite(value) else "–"
+            color = "white" if abs(value) > 0.6 else style.INK
+            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=min(AT_TICKS, 16.0 * cell))
+    ticks = np.arange(count) + 0.5
+    axes.set_xticks(ticks, names, rotation=45 if slanted else 0, ha="right" if slanted else "center")
+    axes.set_yticks(ticks, names)
+    axes.set_ylim(count, 0)
+    axes.grid(False)
+    axes.tick_params(length=0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.set(xlabel="Parameter", ylabel="Parameter")
+    return figure
+
+
+CORRELATION = ReportFigure(
+    name="correlation",
+    takes="fit",
+    draw=correlation,
+    applies=lambda fit: len(fit.correlation_names) > 1,
+    alternative="Correlation between the estimates of the parameters",
+    caption="Correlation of the estimates; darker is stronger. Near ± 1 the log knows a combination of two parameters "
+    "better than either of them.",
+)
+
+
+@style.styled
+def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
+    """Return measured and predicted effort and position over time, as far as the mode predicts them."""
+    effort, effort_predicted = predicted.effort, predicted.effort_predicted
+    with_effort = effort is not None and effort_predicted is not None
+    rows = 2 * with_effort + 2 * (predicted.position_predicted is not None)
+    figure, grid = style.panels(0.5 + style.ROW * rows, rows=rows)
+    axes = [row[0] for row in grid]
+    if effort is not None and effort_predicted is not None:
+        draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind, predicted.half_width)
+    if predicted.position_predicted is not None:
+        course, off, time, position = axes[-2], axes[-1], predicted.time, predicted.position_predicted
+        error, half_width, word = predicted.position - position, predicted.position_half_width, style.position_word(kind)
+        scale, error_scale = style.scale_for("length", kind, predicted.position, position), style.scale_for("length", kind, error)
+        if half_width is not None:
+            x = time * style.time_scale(time).factor
+            draw_band(course, x, position * scale.factor, half_width * scale.factor)
+            draw_band(off, x, np.zeros(x.size), half_width * error_scale.factor)
+        pair = (predicted.position, style.MEASURED, "measured"), (position, style.PREDICTED, "predicted")
+        style.over_time(course, time, *pair, scale=scale, word=word)
+        style.over_time(off, time, (error, style.REST, ""), scale=error_scale, word=f"{word} error")
+    style.legend(axes[0])
+    return figure
+
+
+PREDICTION = ReportFigure(
+    name="prediction",
+    takes=("prediction", "kind"),
+    draw=prediction,
+    alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
+    caption=lambda predicted, kind: (
+        f"The model run on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
+        "looks out from under the dark one, what was measured is not predicted."
+        + " Shaded: where 95 % of what is measured are expected."
+        * (predicted.half_width is not None or predicted.position_half_width is not None)
+    ),
+    applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,
+)

@@ -1,0 +1,201 @@
+"""A loop that is designed: its open loop with margins and poles, the loops proposed beside it, and the circle that two axes run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+from bristle.core.typography import number
+from bristle.figures import style
+from bristle.figures.drawing import AT_TICKS, Drawing, label, shortened_apart
+from bristle.figures.report_figure import ReportFigure
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bristle.core.variable import Kind
+    from bristle.loop import Assessment, Circle, WorkingPoint
+
+
+LOWEST = 0.003  # of the Nyquist frequency
+NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
+
+
+@style.styled
+def margins(assessment: Assessment) -> Figure:
+    """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
+    points = assessment.bare
+    # The unit circle is to be round: its panel is as wide as both rows are tall.
+    figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
+    (gain, poles), (phase, rest) = grid
+    below = rest.get_position()
+    rest.remove()
+    above = poles.get_position()
+    poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
+    poles.plot(np.cos(angle), np.sin(angle), **style.AID)
+    poles.set_aspect("equal", adjustable="datalim")
+    poles.set_xlabel("Poles, real part")
+    poles.set_ylabel("imaginary part", labelpad=1.0)
+    poles.margins(0.06)
+    for look, point in zip(style.SERIES[1:], points, strict=False):
+        _draw_open_loop(gain, phase, point, look)
+        at = point.loop.poles
+        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
+    gain.axhline(1.0, **style.AID)
+    phase.axhline(-180.0, **style.AID)
+    gain.set_ylabel("Open loop, gain")
+    phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
+    # The powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
+    for axis in (gain.yaxis, phase.xaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    gain.tick_params(labelbottom=False)
+    gain.set_ylim(bottom=0.03)
+    phase.set(ylim=(-360.0, -60.0), yticks=[-360.0, -270.0, -180.0, -90.0])
+    style.legend(gain, columns=2)
+    return figure
+
+
+def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, look: style.Look) -> None:
+    line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
+    nyquist = math.pi / point.loop.sample_time
+    omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
+    response = point.loop.response(omega)
+    hertz = omega / (2.0 * math.pi)
+    gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
+    # Continued from its start, which lies between -90 and -270 degrees, and drawn once around.
+    turned = np.unwrap(np.angle(response))
+    turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
+    phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
+    margin, crossover = point.margins.phase, point.margins.crossover
+    if margin is not None and crossover is not None:
+        at = crossover / (2.0 * math.pi)
+        phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
+        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
+
+
+MARGINS = ReportFigure(
+    name="margins",
+    takes="assessment",
+    draw=margins,
+    alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
+    caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
+    "circle grow; close inside it they ring.",
+)
+
+
+@style.styled
+def loops_proposed(
+    names: Sequence[str],
+    errors: Sequence[float | None],
+    efforts: Sequence[float | None],
+    phases: Sequence[float | None],
+    enough: float,
+    kind: Kind = "translational",
+) -> Figure:
+    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is."""
+    figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
+    columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
+    length = style.scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
+    force, word = style.effort_scale(kind, columns[1][np.isfinite(columns[1])])
+    places = np.arange(len(names), dtype=float)
+    factors = (length.factor, force.factor, 1.0)
+    labels = (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]")
+    for axes, values, factor, text in zip(row, columns, factors, labels, strict=True):
+        for place, value in zip(places, values * factor, strict=True):
+            if np.isfinite(value):
+                axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
+        axes.set(xlim=(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0)), xlabel=text)
+        axes.set_ylabel("Loop", visible=axes is row[0])  # the numbers of each panel have this head
+    row[-1].axvline(enough, **style.DASHED)
+    row[-1].set_title(f"dashed: usual least, {enough:g}°")
+    return figure
+
+
+PROPOSED = ReportFigure(
+    name="loops",
+    takes=("design", "names", "phases", "enough"),
+    draw=lambda design, names, phases, enough: loops_proposed(
+        names,
+        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
+        [loop.effort_rms for loop in design.proposals],
+        phases,
+        enough,
+        design.experiment.kind,
+    ),
+    alternative="Following error, effort and smallest phase margin of the loop as it is and of those proposed",
+    caption=lambda design, names, phases, enough: (
+        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
+        "is the loop as it is, the others are proposed."
+    ),
+)
+
+
+QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
+
+
+@style.styled
+def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
+    """Return the radial deviation of circles over the angle: around the round circle, and unrolled.
+
+    Parameters
+    ----------
+    curves : sequence of Circle
+        Circles of one radius and feed.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    scale = style.scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
+    low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
+    span = max(high - low, 1e-12)
+    figure = Drawing(figsize=(style.WIDTH, 4.6))
+    round_: Any = figure.add_axes((0.06, 0.09, 0.44, 0.76), projection="polar")
+    unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    round_.plot(turn, np.zeros_like(turn), **style.AID)
+    for look, circle in zip(style.LINES, curves, strict=False):
+        angle, deviation = style.line(circle.angle, circle.deviation)
+        round_.plot(angle, deviation * scale.factor, label=label(circle.variant), **look)
+        unrolled.plot(np.degrees(angle), deviation * scale.factor, label=f"_{label(circle.variant)}", **look)
+    round_.set_ylim(low - span, high + 0.05 * span)
+    step = float(f"{0.4 * span:.1g}")
+    ticks = [-step, 0.0] if -low > high else [0.0, step]
+    round_.set_yticks(ticks, [""] * len(ticks))
+    for tick in ticks:
+        # Above the lines, where the ticks of the axis itself would lie below them.
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
+        round_.text(0.25 * np.pi, tick, number(tick, digits=1), ha="center", va="center", fontsize=AT_TICKS, bbox=box, zorder=5)
+    round_.set_thetagrids(QUARTERS[:-1])
+    round_.spines["polar"].set_visible(False)
+    round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
+    unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
+    handles, labels = round_.get_legend_handles_labels()
+    space = style.WIDTH * unrolled.get_position().width - 0.4
+    unrolled.legend(
+        handles,
+        shortened_apart(labels, space),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=1,
+        frameon=False,
+        handlelength=2.2,
+        borderpad=0.1,
+        borderaxespad=0.2,
+        labelspacing=0.3,
+    )
+    return figure
+
+
+CIRCLES = ReportFigure(
+    name="circles",
+    takes=("circles", "kind"),
+    draw=circles,
+    alternative="Radial deviation of the circle, around it and unrolled",
+    caption="How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
+    "reversals friction changes sides, and the path bulges.",
+)
