@@ -8,6 +8,7 @@ import numpy as np
 from markupsafe import escape
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.symbols import GREEK, symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
@@ -25,7 +26,6 @@ from bristle.hysteresis.turning_points import Stack
 from bristle.lab.packing import packed
 from bristle.lab.sliders import AROUND, conditions_of, elements_of, passivity_of, pulled_by, release_of, scales_of, shares_of, slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
-from bristle.report.table import GREEK, symbolic
 from bristle.testing import example_of
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}

@@ -14,6 +14,7 @@ import numpy as np
 from bristle.certificates.passive import let_go
 from bristle.core.contracts import Component, Model
 from bristle.core.kernel import kernel
+from bristle.core.symbols import symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
@@ -42,7 +43,6 @@ from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import slip
 from bristle.friction.slots import variations_of
 from bristle.plants import pulled_inertia
-from bristle.report.table import symbolic
 
 SIDES = {"forward": "_pos", "backward": "_neg"}
 CONDITIONS = {

@@ -22,6 +22,7 @@ from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.surroundings import Surrounding
+from bristle.core.symbols import symbolic
 from bristle.core.variable import Variable
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
@@ -37,7 +38,6 @@ from bristle.lab.described import described, example_named, module_described, va
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.lab.walks import walked_together
-from bristle.report.table import symbolic
 
 
 class Surroundings(NamedTuple):

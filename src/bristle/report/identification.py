@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from bristle.core.symbols import worded
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.parameters import Role, name_of
@@ -24,7 +25,7 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import fixed, length_text, percent_text, short_text, worded
+from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:

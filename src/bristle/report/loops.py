@@ -11,6 +11,7 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Variant
 from bristle.core.status import Status
+from bristle.core.symbols import GREEK
 from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
@@ -18,7 +19,7 @@ from bristle.loop import Assessment, Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import GREEK, MICROMETRE, Quantity, Table, fixed
+from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # by its unit on a carriage, the unit of a gain at the motor

@@ -17,8 +17,8 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core.errors import InputWarning, place_in_own_code, told_by
+from bristle.core.symbols import worded
 from bristle.core.typography import typeset_sentence
-from bristle.report.table import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
