@@ -9,8 +9,6 @@ Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillate
 :math:`H(j\omega)\,N(A, \omega) = -1`, with `H` from the friction force to the position that gives way to it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bristle.bridges.equations import contact_step

@@ -1,7 +1,5 @@
 """How friction goes on: its right-hand side where it is a differential equation, and the steps of the engine in samples."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from typing import Any

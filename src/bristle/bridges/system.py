@@ -1,7 +1,5 @@
 """An axis with its friction, or friction alone, as a system of python-control."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

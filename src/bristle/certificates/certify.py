@@ -1,7 +1,5 @@
 """All certificates of a model."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bristle.certificates.certificate import Certificate, as_friction

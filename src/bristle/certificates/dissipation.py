@@ -5,8 +5,6 @@ done on it in the last round must not be negative. Where it is, the cycle is rep
 steps alone has made vanishes then.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -27,8 +27,6 @@ References
    Transactions on Automatic Control 45(4), 2000. doi:10.1109/9.847131
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import singledispatch

@@ -4,8 +4,6 @@ The speed is far below every Stribeck velocity, so friction holds all it can hol
 at rest, as the limits from either side.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ that slips a little at every force walks on. Closure: loaded, moved half of the 
 comes back to the force that it had; a model without a memory of where it turned misses it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

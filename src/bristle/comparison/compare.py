@@ -1,7 +1,5 @@
 """Two sides of one axis, held against each other: what changed, and how sure that is."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product

@@ -4,8 +4,6 @@ A motion is cut where it turns forward. Two cycles are of one motion if they las
 where a motion hardly turns, pieces of equal length stand for cycles, told by where they lie from where the log begins.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

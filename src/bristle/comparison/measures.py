@@ -10,8 +10,6 @@ up and once slowing down; `M` takes what is left of it. The level is the mean of
 both logs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

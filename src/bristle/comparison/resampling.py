@@ -21,8 +21,6 @@ References
    involved", Biometrika 34(1-2), 1947. doi:10.1093/biomet/34.1-2.28
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """What a comparison of two logs says."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

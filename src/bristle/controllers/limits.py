@@ -1,7 +1,5 @@
 """The limit of a drive, as its controller knows it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from bristle.core.contracts import Model

@@ -1,7 +1,5 @@
 """`Axis`: what is known of a motion axis before anything is identified from its logs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -3,8 +3,6 @@
 Devices, sockets and folders are refused by name, a silent pipe is not waited for, and a size limit keeps memory free.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import os

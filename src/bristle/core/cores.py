@@ -1,7 +1,5 @@
 """How many processor cores this process may use, and for what."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor  # noqa: TID251  (the one place that does)

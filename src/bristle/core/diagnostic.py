@@ -1,7 +1,5 @@
 """What results carry besides their numbers: what was found out about the data, errors held out, work left unfinished."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -6,8 +6,6 @@ rotational one. Hysteresis operators serve magnets too: there `length` is the fi
 [A*m^2]; and piezo actuators: there `length` is the voltage [V] and `force` the displacement [m].
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache

@@ -3,8 +3,6 @@
 In plain Python each function looks the component up by ``type(p)``; for the compiler it has an overload on that type.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from functools import partial

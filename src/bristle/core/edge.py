@@ -17,8 +17,6 @@ A converter takes what was given, the name of the argument and the kind of axis 
 stranger's object raises while it is looked at is refused in one place, `looked_at`.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 import math

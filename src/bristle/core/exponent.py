@@ -5,8 +5,6 @@ library's ``ldexp`` and ``frexp`` are such calls; moving an integer into the exp
 same bits.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """A fingerprint of code that is loaded: what the compiler would see of a function and of all that it refers to."""
 
-from __future__ import annotations
-
 import dis
 import enum
 import hashlib

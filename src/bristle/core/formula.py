@@ -7,8 +7,6 @@ known the name stays.
 'ż = v (1 − (σ₀ z/G(v)) sgn v)'
 """
 
-from __future__ import annotations
-
 import inspect
 import re
 import textwrap

@@ -3,8 +3,6 @@
 Only when the engine first compiles something is the compiler imported, and are all kernels made known to it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 

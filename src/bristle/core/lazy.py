@@ -1,7 +1,5 @@
 """What is computed once, when it is first asked for: properties, and what factories make."""
 
-from __future__ import annotations
-
 import functools
 import importlib
 from collections.abc import Callable, Mapping

@@ -4,8 +4,6 @@ The only place where linear solvers are called: on numbers whose squares are not
 never return, so what is out of reach is scaled by a power of two, which changes no digit.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 A thread that holds a lock takes only those that come after it here.
 """
 
-from __future__ import annotations
-
 import logging  # noqa: F401  (its own locks come last of all: what is brought first is taken last by a fork)
 import os
 import threading

@@ -1,7 +1,5 @@
 """What a friction model sees of a step, what a controller follows, and how a drive train passes movements on."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, NamedTuple

@@ -5,8 +5,6 @@ NamedTuple its own layout. In lanes, number `i` of `LANES` trajectories lies sid
 compiler runs several of them in one instruction.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterator
 from functools import cache

@@ -1,7 +1,5 @@
 """Mappings that are told, not changed: what a model or a component holds, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any, NoReturn, TypeVar
 

@@ -1,7 +1,5 @@
 """`Slot`: the descriptor of a slot by which friction varies with a channel of a log, ours or a person's own."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass

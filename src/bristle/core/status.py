@@ -1,7 +1,5 @@
 """What can happen while computing: codes that kernels return, for they never raise, with a sentence for people."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

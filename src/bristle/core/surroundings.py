@@ -1,7 +1,5 @@
 """What surrounds a contact besides its motion: load, temperature, and what further channels of a log slots depend on."""
 
-from __future__ import annotations
-
 import keyword
 from collections import namedtuple
 from collections.abc import Callable, Iterable, Mapping

@@ -1,7 +1,5 @@
 """Names of parameters set as the symbols of equations: F_C_pos becomes an F with the subscript C+."""
 
-from __future__ import annotations
-
 import re
 
 from markupsafe import Markup, escape

@@ -1,7 +1,5 @@
 """Results as people and other libraries take them: a card, a data frame, a data set with units, plain lists."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Numbers and units as people read them: a fitting multiple of the unit, digits that the uncertainty allows."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ SI by a power of ten are converted exactly; the unit library, which evaluates wh
 what the grammar of units allows.
 """
 
-from __future__ import annotations
-
 import math
 import numbers
 import re

@@ -1,7 +1,5 @@
 """Values that a person gives: made numbers and held to their conditions; thresholds with default, unit and range."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Mapping

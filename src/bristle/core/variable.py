@@ -1,7 +1,5 @@
 """`Variable`: the one description of a quantity from which bounds, schemas, tables, captions and units derive."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """A plant with friction, integrated with steps of the length that a tolerance asks for."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

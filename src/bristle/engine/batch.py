@@ -1,7 +1,5 @@
 """Many mechanisms at once: parameter studies, Monte Carlo, identification by search."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

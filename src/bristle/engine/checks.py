@@ -1,7 +1,5 @@
 """What every run of components is checked for: what comes in, and that what comes out is finite."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from bristle.core.contracts import Model

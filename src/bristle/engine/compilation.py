@@ -6,8 +6,6 @@ compiled and of everything that it refers to, beside the versions of Python and 
 Products hold vectors and tuples of them, no class of a component.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import itertools

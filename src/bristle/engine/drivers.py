@@ -3,8 +3,6 @@
 What a driver runs it is given as tuples of an entry and of the vectors that this entry changes.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel

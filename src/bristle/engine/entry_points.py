@@ -6,8 +6,6 @@ and the dispatch by type does the rest. A driver (`bristle.engine.drivers`) rece
 it is compiled once for everything, and the cost of compiling adds instead of multiplying.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """One component of a run: its model as flat vectors, and how to name and compile what runs it."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field

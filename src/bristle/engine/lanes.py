@@ -6,8 +6,6 @@ with one that is would change nothing, for it stays at its velocity. Where a lan
 bracket, the step is done again by itself, as a serial run does iterate. The bits are those of a serial run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """A plant with friction, driven by a recorded effort or by a sampled controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

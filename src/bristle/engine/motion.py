@@ -1,7 +1,5 @@
 """Friction along a prescribed motion, hysteresis along a path: no plant, no solve, one pass."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Hysteresis along a path of the input: no time, one pass."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

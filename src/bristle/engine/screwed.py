@@ -19,8 +19,6 @@ The table sticks by the rule of the motor: between the one-sided limits at rest 
 which it would turn around ends with it at rest: what its friction takes is what that needs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ driver is called from Python alone, and may have entries in its NamedTuples as w
 from its own code only, so a driver is compiled for all numbers, vectors and entries in a row, and gathers them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 from collections.abc import Callable, Iterator, Sequence

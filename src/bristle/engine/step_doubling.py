@@ -23,8 +23,6 @@ References
    Transactions on Mathematical Software 20(4), 1994. doi:10.1145/198429.198437
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """`excite`: the motion to run on an axis, within its limits, and what it will identify."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

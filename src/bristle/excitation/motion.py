@@ -1,7 +1,5 @@
 """`ExcitationMotion`: pieces from rest to rest, one after the other, and the samples of the whole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -6,8 +6,6 @@ each until friction is saturated. `damping` is a chirp of small amplitude throug
 on the contact. `stribeck` goes to and fro at constant velocities, from creeping to the largest one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A rehearsal: the motion run on what is believed of the axis, logged as the axis would, and identified from that."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

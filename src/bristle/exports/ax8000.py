@@ -13,8 +13,6 @@ References
    https://infosys.beckhoff.com/content/1033/ax8xxx_object/18798211723.html
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ The functions of the tree are static functions of one source; the state is a str
 between them and the caller (the first position, inputs that are no numbers, saving and loading) is written here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar

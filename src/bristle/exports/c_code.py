@@ -1,7 +1,5 @@
 """Functions of a tree as C99: static functions, tuples as structures by value, nothing of a library but ``sqrt``."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -4,8 +4,6 @@ The functions are those of the tree. What is between them and the caller, what l
 numbers, is written here.
 """
 
-from __future__ import annotations
-
 from functools import reduce
 from typing import get_type_hints
 

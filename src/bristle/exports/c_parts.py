@@ -1,7 +1,5 @@
 """Parts of a source in C: operations written in bits, parameters, and what is kept over a restart."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Sequence
 from typing import Any

@@ -4,8 +4,6 @@ Drives differ in where a turn begins and in the sign of the phase, and public do
 neither: the file states its own, to be converted by hand.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -4,8 +4,6 @@ The functions are those that C has, as functions of the device; the state of an 
 which the caller owns. NVRTC compiles the file without a header of its own.
 """
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The step of friction, alone or on a plant, as a kernel whose text has the fields of the model: what lasts is an array."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

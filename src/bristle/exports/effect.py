@@ -8,8 +8,6 @@ falls as an axis warms up, and where compensation exceeds it an integrating cont
 the residual friction force after compensation along the same moves stands in place of the following error.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

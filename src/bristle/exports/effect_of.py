@@ -1,7 +1,5 @@
 """The effect of an export: the loop that bristle knows of the axis, and the drive that reads the files."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """`export`: a model as files for another world."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ An FMU is an archive: a description, the source and its headers, a page on its u
 platform.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import io

@@ -1,7 +1,5 @@
 """What an FMU is made of: its variables, one step as a function of the tree, what is said of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

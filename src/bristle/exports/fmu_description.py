@@ -1,7 +1,5 @@
 """modelDescription.xml of an FMU, as FMI 2.0 and FMI 3.0 have it, and the page on its use."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

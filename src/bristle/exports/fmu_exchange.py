@@ -5,8 +5,6 @@ to event (``piece``, ``flow`` and ``arrival``) or throughout (``rate``). They go
 is found where their margin falls below zero; there the memory is committed, once, and the next piece begins.
 """
 
-from __future__ import annotations
-
 import math
 import textwrap
 from dataclasses import replace

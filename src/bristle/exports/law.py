@@ -5,8 +5,6 @@ is. At the first sample the law takes over the desired motion, and a compensator
 to where it must be: so no state needs to be handed over, and every target begins as a simulation does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple

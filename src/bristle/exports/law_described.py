@@ -1,7 +1,5 @@
 """What the files of a control law say of it, and the walk that its self-test makes, whatever the target."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ MuJoCo knows LuGre, dry friction of a joint and damping, and no other friction. 
 how exact it is, so that the scene says it.
 """
 
-from __future__ import annotations
-
 import math
 
 from bristle.core.contracts import Model

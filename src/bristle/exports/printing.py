@@ -1,7 +1,5 @@
 """What printers of the tree share: lines, names in letters of every language, types in use, and how long loops take."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Container, Iterable
 from itertools import count

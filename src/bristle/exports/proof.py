@@ -1,7 +1,5 @@
 """The proof of an export: a C compiler of this machine builds the self-test, and it runs."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import tempfile

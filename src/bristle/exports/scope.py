@@ -1,7 +1,5 @@
 """What a name in a kernel stands for, and what is said where a kernel cannot be built."""
 
-from __future__ import annotations
-
 import ast
 import builtins
 import inspect

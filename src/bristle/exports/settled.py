@@ -5,8 +5,6 @@ the answer is known the question is left out, with all that stands behind the ot
 what it is called with. Only whole numbers and truths are put in; numbers stay with the parameters, and so do the bits.
 """
 
-from __future__ import annotations
-
 import math
 import operator
 import struct

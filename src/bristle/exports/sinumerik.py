@@ -19,8 +19,6 @@ References
    machine data.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

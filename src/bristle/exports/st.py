@@ -4,8 +4,6 @@ A block holds its state and its parameters; its functions are handed both in pla
 what the language cannot see: the sign of a zero.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -5,8 +5,6 @@ a power of two is a product. Nothing divides by zero, and no number leaves its r
 the program.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Collection

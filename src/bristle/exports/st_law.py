@@ -1,7 +1,5 @@
 """Structured Text of a control law: a function block with the functions that it needs, and a self-test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Names, literals and parts of a PLC program: capitals are no difference, and the words of every maker are taken."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence

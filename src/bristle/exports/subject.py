@@ -1,7 +1,5 @@
 """What is exported, a friction model or a hysteresis operator, as functions of the tree; and the walk of its self-test."""
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Iterable

@@ -9,8 +9,6 @@ References
    https://infosys.beckhoff.com/content/1033/tf5200_friction_comp/352391819.html
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

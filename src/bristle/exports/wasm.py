@@ -5,8 +5,6 @@ that a script may change them between two calls. With a plant, it has a second f
 friction under an effort, with a contact of its own and the same parameters of friction.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import struct

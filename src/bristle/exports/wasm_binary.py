@@ -1,7 +1,5 @@
 """The binary format of WebAssembly: codes of instructions and types, how counts and lists are written, local variables."""
 
-from __future__ import annotations
-
 import struct
 from collections import defaultdict
 from collections.abc import Iterator, Sequence

@@ -4,8 +4,6 @@ A tuple is what it holds, number by number: an argument each, a result each, a l
 begins in the memory. Everything else is one instruction of the machine for one node of the tree.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """What a call may hand in as an axis, a log or an experiment: the thing, or the file that describes it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from typing import Any

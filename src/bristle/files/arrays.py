@@ -1,7 +1,5 @@
 """Arrays by name as a file beside results: Parquet where pyarrow is installed, else NPZ."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 from pathlib import Path

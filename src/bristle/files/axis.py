@@ -1,7 +1,5 @@
 """`read_axis`: what a person wrote of an axis, as an `Axis` in SI; and an axis as text, so that results carry theirs."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

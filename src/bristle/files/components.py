@@ -1,7 +1,5 @@
 """Tables of files: what must stand in them, what is still to be filled in, and the components and control laws that they name."""
 
-from __future__ import annotations
-
 import keyword
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import product

@@ -1,7 +1,5 @@
 """What a file says of recorded hysteresis: which columns are input and output, and how each curve began."""
 
-from __future__ import annotations
-
 import fnmatch
 from typing import Annotated, Any, Literal
 

@@ -4,8 +4,6 @@
 folder beside the experiment, with a digest over all that it depends on: with another digest it is not taken.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -1,7 +1,5 @@
 """The experiment file that follows from an identification, and the loop of the log as a table beside it."""
 
-from __future__ import annotations
-
 import io
 import math
 import os

@@ -4,8 +4,6 @@ Its note (`bristle.files.owned`) names each file with its SHA-256 before the fil
 what a person made or changed is never replaced. One process writes at a time.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Model files: a plant and a friction model with their values, how sure we are of them, and where they come from."""
 
-from __future__ import annotations
-
 import inspect
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping

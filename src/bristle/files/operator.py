@@ -1,7 +1,5 @@
 """Hysteresis operators in files: ``[operator]`` with its values, and one in place of the kernel of a friction model."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path

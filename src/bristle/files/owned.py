@@ -5,8 +5,6 @@ before it is written and again, with its SHA-256, once all are. What the note do
 by now, is a person's. A file may lie in a folder below: ``figures/time.svg``. Links are never followed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json

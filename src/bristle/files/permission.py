@@ -3,8 +3,6 @@
 What was allowed is kept in the state folder of the person, never in a file that travels.
 """
 
-from __future__ import annotations
-
 import os
 import time
 import warnings

@@ -1,7 +1,5 @@
 """`propose_axis`: the axis file that a log itself speaks of, with what it cannot know marked to be filled in."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What files may say: strict tables of axes, with errors that name key, value and what is allowed."""
 
-from __future__ import annotations
-
 import numbers
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, TypeVar, get_args

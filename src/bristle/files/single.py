@@ -1,7 +1,5 @@
 """One file that a person named: a new one is written as it is, another one is replaced whole or not at all."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import secrets

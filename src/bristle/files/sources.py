@@ -1,7 +1,5 @@
 """The files that an experiment names: each is read once, and what was read travels to other processes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

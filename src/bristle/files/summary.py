@@ -1,7 +1,5 @@
 """Results as JSON, and where they come from: version, files with their checksums, the command that repeats it."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

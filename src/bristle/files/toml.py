@@ -1,7 +1,5 @@
 """TOML read, with errors that say where and nothing let in that no file of an axis holds; and tables written as TOML."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

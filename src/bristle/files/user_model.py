@@ -1,7 +1,5 @@
 """What a user has of his own in one Python file: a model, slot, control law, sensor, plant, reference, reader or target."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import io

@@ -1,7 +1,5 @@
 """One variant of an experiment, from its tables: the loop or what drives it open, and how finely it is simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

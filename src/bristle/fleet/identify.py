@@ -1,7 +1,5 @@
 """`identify_each`: many logs, each identified by itself, into one store that is gone on with and may grow."""
 
-from __future__ import annotations
-
 import json
 import math
 import warnings

@@ -1,7 +1,5 @@
 """The logs that a command names: files, tables in them, and all logs in a folder and below it."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterator, Sequence

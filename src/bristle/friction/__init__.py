@@ -7,8 +7,6 @@ Examples
 coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from typing import Any

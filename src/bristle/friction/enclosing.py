@@ -1,7 +1,5 @@
 """Friction models around another one: they have the parameters of that, and their own beside them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar

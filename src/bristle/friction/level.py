@@ -11,8 +11,6 @@ pitch `p`; it changes its sign with the motion, where the force of ``+periodic``
 Viscous friction :math:`F_v v` stays what it is.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The model to try next, where another one lacks what friction depends on."""
 
-from __future__ import annotations
-
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.motion import RECORDED
 from bristle.core.slot import Slot

@@ -8,8 +8,6 @@ What kernels receive is the operator, what is left of the friction model, and tw
 the one over which it turns, which the parts of a long step go by, and the smallest return that it remembers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

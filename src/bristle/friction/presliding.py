@@ -16,8 +16,6 @@ References
    doi:10.2514/3.61511
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple

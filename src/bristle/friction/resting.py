@@ -11,8 +11,6 @@ have one force at rest and need neither rule. What is slower than 0.1 nm/s is at
 such steps, and one of them at the end of a move would turn the force around.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -12,8 +12,6 @@ It is one mechanism around the model, not a second model: the side is chosen by 
 offset and a direction-dependent Coulomb force cannot be told apart: two levels are seen, three unknowns asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache

@@ -10,8 +10,6 @@ factor and its additive part: friction that varies along a guide and a force tha
 look alike on a drive in one direction only. Each part is linear in its coefficients, of first order in each cause.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -10,8 +10,6 @@ Examples
 array([0.056552, 0.008571, 0.056552])
 """
 
-from __future__ import annotations
-
 from bristle.core.contracts import HysteresisOperator, Model
 from bristle.core.edge import guarded, model
 from bristle.core.errors import InputError

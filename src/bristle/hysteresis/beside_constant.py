@@ -6,8 +6,6 @@ Loops that were recorded with a bias, such as those of a torque sensor, are the 
 Operators that have an ``offset`` of their own need none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple

@@ -3,8 +3,6 @@
 Any sequence of inputs is a history; those here give the two states that measurements start from.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from bristle.core.edge import Amount, amount, guarded, whole

@@ -1,7 +1,5 @@
 """A table along measured first-order reversal curves: what a `reversal_table` operator is made of."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ the input has come back to :math:`\beta`, the Everett function is
 :math:`E(\alpha, \beta) = \tfrac12(f_\alpha - f_{\alpha\beta})`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 

@@ -27,8 +27,6 @@ beyond that (17) alike. There corner and symmetry hold to rounding, and :math:`E
 of `preisach`, in closed form.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the motion of a log cannot tell: which parameters, and whatever is fitted, one amplitude and repeated motion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations

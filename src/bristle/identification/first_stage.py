@@ -27,8 +27,6 @@ References
 .. [4] F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1(6), 1945. doi:10.2307/3001968
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """One model fitted: values with their uncertainty, the error on what was held out, and what the log does not tell."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -9,8 +9,6 @@ References
    continuous spaces", Journal of Global Optimization 11(4), 1997. doi:10.1023/A:1008202821328
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field

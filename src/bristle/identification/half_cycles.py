@@ -22,8 +22,6 @@ References
    doi:10.1016/0197-2456(86)90046-2
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

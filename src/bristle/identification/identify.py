@@ -1,7 +1,5 @@
 """From a log to friction models with their uncertainty, best first: what is done, in order."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

@@ -5,8 +5,6 @@ typical magnitudes of a log parameters of unknown magnitude are scaled, bounded 
 be recorded.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What a person asks to be identified: models, what is known beforehand, thresholds, numbers or text."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

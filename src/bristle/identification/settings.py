@@ -5,8 +5,6 @@ filter and an inertia are known; those of validation may change which model come
 (numbers of starts, seeds, tolerances) stands with the methods.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from bristle.core.values import Threshold, thresholds_of

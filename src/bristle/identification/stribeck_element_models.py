@@ -9,8 +9,6 @@ the curve, and what happens between both the attraction :math:`C`.
 The intervals are those of the numbers, for elements of this shape.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 

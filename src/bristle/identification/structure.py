@@ -1,7 +1,5 @@
 """Whether a model has the structure of the axis: which force it lacks, by name, and which model has it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace

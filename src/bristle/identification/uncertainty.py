@@ -3,8 +3,6 @@
 It is the same for every problem, whatever the signal that it makes small.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

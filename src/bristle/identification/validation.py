@@ -16,8 +16,6 @@ References
    Sociological Methods & Research 33(2), 2004. doi:10.1177/0049124104268644
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

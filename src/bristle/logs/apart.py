@@ -6,8 +6,6 @@ a limit of time and memory, and whoever waits for them can be interrupted. What 
 numbers, so nothing that a file does there becomes code here.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Logs as arrays and tables: HDF5 (that of MATLAB 7.3, too), NPZ and NPY of NumPy, MAT up to version 7.2, Parquet."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 import zlib

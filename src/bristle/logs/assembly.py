@@ -1,7 +1,5 @@
 """From the columns of a table to what was recorded: looked at, on a grid of time, with what is doubtful in it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TypeVar

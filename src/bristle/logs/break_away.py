@@ -9,8 +9,6 @@ and how both depend on the rate, are told apart by least squares of their logari
 and the intervals are Student's. To that of a distance comes the step of the encoder, which no repetition averages out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """`Channel`: one recorded signal, with its unit and the column it came from."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

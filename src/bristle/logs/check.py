@@ -1,7 +1,5 @@
 """A look at a log before anything is fitted to it: what it contradicts, and what it cannot tell. One table of rules."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The time base of a log: gaps split it, rows are put in order, and stamps that are not even are resampled."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any

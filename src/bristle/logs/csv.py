@@ -1,7 +1,5 @@
 """Logs as text: CSV in its many dialects, with the preambles that drives and LabVIEW write."""
 
-from __future__ import annotations
-
 import codecs
 import io
 import re

@@ -1,7 +1,5 @@
 """`Curves`: what was recorded of a hysteresis, output over input, along one path or several that start alike."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple

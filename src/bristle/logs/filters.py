@@ -1,7 +1,5 @@
 """Filters whose delay is none, or taken out, and the derivative that goes with them; signals of shape (..., sample)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

@@ -4,8 +4,6 @@ A format is a function ``read_NAME(data, request)`` in a module of this folder, 
 with a `LogFormat` that has a `read` of its own; it is asked first, while `reading` lasts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

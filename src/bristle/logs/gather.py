@@ -1,7 +1,5 @@
 """From the columns of a file to the channels of an axis, in SI."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

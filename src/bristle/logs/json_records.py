@@ -1,7 +1,5 @@
 """Logs in JSON: records one after another, columns by name, or signals with their values."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """How a text file is laid out: where its numbers begin, what separates them, how the columns are called."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ A line through a log knows inertia, levels and slopes by direction, a fall with 
 or a filter of one of both channels is then no error of the inertia. No fit takes a number from it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A log is refused for what would spoil a result without a trace. What is legitima
 rests for a long time, an effort of zero while the drive is off, a known input that was never switched on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Read a file by the reader of its format, and refuse what is no log."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Callable

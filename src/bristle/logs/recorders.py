@@ -1,7 +1,5 @@
 """Logs of recorders, channels with their own times: TDMS of LabVIEW, MDF 4 of ASAM, MCAP of robots, SINUMERIK Operate in XML."""
 
-from __future__ import annotations
-
 import io
 import json
 import logging

@@ -1,7 +1,5 @@
 """Text files that need more than columns of numbers: dates as stamps, columns with their own times, TwinCAT Scope, archives."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """What is in a log: columns, rates, ranges, and every problem that would have it refused."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

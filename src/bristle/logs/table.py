@@ -1,7 +1,5 @@
 """`Table`: what a reader finds in a file, before anything is known of the axis."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager

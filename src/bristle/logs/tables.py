@@ -1,7 +1,5 @@
 """Files that hold several tables: which of them is the log, what its columns are called, and which of them are read."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections import Counter

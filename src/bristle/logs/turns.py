@@ -1,7 +1,5 @@
 """Where a motion rests, turns and repeats: changes of direction, those that are more than noise, and the legs between."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

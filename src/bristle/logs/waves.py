@@ -1,7 +1,5 @@
 """Waves over the position in what a fit leaves over: cogging, a screw, a belt."""
 
-from __future__ import annotations
-
 import numpy as np
 
 TURNS_LEAST = 1.5  # over the range

@@ -1,7 +1,5 @@
 """What columns and units are called: the words of drives and of people, in English and German, as this package writes them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -8,8 +8,6 @@ compensator of `c` times this friction that follows the measured motion takes :m
 holds the axis only if :math:`K > (c - 1)\,s`. Along the desired motion nothing is taken away.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass, replace
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The error budget of a loop: each cause switched on alone, and off alone, by simulation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -16,8 +16,6 @@ current loop is without a lag: where none is stated, the margins must hold from 
 :math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to that.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

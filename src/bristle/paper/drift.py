@@ -1,7 +1,5 @@
 """Figures 2 and 3: an inertia on a contact, pushed over break-away, let rest, then loaded up and down below it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -13,8 +13,6 @@ reversal to reversal does not repeat itself either: two runs of its own along th
 knew its mean would still leave.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

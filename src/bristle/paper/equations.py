@@ -1,7 +1,5 @@
 """The equations of the paper, (1) to (23): how each stands here, what computes it, what tests it, how to see it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal, NamedTuple
 

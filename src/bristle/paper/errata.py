@@ -1,7 +1,5 @@
 """What in the paper cannot stand as printed, or not in every reading: what is right, and the test that shows it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal, NamedTuple
 

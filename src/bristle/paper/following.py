@@ -1,7 +1,5 @@
 """Figures 11 to 14: the loop of the rig, without a compensator, with the paper's equations, and with one calibrated."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures 5 and 6: loops of the rig, loops of the reformed Dahl model, and how many loops a model needs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The report of the paper: each figure beside what the paper says, what was found, and why it differs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

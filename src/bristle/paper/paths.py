@@ -1,7 +1,5 @@
 """Figures 1 and 8 to 10: contacts and operators led along paths, up to break-away and through loops inside loops."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Figure 4: the Preisach plane at each turn, and the sums of (14) and (15) beside the operator."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """All figures of the paper, or some of them, from their experiments."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 

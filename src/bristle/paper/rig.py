@@ -15,8 +15,6 @@ Its friction and the compensators identified from its logs are numbers in files,
 and changed without this module. `write_models` makes them again, to the bit on one machine.
 """
 
-from __future__ import annotations
-
 import math
 from os import PathLike
 from pathlib import Path

@@ -22,8 +22,6 @@ The tables of such a file, all but the first line optional; an experiment refuse
 ========================= ==============================================================================================
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -17,8 +17,6 @@ For one operator the measure of relays of 0 and 1 is twice that of relays of :ma
 Everett function :math:`E`: the first is then short of one constant, :math:`E(X, -X)`, and the second of a factor too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from bristle.core.contracts import Model

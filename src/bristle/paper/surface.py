@@ -11,8 +11,6 @@ time :math:`u` stands still for :math:`T`, acts :math:`m` samples late and is ma
 error. The proof of each bound is in the documentation, theory/compensation.
 """
 
-from __future__ import annotations
-
 import math
 
 # The bound feeds back on itself, and settles at once unless sample time and delay are nearly too long for it.

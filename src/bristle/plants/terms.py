@@ -13,8 +13,6 @@ A step takes the force of the place at :math:`x + \tfrac12 h v`, half way ahead 
 port stays affine in the friction force, and a motion without friction keeps its energy (Verlet's scheme).
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The friction as a drive takes it: a table of velocity and effort."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The units that a drive and its log count in: what is typed in is wanted in these, and not in SI of the axis."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """What a model predicts of a log, seen or unseen, against what was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike

@@ -1,7 +1,5 @@
 """How an amplitude grows from nothing: smoothly, by a quintic."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -5,8 +5,6 @@ the leg cruises at :math:`v`; and the same with the opposite sign. A leg too sho
 keeps the jerk and lowers the others. Without a limit of the jerk it is a trapezoid of velocity.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import NamedTuple

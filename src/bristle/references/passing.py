@@ -1,7 +1,5 @@
 """`Passing`: a desired motion that comes to rest."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -9,8 +9,6 @@ not accelerate, or where all of its inertia sits before the sensor. A loop that 
 is that of the friction; one at the frequency of a controller is not.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

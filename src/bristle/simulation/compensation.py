@@ -1,7 +1,5 @@
 """What feedforward and friction compensation gain on the loop of an axis."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What is fed forward: inertia, gravity and cogging along the desired motion, a compensator along either."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

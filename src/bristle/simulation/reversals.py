@@ -1,7 +1,5 @@
 """Where a following error swings most: around the reversals of its reference."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from bristle.logs.turns import reversals

@@ -1,7 +1,5 @@
 """Running an experiment: every variant of it, and what came out in numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Whether a model of a person's own may be used: the demands of the contract that are quick to try."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The outcome of one demand of the contract suite."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 Each check runs the model itself; the first sentence of its docstring says what is demanded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any

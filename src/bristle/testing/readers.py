@@ -1,7 +1,5 @@
 """The contract of a reader of logs, ours or a user's: what it makes of an example, whole and cut off, and of others."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 from functools import cache

@@ -3,8 +3,6 @@
 Each check runs the slot itself, around models of bristle; the first sentence of its docstring says what is demanded.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import wraps

@@ -1,7 +1,5 @@
 """The contract of a target of the export, ours or a user's: what it writes of models that differ in what they hold."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

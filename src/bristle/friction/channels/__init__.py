@@ -1,7 +1,5 @@
 """Slots over a channel of a log: each is a file of this folder with a `SLOT`, and its name below."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 from bristle.core.slot import Slot

@@ -1,7 +1,5 @@
 """From recorded hysteresis to an operator: of friction or of a magnet, whatever sign its measure has."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

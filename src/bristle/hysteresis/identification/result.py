@@ -1,7 +1,5 @@
 """What the identification of a hysteresis operator returns."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 

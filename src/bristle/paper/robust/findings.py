@@ -1,7 +1,5 @@
 """What came out of a trial: means with intervals, the best family of each truth, what was promised, and the tables of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The loops of sets A and C with another friction, and the compensators: families identified from a log of that friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The report of a trial: one picture that tells it, all of its numbers, and what it cannot show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

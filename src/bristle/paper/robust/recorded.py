@@ -14,8 +14,6 @@ What a record of one amplitude and one speed cannot tell, this contact does not 
 reversal within the stroke only that it is elastic until it meets the recorded loop again.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The trial: every truth under every condition in the loops of both sets, with compensators that know none of it."""
 
-from __future__ import annotations
-
 import json
 import threading
 import time

@@ -6,8 +6,6 @@ The simulated ones have the stiffness at a reversal, the break-away force, the a
 Conditions are what changes on the rig after its compensator was identified, which nobody tells it.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

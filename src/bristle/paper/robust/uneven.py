@@ -12,8 +12,6 @@ the contact moves on, :math:`e^{-1}` of the difference being left after the trav
 continuous, whatever model is inside. The branch is a spring in series with a damper: it yields to a lasting force.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
