@@ -292,19 +292,21 @@ def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
     """
     entries = list(roots)
     while True:
-        needed: set[int] = set()
+        parts: dict[int, list[Node]] = {}  # of the body of each function that is needed
         waiting = list(entries)
         while waiting:
             function = waiting.pop()
-            if id(function) not in needed:
-                needed.add(id(function))
-                waiting += [part.function for part in walk(function.body) if isinstance(part, Call)]
-        functions = [function for function in unit.functions if id(function) in needed]
-        size = sum(1 for function in functions for _ in walk(function.body))
+            if id(function) not in parts:
+                parts[id(function)] = list(walk(function.body))
+                waiting += [part.function for part in parts[id(function)] if isinstance(part, Call)]
+        functions = [function for function in unit.functions if id(function) in parts]
+        dead = False
         for function in functions:
-            function.body = _live(function.body, {part.name for part in _read(list(walk(function.body)))})
-        dead = sum(1 for function in functions for _ in walk(function.body)) < size
-        if not _without_arguments(functions) and not dead:
+            dropped: list[Statement] = []
+            function.body = _live(function.body, {part.name for part in _read(parts[id(function)])}, dropped)
+            if dropped:
+                dead, parts[id(function)] = True, list(walk(function.body))
+        if not _without_arguments(functions, [parts[id(function)] for function in functions]) and not dead:
             return Unit(functions)
 
 
@@ -314,27 +316,28 @@ def _read(parts: list[Node]) -> list[Variable]:
     return [part for part in parts if isinstance(part, Variable) and id(part) not in assigned]
 
 
-def _live(block: list[Statement], read: set[str]) -> list[Statement]:
+def _live(block: list[Statement], read: set[str], dropped: list[Statement]) -> list[Statement]:
     entries: list[Statement] = []
     for statement in block:
         if isinstance(statement, Assign) and statement.variable.name not in read:
+            dropped.append(statement)
             if isinstance(statement.value, Call) and statement.value.function.writes:
                 entries.append(Evaluate(statement.value))
             continue
         if isinstance(statement, If):
-            statement.body, statement.otherwise = _live(statement.body, read), _live(statement.otherwise, read)
+            statement.body, statement.otherwise = _live(statement.body, read, dropped), _live(statement.otherwise, read, dropped)
             if not statement.body and not statement.otherwise:
+                dropped.append(statement)
                 continue
         elif isinstance(statement, (For, While)):
-            statement.body = _live(statement.body, read)
+            statement.body = _live(statement.body, read, dropped)
         entries.append(statement)
     return entries
 
 
-def _without_arguments(functions: list[Function]) -> bool:
-    """Leave out arguments that nobody looks at; return whether there were some."""
+def _without_arguments(functions: list[Function], parts: list[list[Node]]) -> bool:
+    """Leave out arguments that nobody looks at among the parts of all bodies; return whether there were some."""
     used: dict[int, set[str]] = {id(function): set() for function in functions}
-    parts = [list(walk(function.body)) for function in functions]
     calls = [[part for part in body if isinstance(part, Call)] for body in parts]
     read = [_read(body) for body in parts]
     news = True
