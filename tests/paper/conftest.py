@@ -1,10 +1,12 @@
 """The figures of the source paper, reproduced once for all tests of this folder."""
 
+from functools import cache
+
 import pytest
 
 from bristle.engine import compilation
 from bristle.files.experiment import read_experiment
-from bristle.paper import EXPERIMENTS, FIGURES, reproduce
+from bristle.paper import EXPERIMENTS, FIGURES, reproduce, tracking
 from bristle.paper.setting import read_setting
 from bristle.simulation import simulate
 
@@ -16,10 +18,24 @@ def entries():
 
 
 @pytest.fixture(scope="session")
-def paper(entries):
+def simulated(entries):
+    """A function that returns the loops of an experiment of the package, simulated once for all tests of this folder."""
+
+    @cache
+    def of(name):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(compilation, "_entries", entries)
+            return simulate(read_experiment(EXPERIMENTS / name))
+
+    return of
+
+
+@pytest.fixture(scope="session")
+def paper(entries, simulated):
     """Every figure by its number."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilation, "_entries", entries)
+        patch.setattr(tracking, "simulate", lambda experiment, report: simulated(experiment.origins["experiment"][0].name))
         return {item.number: item for item in reproduce(FIGURES)}
 
 
@@ -30,6 +46,6 @@ def setting():
 
 
 @pytest.fixture(scope="session")
-def faster():
+def faster(simulated):
     """The motion of set C at 1, 2 and 4 Hz, by variant."""
-    return simulate(read_experiment(EXPERIMENTS / "set_c_faster.toml")).variants
+    return simulated("set_c_faster.toml").variants
