@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model, make_model
+from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import HeldOut
 from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
 from bristle.core.errors import InputError, did_you_mean
@@ -91,6 +92,7 @@ FITTED: dict[str, Callable[[Curves, Rows, int, int], Fitted]] = {
     folds=whole(2, 1000, none=True),
     progress=PROGRESS,
 )
+@cores_for_simulations()
 def identify_operator(
     recorded: Curves,
     model: Any = tuple(FITTED),
