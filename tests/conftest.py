@@ -1,10 +1,14 @@
 """What several folders of tests need: an axis with known friction, its log, and what bristle makes of it."""
 
+import gc
 import itertools
+import os
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+# Before numpy is loaded: beside another worker a second thread of linear algebra does nothing but wait, on its core.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 import pytest
 
@@ -39,6 +43,8 @@ FRICTION = {
 }
 PAPER = "tests/paper/"
 COUNT = itertools.count()
+# Ten thousand tests, what they import and what compiles kernels are many objects, and are looked through in vain.
+gc.set_threshold(50_000, 10, 20)
 STROKE = {"translational": 0.02, "rotational": 2.0}
 
 
@@ -97,6 +103,11 @@ def pytest_collection_modifyitems(items):
             seen[item.nodeid.partition("[")[0]] += 1
             if seen[item.nodeid.partition("[")[0]] > mark.args[0]:
                 item.add_marker("slow")
+
+
+def pytest_collection_finish():
+    """Never look again through what stays to the end."""
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,13 @@ MODULES = sorted(name for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bris
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib")
 MOST_ARGUMENTS = 12
 FAMILIES = ("hysteresis", "friction", "plants", "controllers", "sensors", "references")
+
+
+@cache
+def read(path):
+    """Return the text of a file, and its tree."""
+    text = path.read_text()
+    return text, ast.parse(text)
 
 
 def loaded_after(code):
@@ -134,9 +142,9 @@ def functions(tree):
 def test_modules_and_functions_are_short():
     lengths = {}
     for path in ROOT.rglob("*.py"):
-        text = path.read_text()
+        text, module = read(path)
         lengths[path] = text.count("\n")
-        for function in functions(ast.parse(text)):
+        for function in functions(module):
             body = function.body[1:] if ast.get_docstring(function) and len(function.body) > 1 else function.body
             length = function.end_lineno - body[0].lineno + 1
             assert length <= 80, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} has {length} lines"
@@ -146,15 +154,15 @@ def test_modules_and_functions_are_short():
 
 def test_no_function_takes_more_than_a_few_arguments_by_their_place():
     for path in ROOT.rglob("*.py"):
-        for function in functions(ast.parse(path.read_text())):
+        for function in functions(read(path)[1]):
             taken = len(function.args.posonlyargs) + len(function.args.args)
             assert taken <= MOST_ARGUMENTS, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
 
 
 def test_no_exception_is_swallowed_and_nothing_is_left_for_later():
     for path in ROOT.rglob("*.py"):
-        text = path.read_text()
-        for node in ast.walk(ast.parse(text)):
+        text, module = read(path)
+        for node in ast.walk(module):
             if isinstance(node, ast.ExceptHandler):
                 assert not (len(node.body) == 1 and isinstance(node.body[0], ast.Pass)), f"{path}:{node.lineno}"
         assert not re.search(r"TODO|FIXME|XXX|NotImplementedError", text), path

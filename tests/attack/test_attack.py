@@ -5,8 +5,6 @@ The cases are drawn with fixed seeds or written by hand; `tests.attack.yard.assa
 
 from __future__ import annotations
 
-import contextlib
-import io
 import random
 import shutil
 import tomllib
@@ -16,8 +14,6 @@ import numpy as np
 import pytest
 from tests.attack.yard import FILES, HOSTILE, assault, build, log_of, places_in, replaced
 from tests.logs.conftest import WRITERS
-
-from bristle.cli.main import main
 
 pytest.importorskip("resource", reason="limits of POSIX")
 IDENTIFY = ["identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--json"]
@@ -48,11 +44,6 @@ COMMANDS = {
 def built(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("built")
     build(folder)
-    with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
-        for several in COMMANDS.values():  # what is compiled for the first time takes its time
-            for arguments in several:
-                assert main(list(arguments)) in (0, 1), arguments
-    shutil.rmtree(folder / "paper")
     return folder
 
 
@@ -61,6 +52,20 @@ def yard(tmp_path, built) -> Path:
     folder = tmp_path / "yard"
     shutil.copytree(built, folder)
     return folder
+
+
+LONG = ("identify", "excite", "design", "paper")  # seconds each
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        pytest.param(each, id=" ".join(each), marks=[pytest.mark.slow] if each[0] in LONG else [])
+        for each in sorted({tuple(line) for several in COMMANDS.values() for line in several})
+    ],
+)
+def test_good_files_are_no_attack(yard, arguments):
+    assert assault(list(arguments), yard)[0] in (0, 1)
 
 
 # Values of files.

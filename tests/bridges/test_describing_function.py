@@ -105,9 +105,10 @@ def hum_of(friction, law):
     return 1e6 * 0.5 * np.ptp(x), 1.0 / (1e-4 * np.mean(np.diff(crossings)))
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "friction",
-    [br.friction.dahl(F_C=20.0, sigma_0=1e7), br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0)],
+    [br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0), br.friction.dahl(F_C=20.0, sigma_0=1e7)],
 )
 def test_a_loop_that_hums_at_rest_does_so_as_predicted(friction):
     law, frequency = late_law(), 150.0
@@ -139,9 +140,9 @@ def test_hunting_is_no_sine_and_no_describing_function_predicts_it():
     assert np.mean(np.abs(np.diff(x[2000:])) < 0.02 * np.abs(np.diff(x[2000:])).max()) > 0.7
     missed = min(
         abs(1.0 + closed(law)(2j * np.pi * frequency) * harmonics.describing_function(amplitude))
-        for frequency in np.geomspace(0.05, 30.0, 12)
+        for frequency in np.geomspace(0.05, 30.0, 8)
         for harmonics in (DescribingFunction(friction, frequency, "um"),)
-        for amplitude in np.geomspace(0.1, 1000.0, 12)
+        for amplitude in np.geomspace(0.1, 1000.0, 9)
     )
     assert missed > 0.1
 

@@ -243,6 +243,6 @@ def test_the_steps_of_the_main_job_work_as_written(at_the_reader, tmp_path, caps
     assert [line.split()[1] for line in lines] == ["log", "log", "identify", "predict"]
     for line in lines:
         # The results of the folder are there already; a second copy goes elsewhere. Two models stand for all of them.
-        stand_ins = {"results": str(tmp_path / "again"), "all": "coulomb_viscous,stribeck"}
+        stand_ins = {"results": str(tmp_path / "again"), "all": "coulomb_viscous,viscous"}
         words = [stand_ins.get(word, word) for word in shlex.split(line)[1:]]
         assert main(words) == 0, capsys.readouterr().err

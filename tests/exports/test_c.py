@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, walk
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, asked, differing, walk
 
 import bristle as br
 from bristle.engine import force_along, interpreted
@@ -26,10 +26,11 @@ def example(name, slots=()):
 
 
 @pytest.fixture(scope="module")
-def models():
+def models(request):
     plain = {f"plain_{name}": example(name) for name in ("lugre", "coulomb", "maxwell_slip")}
     varied = {f"varied_{name}": example(name, ALL) for name in ("lugre", "gms", "preisach_lugre")}
-    return {f"sided_{name}": example(name, ("asymmetry",)) for name in MODELS} | plain | varied
+    every = {f"sided_{name}": example(name, ("asymmetry",)) for name in MODELS} | plain | varied
+    return {name: model for name, model in every.items() if (name,) in asked(request, "model") | {("sided_preisach_lugre",)}}
 
 
 @pytest.fixture(scope="module")

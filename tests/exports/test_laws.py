@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, asked, differing
 
 import bristle as br
 from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
@@ -87,8 +87,28 @@ def variant_of(controller, fed, name="loop"):
     )
 
 
+# First each law, each way to be fed, and what other tests here need of them.
+FIRST = [
+    ("cascade", "measured"),
+    ("cascade", "desired"),
+    ("cascade", "toothed"),
+    ("sliding_mode", "desired"),
+    ("observer", "all"),
+    ("twisting", "nothing"),
+    ("bristles", "desired"),
+    ("learning", "desired"),
+    ("cascade", "all"),
+    ("cascade", "toothed_measured"),
+]
 CASES = [(controller, fed) for controller in LAWS for fed in (("desired",) if controller in SECOND else FED)]
 CASES += [("cascade", fed) for fed in CARRYING]
+CASES = [*FIRST, *(case for case in CASES if case not in FIRST)]
+
+
+def compiled_cases(request):
+    """Return the cases that tests ask for."""
+    cases = asked(request, "controller", "fed") | {("cascade", fed) for (fed,) in asked(request, "fed")} | {*FIRST}
+    return [case for case in CASES if case in cases]
 
 
 @cache
@@ -97,11 +117,11 @@ def law(controller, fed):
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory):
-    """All laws in one library, with the folder that they are in."""
+def exported(request, tmp_path_factory):
+    """The laws in one library, with the folder that they are in."""
     folder = tmp_path_factory.mktemp("laws")
     sources = []
-    for controller, fed in CASES:
+    for controller, fed in compiled_cases(request):
         name = f"{controller}_{fed}"
         for file, text in law_files(law(controller, fed), name, Source()).items():
             (folder / name).mkdir(exist_ok=True)
@@ -142,7 +162,7 @@ def replayed(library, name, inputs, *further):
     return efforts
 
 
-@pytest.mark.fast_cases(9)
+@pytest.mark.fast_cases(len(FIRST))
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
     inputs, efforts = record_of(controller, fed)
@@ -153,19 +173,19 @@ def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
 
 
 @pytest.fixture(scope="module")
-def blocks(tmp_path_factory):
+def blocks(request, tmp_path_factory):
     pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
     texts = {}
-    for controller, fed in CASES:
+    for controller, fed in compiled_cases(request):
         name = f"law_{controller}_{fed}"
         files = st_law_files(law(controller, fed), name, Source())
         texts[name] = [files[f"{name}{end}.st"] for end in ("", "_selftest")]
     return StructuredText(texts, tmp_path_factory.mktemp("blocks"))
 
 
-@pytest.mark.fast_cases(21)
+@pytest.mark.fast_cases(len(FIRST))
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
     name, (inputs, efforts) = f"law_{controller}_{fed}", record_of(controller, fed)

@@ -34,12 +34,16 @@ for name in {SOME}:
 """
 
 
+WITH_FONTS = ("rig_layout", "preisach_plane", "following_error")
+
+
 @pytest.fixture(scope="module")
 def plain():
-    """Every figure as it is drawn where nobody has set anything."""
+    """Some figures as they are drawn where nobody has set anything."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        return drawn()
+        draws = gallery()
+        return {name: figures.inline_svg(draws[name](), name.replace("_", "-"), name) for name in {*SOME, *WITH_FONTS}}
 
 
 @pytest.fixture
@@ -55,8 +59,12 @@ def hostile(monkeypatch):
 
 
 @pytest.mark.slow
-def test_no_setting_changes_a_figure_and_no_figure_changes_a_setting(hostile, plain):
-    assert [name for name, svg in drawn().items() if svg != plain[name]] == []
+def test_no_setting_changes_a_figure_and_no_figure_changes_a_setting(hostile):
+    result = drawn()
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        expected = drawn()
+    assert [name for name, svg in result.items() if svg != expected[name]] == []
     assert dict(matplotlib.rcParams.copy()) == hostile
 
 
@@ -88,9 +96,8 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
         assert shown("expected") == result
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("preisach_plane", marks=pytest.mark.slow), "rig_layout", pytest.param("following_error", marks=pytest.mark.slow)]
-)
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("name", WITH_FONTS)
 def test_no_font_changes_a_figure(name, plain, monkeypatch):
     manager = font_manager.fontManager
     other_font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"

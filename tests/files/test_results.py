@@ -196,7 +196,7 @@ def with_note(text: str | bytes):
         stranger("a note with a full path", with_note(NEW + '{"file": "/etc/passwd"}\n')),
         stranger("a note of lists", with_note("[" * 9000 + "\n")),
         stranger("a note of other types", with_note(NEW + '{"file": 3}\n')),
-        stranger("a note without end", with_note(NEW.encode() + b"\n" * 3_000_000)),
+        stranger("a note without end", with_note(NEW.encode() + b"\n" * 100_000)),
         stranger("a note of no text", with_note(bytes(range(256)))),
         stranger("a note of a broken number", with_note(NEW.replace('"1"', '"-1e9"'))),
         stranger("a note that claims all as half written", with_note(NEW + '{"file": "mine.txt"}\n')),

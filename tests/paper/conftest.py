@@ -1,10 +1,13 @@
 """The figures of the source paper, reproduced once for all tests of this folder."""
 
+from dataclasses import replace
+from functools import cache
+
 import pytest
 
 from bristle.engine import compilation
 from bristle.files.experiment import read_experiment
-from bristle.paper import EXPERIMENTS, FIGURES, reproduce
+from bristle.paper import EXPERIMENTS, FIGURES, reproduce, tracking
 from bristle.paper.setting import read_setting
 from bristle.simulation import simulate
 
@@ -16,10 +19,32 @@ def entries():
 
 
 @pytest.fixture(scope="session")
-def paper(entries):
+def simulated(request, entries):
+    """A function that returns the loops of an experiment of the package, simulated once for all tests of this folder.
+
+    Of set C the fast tests see two runs of six: only a slow one reads the last place of their means.
+    """
+    is_whole = any(item.get_closest_marker("slow") and "paper" in item.fixturenames for item in request.session.items)
+
+    @cache
+    def of(name):
+        experiment = read_experiment(EXPERIMENTS / name)
+        if name == "set_c.toml" and not is_whole:
+            variants = (replace(variant, run=replace(variant.run, seeds=2)) for variant in experiment.variants)
+            experiment = replace(experiment, variants=tuple(variants))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(compilation, "_entries", entries)
+            return simulate(experiment)
+
+    return of
+
+
+@pytest.fixture(scope="session")
+def paper(entries, simulated):
     """Every figure by its number."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilation, "_entries", entries)
+        patch.setattr(tracking, "simulate", lambda experiment, report: simulated(experiment.origins["experiment"][0].name))
         return {item.number: item for item in reproduce(FIGURES)}
 
 
@@ -30,6 +55,6 @@ def setting():
 
 
 @pytest.fixture(scope="session")
-def faster():
+def faster(simulated):
     """The motion of set C at 1, 2 and 4 Hz, by variant."""
-    return simulate(read_experiment(EXPERIMENTS / "set_c_faster.toml")).variants
+    return simulated("set_c_faster.toml").variants

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from bristle.core.dispatch import implementation_of, is_dispatch
@@ -29,13 +30,8 @@ class Translation(Expressions):
         definition = definition_of(self.kernel)
         names = [argument.arg for argument in definition.args.args]
         self.types = dict(zip(names, self._argument_types, strict=True))
-        # The name of a loop is not looked at after the loop: targets count one farther, or less far.
-        loops = [node for node in ast.walk(definition) if isinstance(node, ast.For)]
-        inside = {id(node) for loop in loops for node in ast.walk(loop)}
-        counted = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
-        for node in ast.walk(definition):
-            if isinstance(node, ast.Name) and node.id in counted and id(node) not in inside:
-                raise self.refuse(node, f"{node.id} counts a loop and is looked at outside of it")
+        if node := _counter_outside(definition):
+            raise self.refuse(node, f"{node.id} counts a loop and is looked at outside of it")
         body: list[tree.Statement] = []
         for _ in range(PASSES):
             self._changed, self._count = False, 0
@@ -178,6 +174,16 @@ class Translation(Expressions):
     def _held(self, kind: Type, node: ast.AST) -> tree.Variable:
         self._count += 1
         return self._variable(f"held_{self._count}", kind, node)
+
+
+@cache
+def _counter_outside(definition: ast.FunctionDef) -> ast.Name | None:
+    """Return where the name of a loop is looked at after the loop: targets count one farther, or less far."""
+    loops = [node for node in ast.walk(definition) if isinstance(node, ast.For)]
+    inside = {id(node) for loop in loops for node in ast.walk(loop)}
+    counted = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
+    names = (node for node in ast.walk(definition) if isinstance(node, ast.Name) and id(node) not in inside)
+    return next((node for node in names if node.id in counted), None)
 
 
 def _ends(body: list[ast.stmt]) -> bool:

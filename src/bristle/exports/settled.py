@@ -271,19 +271,21 @@ def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
     """
     entries = list(roots)
     while True:
-        needed: set[int] = set()
+        parts: dict[int, list[tree.Node]] = {}  # of the body of each function that is needed
         waiting = list(entries)
         while waiting:
             function = waiting.pop()
-            if id(function) not in needed:
-                needed.add(id(function))
-                waiting += [part.function for part in tree.walk(function.body) if isinstance(part, tree.Call)]
-        functions = [function for function in unit.functions if id(function) in needed]
-        size = sum(1 for function in functions for _ in tree.walk(function.body))
+            if id(function) not in parts:
+                parts[id(function)] = list(tree.walk(function.body))
+                waiting += [part.function for part in parts[id(function)] if isinstance(part, tree.Call)]
+        functions = [function for function in unit.functions if id(function) in parts]
+        dead = False
         for function in functions:
-            function.body = _live(function.body, {part.name for part in _read(list(tree.walk(function.body)))})
-        dead = sum(1 for function in functions for _ in tree.walk(function.body)) < size
-        if not _without_arguments(functions) and not dead:
+            dropped: list[tree.Statement] = []
+            function.body = _live(function.body, {part.name for part in _read(parts[id(function)])}, dropped)
+            if dropped:
+                dead, parts[id(function)] = True, list(tree.walk(function.body))
+        if not _without_arguments(functions, [parts[id(function)] for function in functions]) and not dead:
             return tree.Unit(functions)
 
 
@@ -293,27 +295,28 @@ def _read(parts: list[tree.Node]) -> list[tree.Variable]:
     return [part for part in parts if isinstance(part, tree.Variable) and id(part) not in assigned]
 
 
-def _live(block: list[tree.Statement], read: set[str]) -> list[tree.Statement]:
+def _live(block: list[tree.Statement], read: set[str], dropped: list[tree.Statement]) -> list[tree.Statement]:
     entries: list[tree.Statement] = []
     for statement in block:
         if isinstance(statement, tree.Assign) and statement.variable.name not in read:
+            dropped.append(statement)
             if isinstance(statement.value, tree.Call) and statement.value.function.writes:
                 entries.append(tree.Evaluate(statement.value))
             continue
         if isinstance(statement, tree.If):
-            statement.body, statement.otherwise = _live(statement.body, read), _live(statement.otherwise, read)
+            statement.body, statement.otherwise = _live(statement.body, read, dropped), _live(statement.otherwise, read, dropped)
             if not statement.body and not statement.otherwise:
+                dropped.append(statement)
                 continue
         elif isinstance(statement, (tree.For, tree.While)):
-            statement.body = _live(statement.body, read)
+            statement.body = _live(statement.body, read, dropped)
         entries.append(statement)
     return entries
 
 
-def _without_arguments(functions: list[tree.Function]) -> bool:
-    """Leave out arguments that nobody looks at; return whether there were some."""
+def _without_arguments(functions: list[tree.Function], parts: list[list[tree.Node]]) -> bool:
+    """Leave out arguments that nobody looks at among the parts of all bodies; return whether there were some."""
     used: dict[int, set[str]] = {id(function): set() for function in functions}
-    parts = [list(tree.walk(function.body)) for function in functions]
     calls = [[part for part in body if isinstance(part, tree.Call)] for body in parts]
     read = [_read(body) for body in parts]
     news = True

@@ -6,6 +6,7 @@ import typing
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -318,18 +319,21 @@ def walk(*nodes: Any) -> Iterator[Node]:
     waiting = list(reversed(nodes))
     while waiting:
         node = waiting.pop()
-        if isinstance(node, list):
+        if type(node) is list:
             waiting += reversed(node)
         elif isinstance(node, Node):
             yield node
-            waiting += [getattr(node, name) for name in reversed(_parts(type(node)))]
+            waiting += _parts(type(node))(node)
 
 
 @cache
-def _parts(kind: type[Node]) -> tuple[str, ...]:
-    """Return the fields of a kind of nodes that may hold others."""
+def _parts(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
+    """Return what gives those fields of a kind of nodes that may hold others, the last one first."""
     plain = {"type", "name", "operator"} | ({"function", "value"} if issubclass(kind, (Constant, Call)) else set())
-    return tuple(part.name for part in fields(kind) if part.name not in plain)
+    names = [part.name for part in reversed(fields(kind)) if part.name not in plain]
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda node: tuple(getattr(node, name) for name in names)
 
 
 def blocks_of(statement: Statement) -> list[list[Statement]]:

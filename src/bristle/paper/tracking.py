@@ -100,7 +100,7 @@ class Tracked:
     @property
     def after(self) -> str:
         """The loop that the claims of the paper are held against: that of its own equations where there is one."""
-        return PRINTED if PRINTED in self.result.variants else CALIBRATED
+        return PRINTED if any(variant.name == PRINTED for variant in self.experiment.variants) else CALIBRATED
 
     @property
     def settle(self) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model, make_model
+from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import HeldOut
 from bristle.core.edge import NAMES, PROGRESS, Progress, among, guarded, instance, whole
 from bristle.core.errors import InputError
@@ -50,6 +51,7 @@ def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
     folds=whole(2, 1000, none=True),
     progress=PROGRESS,
 )
+@cores_for_simulations()
 def identify_operator(
     recorded: Curves,
     model: Any = "all",
