@@ -387,8 +387,9 @@ def _described(cls: type) -> dict[str, tuple[str, str]]:
 
 
 def _typed(annotation: Any) -> str:
-    text = getattr(annotation, "__forward_arg__", None) or str(annotation)
-    return "`" + text.replace("np.", "") + "`"
+    text = getattr(annotation, "__forward_arg__", annotation)
+    text = text if isinstance(text, str) else inspect.formatannotation(text)
+    return "`" + re.sub(r"\b[a-z_]\w*\.(?=\w)", "", text) + "`"  # without the modules
 
 
 def _markdown(text: str) -> str:

@@ -101,7 +101,7 @@ def test_the_force_is_that_of_the_equation(oiled):
     assert force_along(model, V, DT, pressure=PRESSURE) == pytest.approx(FACTOR * plain)
     assert np.array_equal(force_along(model, V, DT), plain)
     assert np.array_equal(force_along(unvaried(model), V, DT, pressure=PRESSURE), plain)
-    with pytest.raises(InputError, match=r"presure: is nothing that .* knows.*Did you mean 'pressure'"):
+    with pytest.raises(InputError, match=r"presure: is unknown to coulomb_viscous.*Did you mean 'pressure'"):
         force_along(model, V, DT, presure=PRESSURE)
 
 

@@ -15,7 +15,7 @@ from bristle.identification import fitting, identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 
-request = importlib.import_module("bristle.identification.identify")
+identifying = importlib.import_module("bristle.identification.identify")
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
 
 
@@ -96,7 +96,7 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
 
 @pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: the intervals are not those of simulated logs"), (0, "")])
 def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch, draws, said):
-    calls, original = [], request.with_structure
+    calls, original = [], identifying.with_structure
 
     def interrupted_once(*values):
         calls.append(values)
@@ -104,7 +104,7 @@ def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch,
             raise KeyboardInterrupt
         return original(*values)
 
-    monkeypatch.setattr(request, "with_structure", interrupted_once)
+    monkeypatch.setattr(identifying, "with_structure", interrupted_once)
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=2, draws=draws)
     assert len(calls) == 2
     assert (identification.best.unfinished, identification.unfinished) == (False, said)
@@ -115,24 +115,24 @@ def test_what_was_fitted_is_kept_where_slots_are_looked_for(log, monkeypatch):
     def interrupted(*values):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(request, "next_models", interrupted)
-    monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
+    monkeypatch.setattr(identifying, "next_models", interrupted)
+    monkeypatch.setattr(identifying.request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
     identification = identify(log, "all", axis=STATED, blocks=2, draws=20)
     assert {fit.name for fit in identification.fits} == {"coulomb", "viscous"}
     assert identification.unfinished == "interrupted: slots were not looked for to the end"
 
 
 def test_slots_are_not_looked_for_after_an_interruption(log, monkeypatch):
-    original, seen = request.fit, []
+    original, seen = identifying.fit, []
 
     def interrupted(context, component, *values):
         if component.name == "viscous":
             raise KeyboardInterrupt
         return original(context, component, *values)
 
-    monkeypatch.setattr(request, "fit", interrupted)
-    monkeypatch.setattr(request, "next_models", lambda *values: seen.append(values) or ())
-    monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
+    monkeypatch.setattr(identifying, "fit", interrupted)
+    monkeypatch.setattr(identifying, "next_models", lambda *values: seen.append(values) or ())
+    monkeypatch.setattr(identifying.request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
     identification = identify(log, "all", axis=STATED, blocks=2)
     assert (identification.unfinished, seen) == ("interrupted: viscous was not fitted", [])
 

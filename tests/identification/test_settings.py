@@ -109,5 +109,5 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     changed = Settings.of({"unsure_std": 0.25})
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
-    assert [row[:3] for row in table.rows] == [("unsure_std", "0.25", "0.5")]
+    assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
     assert set(changed.as_data()) == {threshold.name for threshold in thresholds()}  # all of them stand in summary.json

@@ -5,7 +5,7 @@ import pytest
 
 from bristle.controllers.feedforward import Shape
 from bristle.engine import Contact
-from bristle.engine.motion import compensation_along
+from bristle.engine.motion import compensation_along, follow
 from bristle.friction import MODELS, find
 
 DT = 1e-3
@@ -45,7 +45,7 @@ def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(nam
         largest = abs(moving.move(v * DT, abs(v))[0])
         item, other = moving.copy(), moving.copy()
         for contact, zero in ((item, 0.0), (other, -0.0)):
-            contact._follow(contact._part.state, contact._memory, np.full(2, zero), np.full(2, contact.x), DT)
+            follow(contact._part, contact._memory, np.full(2, zero), np.full(2, contact.x), DT)
         np.testing.assert_allclose(item.state, other.state, rtol=1e-14, atol=1e-14)
         np.testing.assert_allclose(item._memory, other._memory, rtol=1e-14, atol=1e-14 * largest)
 
