@@ -15,7 +15,7 @@ from bristle.files.user_model import load_code
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
-from bristle.testing.contract import pure_trial, same_bits_exported
+from bristle.testing.contract import one_sided_limits, pure_trial, same_bits_exported
 
 NAMES = [*with_fast("coulomb", "viscous"), *with_fast(form="{}+asymmetry", unfit=("coulomb", "viscous", "stribeck", "dahl"))]
 
@@ -113,6 +113,10 @@ def pulls(state, memory, motion, dt, p):
     return -p.F_C * direction(motion.v) * min(abs(motion.v), 1.0), Nothing()
 
 
+def reversed_sign(state, memory, motion, dt, p):
+    return -p.F_C * direction(motion.v), Nothing()
+
+
 @kernel
 def wrong_rate(state, motion, p):
     return 2.0 * p.F_C * direction(motion.v), State(0.0)
@@ -189,6 +193,11 @@ class Arrays(NamedTuple):
 def test_each_fault_is_found_by_name(model, demand):
     failed = [check.name for check in check_model(model()) if not check.passed]
     assert demand in failed
+
+
+def test_a_reversed_sign_is_called_one():
+    (check,) = check_model(faulty(kernel(reversed_sign)), checks=[one_sided_limits])
+    assert check.advice == "Check signs"
 
 
 def test_a_trial_that_writes_is_found_by_running_it_too():
