@@ -4,6 +4,10 @@
 for each direction at most, ascending in speed, and nothing that varies along the travel.
 """
 
+import tomllib
+
+import numpy as np
+
 from bristle.core import InputError
 from bristle.exports import Product, Target
 from bristle.exports.drive import losses, side_of
@@ -35,4 +39,18 @@ def write(request):
     return Product({f"{request.name}.toml": "\n".join([*lines, ""])}, notes)
 
 
-TARGET = Target(name="acme", description="the friction table of an ACME servo drive, TOML", write=write)
+def reads(files, request):
+    """What the drive computes from its file: bristle simulates the axis with that, and states the effect."""
+    velocity, effort = log_units(request.axis, request.model.kind)
+    table = tomllib.loads(files[f"{request.name}.toml"])
+    speeds, forces = zip(*(np.transpose(table[name]) for name in ("forward", "backward")), strict=True)
+
+    def drive(x, dt):
+        v = np.diff(x, prepend=x[:1]) / dt / velocity.si
+        forward, backward = (effort.si * np.interp(np.abs(v), speeds[side], forces[side]) for side in (0, 1))
+        return np.where(v > 0.0, forward, np.where(v < 0.0, -backward, 0.0))
+
+    return drive
+
+
+TARGET = Target(name="acme", description="the friction table of an ACME servo drive, TOML", write=write, reads=reads, pushes=True)

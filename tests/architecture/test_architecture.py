@@ -125,14 +125,15 @@ def test_every_component_is_bound_in_its_family_and_complete():
     assert len(result) >= 12
     for family, name, model, package in result:
         assert getattr(package, model.name) is model, f"{family}/{name} is not bound in its package"
+        assert model.name in package.__all__, f"{model.name!r} is missing in __all__ of bristle/{family}/__init__.py"
         assert model.description
         variables_of(model.Parameters)
         variables_of(model.State)
         doc = importlib.import_module(model.module).__doc__ or ""
         assert len(doc) > 40, f"{family}/{name} does not say what it is"
         if family == "friction":
-            assert model.reference.startswith("doi:"), name
-            assert model.reference.removeprefix("doi:") in doc, name
+            assert model.reference.startswith("doi:"), f'MODEL of {family}/{name}.py has no reference="doi:..."'
+            assert model.reference.removeprefix("doi:") in doc, f"the docstring of {family}/{name}.py lacks the DOI of MODEL"
 
 
 def functions(tree):

@@ -160,3 +160,10 @@ def test_a_product_of_quantities_is_described_checked_and_identified(bristle, pl
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json")
     assert result.code == 0
     assert result.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"
+
+
+def test_a_file_that_defines_nothing_is_refused_with_all_that_is_looked_for(bristle, models):
+    Path("kestrel.py").write_text("def write(request): ...\n")
+    result = bristle("check", "kestrel.py")
+    assert result.code == 2
+    assert all(name in result.err for name in ("MODEL", "SLOT", "FORMAT", "TARGET", "FIGURE"))

@@ -146,6 +146,22 @@ def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, lin
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("format_", ["drawn", "written as a file"])
+def test_a_fault_in_a_figure_of_bristle_costs_that_figure_and_is_a_fault(bristle, place, monkeypatch, format_):
+    def broken(*_):
+        raise ZeroDivisionError("of ours")
+
+    module, name = ("bristle.figures.on_reports.Place", "is_taken") if format_ == "drawn" else ("bristle.figures", "numbers_of")
+    monkeypatch.setattr(f"{module}.{name}", broken)
+    result = bristle(*PREDICT, "--format", "csv", "--json")
+    assert result.code == 70
+    assert f"prediction is not {format_}: ZeroDivisionError: of ours" in result.err
+    assert result.data["provenance"]
+    Path(re.search(r"\S+\.txt", result.err)[0]).unlink()
+    assert "Is it good?" in page()
+    assert ("is not drawn: ZeroDivisionError" in page()) == (format_ == "drawn")
+
+
 def written_in_figures():
     return {file.name for file in Path("run/figures").iterdir()}
 

@@ -4,6 +4,7 @@ from itertools import product
 from typing import Annotated, NamedTuple
 
 import pytest
+from tests.contract.models import KNOWN, with_fast
 
 from bristle import friction
 from bristle.core import FrictionModel, InputError, Variable, kernel
@@ -14,25 +15,22 @@ from bristle.files.user_model import load_code
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
-from bristle.testing.contract import pure_trial, same_bits_exported
+from bristle.testing.contract import one_sided_limits, pure_trial, same_bits_exported
 
-QUICK = ("lugre", "coulomb", "viscous", "coulomb_viscous", "stribeck", "maxwell_slip", "dahl", "preisach_lugre")
-NAMES = [
-    *(pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in friction.MODELS),
-    *(
-        pytest.param(f"{name}+asymmetry", marks=() if name == "lugre" else pytest.mark.slow)
-        for name in friction.MODELS
-        if name not in ("coulomb", "viscous", "stribeck", "dahl")
-    ),
-]
+NAMES = [*with_fast("coulomb", "viscous"), *with_fast(form="{}+asymmetry", unfit=("coulomb", "viscous", "stribeck", "dahl"))]
 
 
-@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_model_meets_the_contract(name):
     checks = check_model(friction.find(name))
     assert [check for check in checks if not check.passed] == []
     assert len(checks) == len(CHECKS)
+
+
+def test_a_new_model_is_tested_among_the_fast_ones(monkeypatch):
+    assert friction.MODELS.keys() >= KNOWN
+    monkeypatch.setitem(friction.MODELS, "new_model", friction.coulomb)
+    assert [case.values[0] for case in with_fast("lugre") if not case.marks][-1] == "new_model"
 
 
 @pytest.mark.slow
@@ -115,6 +113,10 @@ def pulls(state, memory, motion, dt, p):
     return -p.F_C * direction(motion.v) * min(abs(motion.v), 1.0), Nothing()
 
 
+def reversed_sign(state, memory, motion, dt, p):
+    return -p.F_C * direction(motion.v), Nothing()
+
+
 @kernel
 def wrong_rate(state, motion, p):
     return 2.0 * p.F_C * direction(motion.v), State(0.0)
@@ -191,6 +193,11 @@ class Arrays(NamedTuple):
 def test_each_fault_is_found_by_name(model, demand):
     failed = [check.name for check in check_model(model()) if not check.passed]
     assert demand in failed
+
+
+def test_a_reversed_sign_is_called_one():
+    (check,) = check_model(faulty(kernel(reversed_sign)), checks=[one_sided_limits])
+    assert check.advice == "Check signs"
 
 
 def test_a_trial_that_writes_is_found_by_running_it_too():

@@ -20,6 +20,8 @@ from bristle.core.variable import variables_of
 from bristle.files import load_code
 from bristle.friction.presliding import presliding
 from bristle.hysteresis.everett import KERNELS
+from bristle.testing import check_model
+from bristle.testing.dimensions import one_dimension
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 SLOTS = "+position+periodic+load+temperature"
@@ -170,8 +172,27 @@ def test_a_wrong_formula_is_seen(tmp_path, monkeypatch, formula):
     (tmp_path / "own.py").write_text(text, encoding="utf-8")
     custom = load_code(tmp_path / "own.py")
     let_kernels_measure(monkeypatch)
+    (check,) = check_model(custom, checks=(one_dimension,))
+    assert not check.passed
+    assert "changes with the unit of" in check.detail
+    let_kernels_measure(monkeypatch)
     with pytest.raises(pint.DimensionalityError):
         move_along(custom, {})
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_other_units_change_no_model_of_bristle(name):
+    component, change = CASES[name]
+    (check,) = check_model(component(**{**component.example, **change}, validate=False), checks=(one_dimension,))
+    assert check.passed != (name in CANNOT), check.detail
+
+
+def test_a_parameter_or_state_that_is_declared_with_another_quantity_is_seen(tmp_path):
+    text = EXAMPLE.read_text(encoding="utf-8")
+    assert "force*time^2/length^2" in text
+    (tmp_path / "own.py").write_text(text.replace("force*time^2/length^2", "force*time/length"), encoding="utf-8")
+    (check,) = check_model(load_code(tmp_path / "own.py"), checks=(one_dimension,))
+    assert check.detail == "the force changes with the unit of length"
 
 
 # --- control laws -----------------------------------------------------------------------------------------------

@@ -109,3 +109,8 @@ def test_an_advisory_relation_warns_and_lets_through():
     with pytest.warns(InputWarning, match=r"should have level >= 0.5, but level = 0.2. Raise level"):
         CHOSEN(level=0.2)
     assert CHOSEN(level=0.2, validate=False).values["level"] == 0.2
+
+
+def test_a_variable_with_one_text_is_refused():
+    with pytest.raises(InputError, match=r"Variable\('Coulomb friction'\): lacks its quantity or its description"):
+        Variable("Coulomb friction")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.contract.models import with_fast
 
 from bristle import friction
 from bristle.core.errors import InputError
@@ -25,7 +26,6 @@ SCREW = {
     "stribeck": friction.stribeck(F_C=100.0, F_S=130.0, v_S=239.0, F_v=2.5e-3),
 }
 DT = 2e-4
-QUICK = ("coulomb", "lugre", "gms", "preisach_contact")
 
 
 def case(letter):
@@ -146,7 +146,7 @@ def test_verifying_finds_growth_that_the_local_error_does_not_show():
     assert sure.status == Status.OK
 
 
-@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in friction.MODELS])
+@pytest.mark.parametrize("name", with_fast("coulomb", "lugre", "gms", "preisach_contact"))
 def test_plain_python_gives_the_same_bits(name):
     model = example_of(friction.find(name))
     t = 1e-3 * np.arange(20)

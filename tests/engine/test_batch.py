@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.contract.models import with_fast
 
 import bristle.engine.batch
 from bristle import friction
@@ -12,7 +13,6 @@ from bristle.engine import interpreted, run_batch, run_open_loop
 from bristle.plants import inertia
 from bristle.testing import example_of
 
-QUICK = ("coulomb", "lugre", "gms", "preisach_lugre")
 FIELDS = ("position", "velocity", "friction")
 
 
@@ -28,7 +28,7 @@ def mechanisms(name, count):
     return models, effort
 
 
-@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in friction.MODELS])
+@pytest.mark.parametrize("name", with_fast("coulomb", "lugre", "gms", "preisach_lugre"))
 def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name):
     models, effort = mechanisms(name, 37)
     plant = inertia(M=2.0)

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.contract.models import with_fast
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, asked, differing, walk
 
 import bristle as br
@@ -38,9 +39,8 @@ def native(models, tmp_path_factory):
     return Native(models, tmp_path_factory.mktemp("native"))
 
 
-QUICK = ("sided_lugre", "sided_maxwell_slip", "sided_elastoplastic", "sided_gms")
 COMPARED = (
-    *(f"sided_{name}" for name in MODELS),
+    *with_fast("lugre", "maxwell_slip", "elastoplastic", "gms", form="sided_{}"),
     "plain_lugre",
     "plain_coulomb",
     "plain_maxwell_slip",
@@ -51,9 +51,7 @@ COMPARED = (
 
 
 # The contract of each model compares its C too.
-@pytest.mark.parametrize(
-    "model", [pytest.param(name, marks=() if name in (*QUICK, *COMPARED[-6:]) else pytest.mark.slow) for name in COMPARED]
-)
+@pytest.mark.parametrize("model", COMPARED)
 def test_each_force_has_the_bits_of_bristle(native, models, model):
     x = walk(20_000)
     forces = br.response(models[model], x, DT, rest="held")

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.contract.models import with_fast
 from tests.exports.graphics import Device, ptx_of
 from tests.exports.native import differing, walk
 
@@ -45,8 +46,7 @@ extern "C" void run_{name}(int lanes, int samples, double dt, const double *x, c
 SLOTS = {"lugre": ("periodic",), "gms": ("asymmetry", "load")}
 MODELS_OF = {name: with_slots(component, SLOTS.get(name, ())) for name, component in MODELS.items()}
 COMPONENTS = MODELS_OF | {f"op_{name}": OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")}
-QUICK = ("lugre", "gms", "preisach_lugre", "op_preisach")
-COMPARED = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in COMPONENTS]
+COMPARED = [*with_fast("lugre", "gms", "preisach_lugre"), pytest.param("op_prandtl_ishlinskii", marks=pytest.mark.slow), "op_preisach"]
 
 
 @pytest.fixture(scope="module")

@@ -69,7 +69,8 @@ def test_every_target_is_told_where_targets_are_told(place, capsys):
     elif place == "docs":
         text = (ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
         heads = " ".join(re.findall(r"^\| (`.*?) \|", text, flags=re.MULTILINE))
-        assert [name for name in TARGETS if f"`{name}`" not in heads] == []
+        lacking = [name for name in TARGETS if f"`{name}`" not in heads]
+        assert lacking == [], "the first table of docs/how-to/export.md has no row for these targets"
     else:
         page, _ = server_page(Limits())
         offered = re.search(r'"targets":\s*(\[.*?\}\])', page)[1]
@@ -110,7 +111,8 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
         speed, effort = table[name][-1]
         assert speed == pytest.approx(200.0)
         assert 50.0 * effort == pytest.approx(way * steady_force(model, way * 0.2), rel=1e-4)
-    assert result.notes[0].startswith("the drive takes 16 entries")
+    assert result.notes[0].startswith("residual friction force, simulated: ")
+    assert sum(note.startswith("the drive takes 16 entries") for note in result.notes) == 1
 
 
 @pytest.mark.parametrize(
@@ -161,6 +163,22 @@ def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said
     assert [item.name for item in failed] == [demand]
     assert said in failed[0].detail
     assert failed[0].advice
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("effort.of(force):.6g", "-effort.of(force):.6g"), ("effort.of(force):.6g", "50 * effort.of(force):.6g")]
+)
+def test_a_reversed_sign_or_a_wrong_unit_is_seen(tmp_path, old, new):
+    text = EXAMPLE.read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "mine.py").write_text(text.replace(old, new), encoding="utf-8")
+    target = load_target_file(tmp_path / "mine.py")
+    assert [check.name for check in check_target(target) if not check.passed] == ["lowers the error"]
+
+
+def test_what_acts_on_an_axis_tells_how(tmp_path):
+    with pytest.raises(br.core.InputError, match=r"here: acts on an axis .* its effect is not known\. Write reads=reads"):
+        Target(name="here", description="a file", write=lambda request: Product({"a": "b"}), pushes=True)
 
 
 def test_a_name_never_loads_a_file_where_names_are_asked_for(tmp_path):

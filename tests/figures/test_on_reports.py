@@ -11,6 +11,7 @@ from tests.report.all_reports import rendered, report_of
 
 from bristle import figures
 from bristle.figures import ReportFigure, style
+from bristle.figures.legibility import illegible_texts, unlabelled_axes
 from bristle.figures.on_reports import REPORTS, Place
 from bristle.figures.report_figure import FACTS
 from bristle.testing.figures import EXAMPLES
@@ -37,6 +38,28 @@ def test_every_figure_that_is_drawn_stands_on_the_page(report):
         assert drawn
         assert re.findall(r'<figure id="figure-(\w+)"', page) == [plate.name for plate in drawn]
         assert all(str(escape(plate.caption)) in page for plate in drawn)
+
+
+UNLABELLED = {
+    ("design", "loops"): "the axis y, 'Loop', has no unit",
+    ("design", "margins"): "the axis y, 'Open loop, gain', has no unit",
+    ("design", "circles"): "an axis x has no label",
+    ("fleet", "fleet"): "the axis x, 'Log, by its number', has no unit",
+}
+"""Figures of bristle with an axis that has no unit, such as a ratio or a number of a log; the first such axis of each."""
+
+
+@pytest.mark.parametrize("report", REPORTS)
+def test_figures_of_bristle_meet_the_contract_of_figures(report):
+    for plate in report_of(report)[2]:
+        faults = unlabelled_axes(plate.figure)
+        assert faults[:1] == [fault for key, fault in UNLABELLED.items() if key == (report, plate.name)], plate.name
+        assert illegible_texts(plate.figure) == [], plate.name
+        assert plate.caption.endswith((".", "!", "?")), plate.name
+        assert "\n" not in plate.alternative.strip(), plate.name
+        points = sum(len(stroke) for panel in figures.numbers_of(plate.figure) for _, drawn in panel.drawn for stroke in drawn.strokes)
+        assert points > 1, plate.name
+        assert figures.figure_file(plate.figure, "pdf", plate.alternative), plate.name
 
 
 def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():

@@ -9,7 +9,8 @@ from bristle.lab.walks import BLOCK, LONG, PUSHED, stored
 
 
 def test_every_model_has_its_walks():
-    assert list(stored()) == list(MODELS)
+    lacking = " ".join(MODELS.keys() - stored().keys())
+    assert list(stored()) == list(MODELS), f"run: python -m tests.lab.write_walks {lacking}"
     for walks in stored().values():
         assert (walks["contact"]["count"], walks["mass"]["count"]) == (LONG, PUSHED)
         assert len(walks["contact"]["hashes"]) == LONG // BLOCK

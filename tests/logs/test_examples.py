@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.logs.json_records import looks_like_json
+from bristle.logs.json_records import recognises
 from bristle.logs.layout import why_no_number
 from bristle.logs.log import is_table
 from bristle.logs.passages import nesting
@@ -25,9 +25,9 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
             lambda: (is_table({"time": [0.0, 1.0]}), is_table("log.csv"), is_table([0.0, 1.0])), (True, False, False), id="is_table"
         ),
         pytest.param(
-            lambda: (looks_like_json(b'{"t": [0, 1]}'), looks_like_json(b"[Header]"), looks_like_json(b"[1, 2]")),
+            lambda: (recognises(b'{"t": [0, 1]}', ""), recognises(b"[Header]", ""), recognises(b"[1, 2]", "")),
             (True, False, True),
-            id="looks_like_json",
+            id="recognises JSON",
         ),
         pytest.param(
             lambda: (plain_unit("U/min"), plain_unit("Nm"), plain_unit("(None)"), plain_unit("0,1 %"), plain_unit("mm/s")),

@@ -9,7 +9,8 @@ from bristle.cli.main import main
 from bristle.cli.options import LOG_FILE
 from bristle.core import InputError
 from bristle.files.user_model import load_reader_file
-from bristle.logs.formats import FORMATS, format_of, reading
+from bristle.logs.catalogue import FORMATS, format_of
+from bristle.logs.formats import reading
 from bristle.logs.readers import read_table
 
 ROOT = Path(__file__).parents[2]
@@ -66,7 +67,8 @@ def test_its_columns_have_the_units_of_their_names(log):
     ("old", "new", "said"),
     [
         ("    return {units", "    return 3, {units", "is read by key_value_log, which gives a tuple"),
-        ('split("=")', 'split(":")', "is truncated or damaged, or of a kind that is not read"),
+        ('split("=")', 'split(":")', r"stops its reader with ValueError: dictionary update .* \(own\.py, line \d+\)\. Correct the reader"),
+        ("row[name])", "row['iq_promille'])", r"stops its reader with KeyError: 'iq_promille' \(own\.py, line 2\d\)"),
     ],
 )
 def test_what_it_does_wrong_is_told(log, tmp_path, old, new, said):
@@ -86,5 +88,5 @@ def test_a_file_without_a_reader_is_refused():
 def test_help_and_docs_name_every_format(known):
     page = (ROOT / "docs/how-to/your-own-log.md").read_text(encoding="utf-8")
     for word in known.title.replace("traces of ", "").split():
-        assert word in LOG_FILE
-        assert word in page
+        assert word in LOG_FILE, f"LOG_FILE of cli/options.py lacks {word!r}"
+        assert word in page, f"the table under 'What is read' of docs/how-to/your-own-log.md lacks a row with {word!r}"

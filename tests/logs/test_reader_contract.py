@@ -11,7 +11,8 @@ from tests.logs.exports import EXPORTS, motion
 
 from bristle.cli.main import main
 from bristle.files.user_model import load_reader_file
-from bristle.logs.formats import FORMATS
+from bristle.logs import json_records
+from bristle.logs.catalogue import FORMATS
 from bristle.testing import check_reader
 from bristle.testing.readers import READER_CHECKS
 
@@ -24,6 +25,8 @@ def bytes_of(name, folder, recording):
     """A small file of a format of bristle, written by another program or library."""
     if name in EXPORTED:
         return (EXPORTS | BINARY)[EXPORTED[name]].write(folder, motion(0.3)).read_bytes()
+    if name not in WRITTEN:
+        return b""  # check_reader takes the example of the format
     file = folder / f"log.{WRITTEN[name]}"
     WRITERS[WRITTEN[name]](file, recording)
     return file.read_bytes()
@@ -36,6 +39,12 @@ def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, record
     checks = check_reader(log_format, bytes_of(log_format.name, tmp_path, recording))
     assert [check for check in checks if not check.passed] == []
     assert len(checks) == len(READER_CHECKS)
+
+
+def test_a_reader_of_the_package_is_written_as_ones_own(tmp_path, recording):
+    log_format = load_reader_file(json_records.__file__)
+    checks = check_reader(log_format, bytes_of("new_format", tmp_path, recording))
+    assert [check.name for check in checks if not check.passed] == ["leaves other files"]  # JSON is read by the package already
 
 
 def test_the_reader_of_the_pages_meets_it():

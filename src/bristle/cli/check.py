@@ -99,6 +99,13 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
         ("FIGURE", load_figure_file, "figure", check_figure),
         ("FORMAT", load_reader_file, "reader of logs", check_reader),
     )
+    if not {"MODEL", "SLOT", *(name for name, *_ in kinds)} & vars(module).keys():
+        raise InputError(
+            "defines nothing that can be checked",
+            path=str(model),
+            allowed="MODEL, of a friction model, control law or sensor, SLOT, FORMAT, TARGET or FIGURE",
+            mend="End the file with one of them, such as TARGET = Target(...)",
+        )
     kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
     subject: Any = load_checked(content) if kind is None else kind[1](content)
     title, checked = (word_of(subject), check_model) if kind is None else kind[2:]

@@ -36,12 +36,13 @@ def _ended_well(arguments: list[str]) -> int:
         try:
             refuse_little_memory()
             from bristle.cli.application import run
-            from bristle.cli.terminal import INTERRUPTED, let_go, streams_that_take_all, warnings_as_lines
+            from bristle.cli.terminal import INTERRUPTED, let_go, report, streams_that_take_all, warnings_as_lines
 
             signals.check()
             streams_that_take_all()
-            with warnings_as_lines():
+            with warnings_as_lines() as faults:
                 code = run(arguments)
+                code = report(faults[0]) if faults else code
                 try:
                     sys.stdout.flush()
                 except BrokenPipeError:  # a reader that has gone does not change it

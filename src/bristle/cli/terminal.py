@@ -155,12 +155,15 @@ def progress(text: str) -> Iterator[Callable[[float, str], None]]:
 
 
 @contextmanager
-def warnings_as_lines() -> Iterator[None]:
-    """Show each warning once, as one line without the place in the code that it comes from."""
+def warnings_as_lines() -> Iterator[list[BaseException]]:
+    """Show each warning once, as one line without the place in the code that it comes from; collect the faults of bristle among them."""
     printed: set[str] = set()
+    faults: list[BaseException] = []
 
     def show(message: Any, *_: Any, **__: Any) -> None:
         line = one_line(str(message))
+        if (fault := getattr(message, "__cause__", None)) is not None:
+            faults.append(fault)
         if line not in printed:
             printed.add(line)
             complain(f"warning: {line}")
@@ -168,7 +171,7 @@ def warnings_as_lines() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
         warnings.showwarning = show
-        yield
+        yield faults
 
 
 def report(error: BaseException, *, results: bool = False) -> int:

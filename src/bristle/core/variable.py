@@ -50,7 +50,7 @@ class Variable:
     """
 
     quantity: str
-    description: str
+    description: str = ""
     min: float = -math.inf
     max: float = math.inf
     nominal: float = 1.0
@@ -59,6 +59,9 @@ class Variable:
     choices: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        if not self.description:
+            mend = 'Write both, Variable("force", "Coulomb friction force")'
+            raise InputError("lacks its quantity or its description", path=f"Variable({self.quantity!r})", mend=mend)
         try:
             object.__setattr__(self, "quantity", canonical(self.quantity))
         except InputError as error:

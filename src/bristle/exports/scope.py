@@ -6,6 +6,7 @@ import inspect
 import textwrap
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from bristle.core.errors import InputError
@@ -16,9 +17,10 @@ class NotExportableError(InputError):
     """A kernel is outside the part of Python that every target can hold; says where and why."""
 
     def __init__(self, function: Callable[..., Any], node: ast.AST | None, reason: str) -> None:
-        place = f"{function.__module__}.{function.__name__}"
-        line = getattr(node, "lineno", None)
-        super().__init__(reason, path=f"{place}, line {line}" if line else place)
+        code, line = (getattr(function, "__code__", None), getattr(node, "lineno", None))  # which counts from the first line of the kernel
+        place = function.__module__ if code is None else Path(code.co_filename).name
+        at = f"line {code.co_firstlineno + line - 1}" if code and line else function.__name__
+        super().__init__(reason, path=f"{place}, {at}")
 
 
 def defined(name: str, text: str, scope: dict[str, Any]) -> Callable[..., Any]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from bristle.core.errors import InputError
+
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
@@ -158,6 +160,12 @@ class Target:
     pushes: bool = False
     of_cogging: bool = False
     needs: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse files that act on an axis where bristle cannot tell how."""
+        if self.pushes and self.reads is None and not self.rest:
+            mend = "Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files"
+            raise InputError("acts on an axis (pushes=True), and its effect is not known", path=f"target {self.name}", mend=mend)
 
     @property
     def module(self) -> str:

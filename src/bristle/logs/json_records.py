@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.logs.formats import LogFormat
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Series, flattened, no_such_table, table_of_series
 from bristle.logs.words import is_time, names_and_units, unit_of_time
@@ -23,13 +24,13 @@ NAMES, VALUES, UNITS = (("name", "signal", "channel", "id", "label"), ("values",
 MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …], or columns by name'
 
 
-def looks_like_json(head: bytes) -> bool:
+def recognises(head: bytes, suffix: str) -> bool:
     """Return whether text begins as JSON does, and not with the name of a section in brackets."""
     text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 
 
-def read_json_records(data: bytes, request: Request) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of a JSON file."""
     content, source = _parsed(data, request.source), request.source
     try:
@@ -158,3 +159,7 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
         dates = [datetime.fromisoformat(value) for value in values]
         return np.array([(date - dates[0]).total_seconds() for date in dates])
     return None
+
+
+EXAMPLE = b'[{"t": 0.0, "q": 1.5}, {"t": 0.001, "q": 1.6}, {"t": 0.002, "q": 1.7}, {"t": 0.003, "q": 1.8}]'
+FORMAT = LogFormat("json_records", "JSON", recognises, read=read, holds_tables=True, example=EXAMPLE)

@@ -13,7 +13,8 @@ from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.typography import escaped
 from bristle.logs.assembly import record_of
-from bristle.logs.formats import ARCHIVE, LogFormat, format_of
+from bristle.logs.catalogue import ARCHIVE, format_of
+from bristle.logs.formats import LogFormat
 from bristle.logs.gather import axis_of
 from bristle.logs.log import Log, log_of
 from bristle.logs.stamped_text import period_told

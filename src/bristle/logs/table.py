@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, close_names, said_by_library, shortened
+from bristle.core.errors import InputError, close_names, place_in_own_code, said_by_library, shortened, told_by
 
 NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
@@ -191,14 +191,17 @@ def columns_of(axis: Axis | None) -> Choice:
 
 @contextmanager
 def damage_refused(source: Path) -> Iterator[None]:
-    """Refuse a file whose reader raises what it does not foresee: that is damage of the file."""
+    """Refuse a file whose reader raises an error that it does not foresee: the file is damaged, or a reader of one's own wrong."""
     try:
         yield
     except (InputError, MemoryError):
         raise
     except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
-        message = f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}"
-        raise InputError(message, path=str(source), mend="Copy or save it again") from None
+        message, mend = f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}", "Copy or save it again"
+        if place := place_in_own_code(error):
+            message = f"stops its reader with {type(error).__name__}: {told_by(error)} ({place})"
+            mend = "Correct the reader; if the file is damaged, copy or save it again"
+        raise InputError(message, path=str(source), mend=mend) from None
 
 
 class Request(NamedTuple):

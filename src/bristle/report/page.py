@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jinja2
 from markupsafe import Markup, escape
 
-from bristle.core.errors import InputWarning, place_in_own_code, told_by
+from bristle.core.errors import FaultWarning, InputWarning, place_in_own_code, told_by
 from bristle.core.symbols import worded
 from bristle.core.typography import typeset_sentence
 
@@ -155,9 +155,9 @@ def report_page(
     living: Living | None = None,
 ) -> str:
     """Return the page of a kind of report, with its figures and a user's own among its sections."""
-    pictures = _pictures(kind, facts)
+    pictures, remarks = _pictures(kind, facts)
     filled = [_filled(section, pictures) for section in sections]
-    own = [block for figure in figures for block in _own_blocks(figure, facts)]
+    own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
     return render(
         "page.html",
         command=command,
@@ -177,20 +177,27 @@ def render(template: str, *, provenance: Mapping[str, str], command: str, banner
     return printable(page.render(provenance=provenance, command=command, banner=banner, **content))
 
 
-def _pictures(kind: str, facts: Facts) -> dict[str, list[Picture]]:
-    """Return the figures of a kind of report, by section, in the order of the page."""
+def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[Markup]]:
+    """Return the figures of a kind of report, by section, in the order of the page; and a remark on each that cannot be drawn."""
     from bristle.figures.on_reports import REPORTS
 
     pictures: dict[str, list[Picture]] = {place.section: [] for place in REPORTS[kind]}
+    remarks: list[Markup] = []
     for place in REPORTS[kind]:
-        if place.is_taken(facts):
+        try:
+            if not place.is_taken(facts):
+                continue
             figure, arguments = place.figure, place.figure.arguments(facts)
             alternative, caption = (text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption))
             drawing = picture(figure.name, partial(figure.draw, *arguments), alternative, caption)
             # A prediction may be of another log than the report.
             log = facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
             pictures[place.section].append(drawing._replace(log=log))
-    return pictures
+        except Exception as error:  # noqa: BLE001  (a fault of a figure costs no results)
+            remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {told_by(error)}".rstrip(": ")
+            warnings.warn(FaultWarning(f"{remark}. The results are whole without it", error), stacklevel=2)
+            remarks.append(Markup("<p>{}.</p>").format(remark))
+    return pictures, remarks
 
 
 def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Section:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bristle.core.axis import Axis
-from bristle.core.errors import InputError, InputWarning, place_in_own_code, told_by
+from bristle.core.errors import FaultWarning, InputError, InputWarning, place_in_own_code, told_by
 from bristle.core.tabular import WithCard
 from bristle.core.typography import typeset_sentence
 from bristle.files.motion import write_log
@@ -165,7 +165,7 @@ def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
 
 
 def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
-    """Write a figure as files; return whether that was done, which an error in a user's own figure may prevent."""
+    """Write a figure as files; return whether that was done, which an error in its code may prevent."""
     from bristle.figures import as_csv, figure_file, fits_as_png, numbers_of
 
     try:
@@ -184,12 +184,10 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
             folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
     except OSError:
         raise  # no room on the disk, and no fault of the figure
-    except (Exception, SystemExit) as error:  # (what a user's code may raise has no common type)
-        if not plate.own:
-            raise
+    except (Exception, SystemExit) as error:  # noqa: BLE001  (what a user's code may raise has no common type)
         reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
-        place = place_in_own_code(error) or plate.name
-        warnings.warn(f"{place}: the figure {plate.name} is not written as a file: {reason}", InputWarning, stacklevel=2)
+        remark = f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}"
+        warnings.warn(InputWarning(remark) if plate.own else FaultWarning(remark, error), stacklevel=2)
         return False
     return True
 

@@ -15,6 +15,7 @@ from bristle.core.errors import InputError, told_by
 from bristle.core.kernel import kernels
 from bristle.core.slot import Slot
 from bristle.core.status import Status
+from bristle.core.typography import number
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, run_open_loop, settled
 from bristle.exports.proof import compiler, proved
@@ -24,6 +25,7 @@ from bristle.friction import find
 from bristle.plants import inertia
 from bristle.testing import slot
 from bristle.testing.check import Check, Demand, Fact, UnmetError, compiled_as_plain, judged, outcomes
+from bristle.testing.dimensions import one_dimension
 from bristle.testing.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 
 SEED = 20260
@@ -162,7 +164,7 @@ def one_sided_limits(model: Model) -> Fact:
     least = -1e-12 * abs(backward)
     return judged(
         Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least),
-        "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
+        "Check signs" if forward == -backward else "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
         unmet=forward - backward < least,
     )
 
@@ -188,7 +190,7 @@ def dissipates(model: Model) -> Fact:
         scale = float(np.sum(np.abs(force * step))) or 1.0
         least = min(least, float(np.sum(force * step)) / scale)
     if least < -1e-9:
-        detail = f"a closed cycle returned {-100 * least:.2g} % of the work"
+        detail = f"a closed cycle returned {number(-100.0 * least, digits=2)} % of the work"
         raise UnmetError(Fact(detail, least, "1", -1e-9), "Friction cannot produce energy")
     return Fact(f"least share taken out {least:.3f}", least, "1", -1e-9)
 
@@ -301,6 +303,7 @@ CHECKS = (
     *FORM,
     pure_trial,
     finite_everywhere,
+    one_dimension,
     one_sided_limits,
     opposes_sliding,
     dissipates,

@@ -11,7 +11,8 @@ from bristle.core import units
 from bristle.core.content import Content
 from bristle.core.errors import InputError, told_by
 from bristle.core.lazy import cached_property
-from bristle.logs.formats import FORMATS, START, LogFormat, format_of, reading
+from bristle.logs.catalogue import FORMATS, format_of
+from bristle.logs.formats import START, LogFormat, reading
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 from bristle.logs.words import is_time

@@ -10,6 +10,7 @@ from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.exports.described import Source
+from bristle.exports.effect_of import effect_of_files
 from bristle.exports.targets import Product, Request, Target
 from bristle.exports.writing import checked_product
 from bristle.files.axis import axis_from
@@ -155,5 +156,22 @@ def notes_in_words(trial: _Trial) -> Fact:
     return Fact(f"{len(notes)} notes")
 
 
+def lowers_the_error(trial: _Trial) -> Fact:
+    """Lower the error of the axis: a file with a reversed sign or another unit makes it larger."""
+    target = trial.target
+    if target.reads is None:
+        return Fact("no reads: what a drive computes from the files is not known", applies=False)
+    ratios = [1.0]
+    for name, product in trial.first.items():
+        request = replace(example_requests()[name], rest=target.rest)
+        drive = target.reads(product.files, request)
+        effect = None if drive is None else effect_of_files(request, drive, of_cogging=target.of_cogging)
+        if effect is not None and not effect.ratio <= 1.0:
+            advice = "Write the sign and the units that the drive takes, and let reads return the force in N or N*m, positive forward"
+            raise UnmetError(f"{effect.lines()[0]} ({name})", advice)
+        ratios += [] if effect is None else [effect.ratio]
+    return Fact(f"error at best {min(ratios):.2g} times that without", min(ratios), "1", 1.0)
+
+
 FORM = (described_target, writes_or_refuses, results_of_export)
-TARGET_CHECKS = (*FORM, same_bytes_twice, names_no_folder, notes_in_words)
+TARGET_CHECKS = (*FORM, same_bytes_twice, names_no_folder, notes_in_words, lowers_the_error)

@@ -1,0 +1,47 @@
+"""The formats of logs that are read, a line each: by their first bytes, for the ending of a name may lie.
+
+A format is a module of this folder that ends with ``FORMAT = LogFormat(...)``, and its line below. Those that need a library, or
+share a module, are a function ``read_NAME(data, request)`` there, which is imported when a file is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from bristle.logs.formats import OWN_FORMATS, START, LogFormat
+from bristle.logs.json_records import FORMAT as json_records
+
+ARCHIVE = b"PK\x03\x04"
+
+
+def _begins(*starts: bytes, suffix: str = "") -> Callable[[bytes, str], bool]:
+    return lambda head, ending: head.startswith(starts) or (suffix != "" and ending == suffix)
+
+
+def is_archive_of_arrays(head: bytes, suffix: str) -> bool:
+    """Return whether a file is an array of NumPy or an archive of them: each file of it is named so."""
+    return head.startswith(b"\x93NUMPY") or (head.startswith(ARCHIVE) and b".npy" in head[26:])
+
+
+def _is_markup(head: bytes, suffix: str) -> bool:
+    return head[:256].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+
+
+FORMATS = (
+    LogFormat("hdf5", "HDF5", _begins(b"\x89HDF", b"MATLAB 7.3"), holds_tables=True, package="h5py", extra="io", module="array_files"),
+    LogFormat("parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io", module="array_files"),
+    LogFormat("npz", "NPZ", is_archive_of_arrays, holds_tables=True, module="array_files"),
+    LogFormat("mf4", "MF4", _begins(b"MDF "), package="asammdf", extra="mf4", module="recorders"),
+    LogFormat("mcap", "MCAP", _begins(b"\x89MCAP"), holds_tables=True, package="mcap_ros2", extra="mcap", module="recorders"),
+    LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io", module="recorders"),
+    LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat"), module="array_files"),
+    LogFormat("sinumerik", "traces of SINUMERIK", _is_markup, module="recorders"),
+    json_records,
+    LogFormat("csv", "text", lambda head, suffix: True, module="csv"),
+)
+
+
+def format_of(data: bytes, suffix: str) -> LogFormat:
+    """Return the format of a file; text where it is no other one."""
+    head, formats = data[:START], (*OWN_FORMATS.get(), *FORMATS)
+    return next(candidate for candidate in formats if candidate.recognises(head, suffix.lower()))
