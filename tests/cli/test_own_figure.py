@@ -155,7 +155,8 @@ def test_a_fault_in_a_figure_of_bristle_costs_that_figure_and_is_a_fault(bristle
     monkeypatch.setattr(f"{module}.{name}", broken)
     result = bristle(*PREDICT, "--format", "csv", "--json")
     assert result.code == 70
-    assert f"prediction is not {format_}: ZeroDivisionError: of ours" in result.err
+    figure = "fit.PREDICTION" if format_ == "drawn" else "prediction"
+    assert f"{figure} is not {format_}: ZeroDivisionError: of ours" in result.err
     assert result.data["provenance"]
     Path(re.search(r"\S+\.txt", result.err)[0]).unlink()
     assert "Is it good?" in page()
