@@ -387,8 +387,9 @@ def _described(cls: type) -> dict[str, tuple[str, str]]:
 
 
 def _typed(annotation: Any) -> str:
-    text = getattr(annotation, "__forward_arg__", None) or str(annotation)
-    return "`" + text.replace("np.", "") + "`"
+    named = getattr(annotation, "__forward_arg__", annotation)
+    text = named if isinstance(named, str) else inspect.formatannotation(named, "bristle")
+    return "`" + re.sub(r"\b(np|numpy|bristle(\.\w+)*|collections\.abc|typing|pathlib)\.", "", text) + "`"
 
 
 def _markdown(text: str) -> str:
