@@ -11,7 +11,6 @@ from pathlib import Path
 
 import matplotlib
 import pytest
-from matplotlib import font_manager
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patheffects import withStroke
 from tests.figures.gallery import drawn, gallery
@@ -86,28 +85,6 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         assert shown("expected") == result
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param("preisach_plane", marks=pytest.mark.slow), "rig_layout", pytest.param("following_error", marks=pytest.mark.slow)]
-)
-def test_no_font_changes_a_figure(name, plain, monkeypatch):
-    manager = font_manager.fontManager
-    other_font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"
-    rest = [
-        font_manager.FontEntry(str(other_font), name="DejaVu Sans", style=style, weight=weight, size="scalable")
-        for style in ("normal", "italic", "oblique")
-        for weight in (400, 700)
-    ]
-    monkeypatch.setattr(manager, "ttflist", rest + manager.ttflist)
-    manager.addfont(other_font)  # what was found before is forgotten
-    try:
-        assert other_font.name in str(manager.findfont("DejaVu Sans"))
-        assert figures.inline_svg(gallery()[name](), name.replace("_", "-"), name) == plain[name]
-    finally:
-        monkeypatch.undo()
-        manager.addfont(other_font)
-        manager.ttflist.pop()
 
 
 def test_threads_that_draw_at_once_leave_all_as_it_was(hostile, plain):

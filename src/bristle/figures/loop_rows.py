@@ -82,7 +82,7 @@ def error_distribution(
     figure, (row,) = style.panels(3.0, columns=len(results), between=0.3, top=0.56)
     for axes, (name, error) in zip(row, errors.items(), strict=True):
         mean, std = float(error.mean()) * length.factor, float(error.std()) * length.factor
-        share = np.histogram(error * length.factor, edges)[0] * (100.0 / error.size)
+        share = style.shares(error * length.factor, edges)
         axes.axvspan(mean - std, mean + std, color=style.PALE, linewidth=0, zorder=0, label="mean ± standard deviation")
         axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
         axes.stairs(share, edges, color=style.PREDICTED["color"], linewidth=0.9, label="_outline")

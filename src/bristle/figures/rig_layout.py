@@ -74,7 +74,7 @@ def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
     at_table = f"as {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
     return {
         "motor": (0, 0, "DC motor, encoder", [motor, counts]),
-        "torque sensor": (1, 0, "torque sensor", ["T = F_p +", "(J − J_m) dω/dt", filtered]),
+        "torque sensor": (1, 0, "torque sensor", ["between couplings", "T = F_p +", "(J − J_m) dω/dt", filtered]),
         "ball screw": (2, 0, "ball screw", [f"lead {with_unit(lead, 'm')}", "rigid"]),
         "table": (3, 0, "table", ["on a linear guide", behind, f"{total},", at_table]),
     }
@@ -84,15 +84,20 @@ def _loop(variant: Variant) -> dict[str, Block]:
     """Return the parts of a loop, each with its numbers."""
     run, fed, friction = variant.run, variant.feedforward, variant.friction
     late = ([f"delay {run.delay} T"] if run.delay else []) + ([f"lag {with_unit(run.current_lag, 's')}"] if run.current_lag else [])
-    law, compensator = (model.name.replace("_", " ") if model else "" for model in (variant.controller, fed.friction))
+    elements = [f"{len(friction.values['nu_i'])} elements"] if "nu_i" in friction.values else []
     parts = [f"gain {fed.gain:g}" if fed.gain != 1.0 else "", f"asymmetry {fed.asymmetry:g}" if fed.asymmetry else ""]
     parts += [f"offset {with_unit(fed.offset, unit_of('force', variant.plant.kind))}"] if fed.offset else []
-    values = _value_lines(fed.friction)[:2] if fed.friction else []
+    values = [fed.friction.name, *_value_lines(fed.friction)[:2]] if fed.friction else []
     return {
-        "compensator": (1, 1, "compensator" if fed.friction else "no compensator", [compensator, *values, *parts]),
-        "friction": (3, 1, "friction", [friction.name, *_value_lines(friction)]),
+        "compensator": (1, 1, "compensator" if fed.friction else "no compensator", [*values, *parts]),
+        "friction": (3, 1, "friction", [*friction.name.replace("+", " +").split(), *elements, *_value_lines(friction)]),
         "reference": (0, 2, "reference", _value_lines(variant.reference)),
-        "controller": (1, 2, law, [f"every {with_unit(run.sample_time, 's')}", *_value_lines(variant.controller)]),
+        "controller": (
+            1,
+            2,
+            variant.controller.name.replace("_", " "),
+            [f"every {with_unit(run.sample_time, 's')}", *_value_lines(variant.controller)],
+        ),
         "drive": (2, 2, "drive", late or ["ideal"]),
         "rig": (3, 2, variant.plant.name, _value_lines(variant.plant)),
         "sensor": (3, 3, variant.sensor.name, _value_lines(variant.sensor)),

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
 
-SAMPLES, STEP = 3000, 1e-3  # of the log that is made up [s]
+SAMPLES, STEP = 6000, 1e-3  # of the log that is made up [s]
 DRAWS = 40  # of the study
 FORMS = ("svg", "pdf", "png")
 ADVICE = "Draw with bristle.figures.style.panels, from what is handed in, and return its figure"
@@ -61,17 +61,17 @@ def example_facts(kind: Kind) -> Facts:
     return _Examples(kind)
 
 
-def _log(facts: _Examples) -> Any:
-    t = STEP * np.arange(SAMPLES)
-    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    velocity = np.gradient(position, t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    effort += 0.2 * np.random.default_rng(1).normal(size=t.size)
-    columns = {"time": t, "position": position, "effort": effort, "velocity": velocity}
-    return Log.from_columns(columns, kind=facts.kind)
+def _log(kind: Kind, seed: int, off: float) -> Any:
+    """Return a log of one motion, which misses its reference by so much where it slides [m or rad]."""
+    t, noise = STEP * np.arange(SAMPLES), np.random.default_rng(seed).normal(size=(2, SAMPLES))
+    reference = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(12.0 * t)
+    velocity = np.gradient(reference, t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[0]
+    columns = {"time": t, "reference": reference, "position": reference - off * np.sign(velocity) + 1e-6 * noise[1], "effort": effort}
+    return Log.from_columns(columns, kind=kind)
 
 
-def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
+def _experiment(kind: Kind) -> Any:
     """Return a loop with and without friction fed forward."""
     friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
     described = {
@@ -81,41 +81,12 @@ def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
         "plant": {"model": "inertia", "M": 12.0},
         "friction": friction,
         "controller": {"model": "cascade", "k_p": 40.0, "k_v": 2000.0, "feedforward": {"friction": friction}},
-        "reference": {"model": "sine", "amplitude": 0.01, "frequency": frequency},
-        "run": {"duration": 2.5 / frequency, "sample_time": STEP, "settle": 0.5 / frequency},
+        "sensor": {"resolution": 1e-6},
+        "reference": {"model": "sine", "amplitude": 0.01, "frequency": 2.0},
+        "run": {"duration": 1.25, "sample_time": STEP, "settle": 0.25},
         "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}},
-        **further,
     }
     return experiment_from(described, Path("example.toml"), Sources(Path()))
-
-
-def _simulation(facts: _Examples) -> Any:
-
-    with interpreted():
-        return simulate(_experiment(facts.kind, 5.0))
-
-
-def _design(facts: _Examples) -> Any:
-
-    with interpreted():
-        return design(_experiment(facts.kind, 2.0, sensor={"resolution": 1e-6}))
-
-
-def _comparison(facts: _Examples) -> Any:
-    """Return two logs of one motion, of which the second follows its reference better."""
-    t = STEP * np.arange(2 * SAMPLES)
-    reference, velocity = 0.02 * np.sin(6.0 * t), 0.12 * np.cos(6.0 * t)
-    logs = []
-    for seed, size in enumerate((2e-5, 1e-5)):
-        noise = np.random.default_rng(seed).normal(size=(2, t.size))
-        columns = {
-            "time": t,
-            "reference": reference,
-            "position": reference - size * np.sign(velocity) + 1e-6 * noise[0],
-            "effort": 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[1],
-        }
-        logs.append((Log.from_columns(columns, kind=facts.kind), None))
-    return compare(logs[:1], logs[1:])
 
 
 def _study(facts: _Examples) -> Any:
@@ -147,13 +118,13 @@ def _study(facts: _Examples) -> Any:
 
 EXAMPLES: dict[str, Callable[[_Examples], Any]] = {
     "identification": lambda facts: identify(facts["log"], "viscous,coulomb_viscous", draws=0),
-    "log": _log,
-    "simulation": _simulation,
+    "log": lambda facts: _log(facts.kind, 1, 0.0),
+    "simulation": lambda facts: interpreted()(simulate)(_experiment(facts.kind)),
     "prediction": lambda facts: predict(
         facts["identification"].best.plant, facts["identification"].best.friction, facts["log"], None, "inverse"
     ),
-    "design": _design,
-    "comparison": _comparison,
+    "design": lambda facts: interpreted()(design)(_experiment(facts.kind)),
+    "comparison": lambda facts: compare([(_log(facts.kind, 1, 2e-5), None)], [(_log(facts.kind, 2, 1e-5), None)]),
     "study": _study,
 }
 
