@@ -163,8 +163,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
         for name, loop in tracked.published.items()
     }
     more = rms[PRINTED] / rms[BEFORE] - 1.0
-    # Close up 0.2 s of chatter; over all the motion without it, the mean over 0.05 s.
-    close_up, options = tracked.turn(0.1, 0.1), {"friction": True, "mean_over": 0.05}
+    close_up = tracked.turn(0.1, 0.1)  # 0.2 s of chatter
     efforts = [
         f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
         for name in tracked.published
@@ -176,7 +175,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
             f"Root mean square: {'; '.join(efforts)}.",
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
-        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm, "rotational", **options),
+        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,29 +36,14 @@ FORMS = ("svg", "pdf", "png")
 ADVICE = "Draw with bristle.figures.style.panels, from what is handed in, and return its figure"
 
 
-class _Examples(Mapping[str, Any]):
-    """Small results of a made-up axis, each computed when it is first asked for."""
-
-    def __init__(self, kind: Kind) -> None:
-        self.kind: Kind = kind
-        self.results: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self.results:
-            self.results[name] = EXAMPLES[name](self)
-        return self.results[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(EXAMPLES)
-
-    def __len__(self) -> int:
-        return len(EXAMPLES)
-
-
 @cache
-def example_facts(kind: Kind) -> Facts:
-    """Return small results of a made-up axis of this kind, as reports have them: what every figure is tried with."""
-    return _Examples(kind)
+def _example(kind: Kind, name: str) -> Any:
+    return EXAMPLES[name](kind)
+
+
+def example_facts(kind: Kind, names: Collection[str] = ()) -> Facts:
+    """Return small results of a made-up axis of this kind, as reports have them; all of them, or those of some names."""
+    return {name: _example(kind, name) for name in EXAMPLES if name in names or not names}
 
 
 def _log(kind: Kind, seed: int, off: float) -> Any:
@@ -89,9 +74,9 @@ def _experiment(kind: Kind) -> Any:
     return experiment_from(described, Path("example.toml"), Sources(Path()))
 
 
-def _study(facts: _Examples) -> Any:
+def _study(kind: Kind) -> Any:
     """Return the runs of a study as its folder holds them."""
-    force, length = (unit_of(quantity, facts.kind) for quantity in ("force", "length"))
+    force, length = (unit_of(quantity, kind) for quantity in ("force", "length"))
     columns = {
         "run": {"role": "run", "unit": ""},
         "friction.F_C": {"role": "drawn", "unit": force},
@@ -101,7 +86,7 @@ def _study(facts: _Examples) -> Any:
     }
     described = {
         "name": "example",
-        "kind": facts.kind,
+        "kind": kind,
         "runs": DRAWS,
         "draws": DRAWS,
         "seed": 1,
@@ -116,15 +101,15 @@ def _study(facts: _Examples) -> Any:
     return Runs(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
 
 
-EXAMPLES: dict[str, Callable[[_Examples], Any]] = {
-    "identification": lambda facts: identify(facts["log"], "viscous,coulomb_viscous", draws=0),
-    "log": lambda facts: _log(facts.kind, 1, 0.0),
-    "simulation": lambda facts: interpreted()(simulate)(_experiment(facts.kind)),
-    "prediction": lambda facts: predict(
-        facts["identification"].best.plant, facts["identification"].best.friction, facts["log"], None, "inverse"
+EXAMPLES: dict[str, Callable[[Kind], Any]] = {
+    "identification": lambda kind: identify(_example(kind, "log"), "viscous,coulomb_viscous", draws=0),
+    "log": lambda kind: _log(kind, 1, 0.0),
+    "simulation": lambda kind: interpreted()(simulate)(_experiment(kind)),
+    "prediction": lambda kind: predict(
+        _example(kind, "identification").best.plant, _example(kind, "identification").best.friction, _example(kind, "log"), None, "inverse"
     ),
-    "design": lambda facts: interpreted()(design)(_experiment(facts.kind)),
-    "comparison": lambda facts: compare([(_log(facts.kind, 1, 2e-5), None)], [(_log(facts.kind, 2, 1e-5), None)]),
+    "design": lambda kind: interpreted()(design)(_experiment(kind)),
+    "comparison": lambda kind: compare([(_log(kind, 1, 2e-5), None)], [(_log(kind, 2, 1e-5), None)]),
     "study": _study,
 }
 
@@ -160,7 +145,7 @@ class _Trial:
         """Return the figure of this kind of axis, drawn anew."""
         from bristle.figures.own import draw_own
 
-        return draw_own(self.figure, example_facts(kind))
+        return draw_own(self.figure, example_facts(kind, self.figure.needs))
 
     def refuse(self, faults_of: Callable[[Figure], list[str]], advice: str) -> None:
         """Refuse the first fault that is found in what is drawn."""
@@ -242,7 +227,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     from bristle.figures import style
 
     before = _open_figures()
-    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0]))))
+    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0], trial.figure.needs))))
     left = _open_figures() - before
     if left:
         for number in left:
