@@ -22,9 +22,6 @@ from bristle.report.page import Block, Front, Ruling, Section, about, answered, 
 from bristle.report.results import write_report
 from bristle.report.table import Table, fixed, length_text, span_text
 
-SMALL_PERCENT = 2.0  # an error that nobody minds
-
-
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
 """What the files of a motion are called, by what they are."""
 
