@@ -49,19 +49,9 @@ def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys):
     assert (bench.folder / "again" / "log.csv").is_file()
 
 
-def test_a_dry_run_tells_runs_and_time_and_writes_nothing(bench, capsys):
-    assert main(["study", "study.toml", "--dry-run", "--json", "--workers", "3"]) == 0
-    cost = json.loads(capsys.readouterr().out)
-    assert (cost["runs"], cost["blocks"], cost["workers"], cost["many_at_once"]) == (12, 3, 3, True)
-    assert cost["seconds"] == pytest.approx(12 * cost["seconds_per_run"] / 3)
-    assert main(["study", "study.toml", "--dry-run"]) == 0
-    assert "12 runs, in 3 files." in capsys.readouterr().out
-    assert not (bench.folder / "out").exists()
-
-
 def test_a_study_needs_a_folder(bench, capsys):
     assert main(["study", "study.toml"]) == 2
-    assert "needs a folder to write into. Add --out DIR, or --dry-run" in capsys.readouterr().err
+    assert "needs a folder to write into. Add --out DIR" in capsys.readouterr().err
 
 
 def test_a_report_of_a_grid_and_of_indices(bench, capsys):
@@ -110,8 +100,8 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
     capsys.readouterr()
-    assert main(["study", "study.toml", "--dry-run", "--format", "svg"]) == 2
-    assert "--format: needs a folder to write into" in capsys.readouterr().err
+    assert main(["study", "study.toml", "--dry-run"]) == 2
+    assert "--dry-run was removed. Begin: on a terminal a bar tells how long it takes" in capsys.readouterr().err
 
 
 def test_a_study_whose_every_run_is_refused_ends_with_1(bench, capsys):

@@ -45,16 +45,16 @@ def test_panels_of_one_scale_hold_the_highest_of_all():
     assert first.get_ylim()[1] > max(float(np.max(patch.get_data().values)) for axes in (first, last) for patch in axes.patches[1:])
 
 
-def test_friction_is_drawn_over_the_effort_where_it_is_asked_for():
+def test_friction_is_drawn_over_the_effort_as_it_is_and_as_means():
     loops = simulated(PLAIN)
     for k, item in enumerate(loops.values()):
         item.friction = (0.5 + 0.1 * k) * F
-    figure = loop_rows.control_effort(loops, 0.5, (1.0, 2.0), 3.0, "rotational", friction=True)
+    figure = loop_rows.control_effort(loops, 0.5, (1.0, 2.0), 3.0)
     assert figure.axes[0].get_ylabel() == "Driving torque [N·m]"
+    inner = slice(5, -6)  # a mean over ten samples reaches beyond the ends
+    mean = np.convolve(F, np.full(10, 0.1), "same")
     for k, (whole, near) in enumerate((figure.axes[:2], figure.axes[2:4])):
-        for axes, part in ((whole, LATE), (near, (T >= 1.0) & (T <= 2.0))):
+        for axes, signal, part in ((whole, mean, LATE), (near, F, (T >= 1.0) & (T <= 2.0))):
             (effort,), (friction,) = drawn(axes, "driving torque"), drawn(axes, "friction")
-            np.testing.assert_allclose(effort.get_ydata(), 3.0 * F[part])
-            np.testing.assert_allclose(friction.get_ydata(), 3.0 * (0.5 + 0.1 * k) * F[part])
-    plain = loop_rows.control_effort(loops, 0.5, (1.0, 2.0))
-    assert not any(drawn(axes, "friction") for axes in plain.axes)
+            np.testing.assert_allclose(effort.get_ydata()[inner], 3.0 * signal[part][inner])
+            np.testing.assert_allclose(friction.get_ydata()[inner], 3.0 * (0.5 + 0.1 * k) * signal[part][inner])

@@ -180,24 +180,11 @@ def values_of(axes):
 
 
 def test_colours_are_told_as_what_they_stand_for(axes):
-    axes.imshow([[1.0, 2.0], [3.0, 4.0]], extent=(0.0, 2.0, 0.0, 4.0), origin="upper")
-    assert values_of(axes) == {(0.5, 3.0): 1.0, (1.5, 3.0): 2.0, (0.5, 1.0): 3.0, (1.5, 1.0): 4.0}
-    axes.clear()
     axes.pcolormesh([0.0, 1.0, 2.0], [0.0, 2.0], [[5.0, 6.0]])
     assert values_of(axes) == {(0.5, 1.0): 5.0, (1.5, 1.0): 6.0}
     axes.clear()
     axes.scatter([1.0, 2.0], [3.0, 4.0], c=[7.0, 8.0])
     assert values_of(axes) == {(1.0, 3.0): 7.0, (2.0, 4.0): 8.0}
-
-
-@pytest.mark.parametrize("colours", [{}, {"colors": "k"}])
-def test_contours_are_told_with_their_heights(axes, colours):
-    x = np.linspace(0.0, 1.0, 5)
-    axes.contour(x, x, np.add.outer(x, 10.0 * x), levels=[2.0, 6.0], **colours)
-    result = values_of(axes)
-    assert set(result.values()) == {2.0, 6.0}
-    for (at, y), height in result.items():
-        assert y + 10.0 * at == pytest.approx(height)
 
 
 def test_what_stands_at_a_place_of_the_panel_is_no_number(axes):

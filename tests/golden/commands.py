@@ -41,7 +41,6 @@ COMMANDS = {
     "run_learning": "run learning.toml",
     "run_diverging": "run diverging.toml",
     "study": "study study.toml --workers 1 --out study",
-    "study_dry": "study study.toml --workers 1 --dry-run",
     "study_run": "study study.toml --run 3",
     "paper": "paper --figure 4 --figure 9",
     "paper_write": "paper --write experiments",

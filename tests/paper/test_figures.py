@@ -213,7 +213,7 @@ def test_10_the_models_are_laid_over_the_curve_of_figure_9(paper):
 
 def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
     texts = " ".join(text.get_text() for axes in paper[7].draw().axes for text in axes.texts)
-    for part in ("sliding mode", "maxwell_stribeck+asymmetry", "30 elements", "125 nm", "preisach_lugre", "M = 632 kg"):
+    for part in ("sliding mode", "maxwell_stribeck +asymmetry", "30 elements", "125 nm", "preisach_lugre", "M = 632 kg"):
         assert part in texts
     for part in ("DC motor", "coupling", "torque sensor", "ball screw", "linear guide", "table", "encoder"):
         assert part in texts

@@ -1,8 +1,7 @@
-"""Compensation on other truths: the layer of conditions, the measured contact, what is kept, and what comes out."""
+"""Compensation on other truths: the layer of conditions, and what comes out."""
 
 import json
 import math
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -15,15 +14,11 @@ from tests.report.pages import Page
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.core.content import content_of
-from bristle.core.errors import InputWarning
 from bristle.core.motion import Motion
-from bristle.files.axis import read_axis
-from bristle.logs.log import Log
 from bristle.paper.robust import trial as trials
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
-from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
-from bristle.paper.robust.trial import Cell, Plan, opened, run_trial
+from bristle.paper.robust.trial import Cell, Plan, run_trial
 from bristle.paper.robust.truths import CONDITIONS, FOLDER, MEANINGS, NOMINAL, SIMULATED, truths_named, under
 from bristle.paper.robust.uneven import uneven
 
@@ -84,71 +79,6 @@ def test_reversals_draw_another_level_without_a_jump():
     assert np.abs(force - forces(uneven_one.with_values(seed=4), path) + 3.0).max() > 0.5
 
 
-# --- a measured contact -----------------------------------------------------------------------------------------
-
-STROKE = 2e-4
-
-
-@pytest.fixture(scope="module")
-def record():
-    """A log of a contact over one stroke: 2 N, half as much again at its far end, another residual each time."""
-    generator, x, f = np.random.default_rng(5), [], []
-    for cycle in range(12):
-        side = 1.0 if cycle % 2 == 0 else -1.0
-        way = np.linspace(-0.5, 0.5, 200) * STROKE * side
-        level = 2.0 + 1.0 * way / STROKE + 0.1 * generator.standard_normal()
-        rise = 1.0 - 2.0 * np.exp(-np.arange(200) / 15.0)
-        x += [way, np.full(100, way[-1])]
-        f += [side * level * rise, np.full(100, side * level[-1])]
-    x, f = np.concatenate(x), np.concatenate(f)
-    return Log(time=5e-3 * np.arange(x.size), position=x, effort=f)
-
-
-def test_half_cycles_are_found_and_laid_over_the_place(record):
-    cycles = half_cycles_of(record)
-    assert cycles.forward.shape == cycles.backward.shape == (6, 231)
-    middle = cycles.x.size // 2
-    assert cycles.forward.mean(axis=0)[middle] == pytest.approx(2.0, abs=0.1)
-    assert cycles.backward.mean(axis=0)[middle] == pytest.approx(-2.0, abs=0.1)
-    assert cycles.forward.mean(axis=0)[-20] > cycles.forward.mean(axis=0)[middle] + 0.3
-
-
-def test_a_recorded_contact_goes_along_its_record_and_is_elastic_inside(record):
-    cycles = half_cycles_of(record)
-    contact = recorded_contact(cycles, 10.0)
-    k = contact.values["k"]
-    way = np.full(400, 0.45 * STROKE / 400 / DT)
-    out = forces(contact, way)
-    place = int(np.searchsorted(cycles.x, 0.4 * STROKE))
-    rows = 10.0 * cycles.forward[:, place]
-    reached = out[int(400 * 0.4 / 0.45)]
-    assert rows.min() - 0.2 <= reached <= rows.max() + 0.2
-    back = forces(contact, np.concatenate([way, -way[:3]]))[400:]
-    assert np.diff(back) == pytest.approx(-k * way[0] * DT, rel=1e-6)
-
-
-def test_each_reversal_draws_a_half_cycle_of_the_record(record):
-    contact = recorded_contact(half_cycles_of(record))
-    speed = 0.9 * STROKE / 200 / DT
-    path = np.concatenate([np.full(100, speed), *(np.full(200, side * speed) for side in (-1.0, 1.0) * 8)])
-    force = forces(contact, path)
-    tops = force[499::400]
-    assert len({round(float(top), 6) for top in tops}) > 2
-    assert force.tolist() != forces(contact.with_values(seed=1), path).tolist()
-
-
-def test_a_log_that_does_not_repeat_itself_is_no_contact(record):
-    short = replace(
-        record,
-        **{name: replace(getattr(record, name), values=getattr(record, name).values[:900]) for name in ("time", "position", "effort")},
-        segments=(slice(0, 900),),
-    )
-    with pytest.raises(InputError, match="too few times"):
-        half_cycles_of(short)
-    with pytest.raises(InputError, match="has no effort"):
-        half_cycles_of(replace(record, effort=None))
-
-
 # --- truths -----------------------------------------------------------------------------------------------------
 
 
@@ -165,18 +95,9 @@ def test_the_gallery_has_the_break_away_force_and_the_stiffness_of_the_rig():
     assert all(truth["offset"] == pytest.approx(2.0 * math.pi, rel=1e-3) for truth in truths.values())
 
 
-def test_what_is_no_truth_is_told_with_those_that_are(monkeypatch, tmp_path):
-    monkeypatch.delenv("BRISTLE_DATA", raising=False)
+def test_what_is_no_truth_is_told_with_those_that_are(tmp_path):
     with pytest.raises(InputError, match=r"no such truth; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
         truths_named(["gsm"])
-    with pytest.raises(InputError, match="BRISTLE_DATA"):
-        truths_named(["measured"])
-    log = tmp_path / "log.csv"
-    log.write_text("t,x\n0,0\n")
-    with pytest.raises(InputError, match="Add --axis"):
-        truths_named([str(log)])
-    with pytest.raises(InputError, match="none is among the truths"):
-        truths_named(["gms"], log)
     again = tmp_path / "gms.toml"
     again.write_bytes((FOLDER / "gms.toml").read_bytes())
     with pytest.raises(InputError, match="two truths have one name"):
@@ -201,16 +122,12 @@ def test_every_condition_changes_the_truth_and_says_how():
         assert len(set(changed.values())) == len(CONDITIONS)
 
 
-def test_the_axis_of_the_measured_contact_is_that_of_the_example():
-    assert read_axis(FOLDER / "measured_axis.toml") == read_axis(ROOT / "examples" / "tribometer" / "axis.toml")
-
-
-# --- what is kept -----------------------------------------------------------------------------------------------
+# --- a trial in which nothing is simulated -----------------------------------------------------------------------
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A trial in which nothing is simulated: how often each thing was done."""
+    """How often each thing was done."""
     done = {"runs": 0, "fits": 0}
 
     def run(variant, number):
@@ -227,85 +144,17 @@ def quick(monkeypatch):
     return done
 
 
-def plan(seeds, **changes):
-    changes = {"conditions": (NOMINAL, "level_1.6"), "sets": ("set_a",), "families": ("dahl",)} | changes
-    return Plan(tuple(truths_named(["lugre"])), seeds, **changes)
-
-
-def test_a_second_start_does_what_is_missing(quick, tmp_path):
-    for seeds, runs, fits in ((2, 16, 2), (2, 0, 0), (5, 24, 0), (3, 0, 0)):
-        quick.update(runs=0, fits=0)
-        with opened(tmp_path / "out") as store:
-            trial = run_trial(plan(seeds), store)
-        assert quick == {"runs": runs, "fits": fits}
-        assert {errors.size for errors in trial.errors.values()} == {seeds}
+def test_each_loop_runs_with_each_compensator_that_was_identified(quick):
+    words = []
+    plan = Plan(tuple(truths_named(["lugre"])), 3, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=("dahl",))
+    trial = run_trial(plan, lambda share, text: words.append((share, text)))
+    assert quick == {"runs": 3 * 2 * len(VARIANTS), "fits": 2}
     assert trial.fits["lugre", "dahl"].reason == "not in this log"
     assert trial.fits["lugre", "maxwell_slip"].friction == ELEMENTS
-
-
-def test_a_part_that_is_broken_or_of_something_else_is_made_again(quick, tmp_path, monkeypatch):
-    with opened(tmp_path / "out") as store:
-        run_trial(plan(2), store)
-    part = tmp_path / "out" / "parts" / "set_a-lugre-nominal-none.json"
-    part.write_text(part.read_text()[:-20])
-    quick.update(runs=0)
-    message = pytest.warns(InputWarning, match=r"parts/set_a-lugre-nominal-none\.json is damaged")
-    with message, opened(tmp_path / "out") as store:
-        run_trial(plan(2), store)
-    assert quick["runs"] == 2
-    monkeypatch.setitem(CONDITIONS, "level_1.6", lambda truth: {"level": 1.61})
-    quick.update(runs=0)
-    with opened(tmp_path / "out") as store:
-        run_trial(plan(2), store)
-    assert quick["runs"] == 2 * len(VARIANTS)
-
-
-def test_ctrl_c_keeps_the_runs_that_are_done(quick, tmp_path, monkeypatch):
-    counting = trials.peak_to_peak
-
-    def interrupted(variant, number):
-        if quick["runs"] == 6:
-            raise KeyboardInterrupt
-        return counting(variant, number)
-
-    monkeypatch.setattr(trials, "peak_to_peak", interrupted)
-    monkeypatch.setattr(trials, "Abreast", lambda: trials_pool(1))
-    with pytest.raises(KeyboardInterrupt), opened(tmp_path / "out") as store:
-        run_trial(plan(2), store)
-    monkeypatch.setattr(trials, "peak_to_peak", counting)
-    quick.update(runs=0)
-    with opened(tmp_path / "out") as store:
-        trial = run_trial(plan(2), store)
-    assert quick["runs"] == 10
-    assert all(errors.size == 2 for errors in trial.errors.values())
-
-
-def trials_pool(threads):
-    from bristle.core.cores import Abreast
-
-    return Abreast(threads)
-
-
-def test_progress_tells_the_share_and_the_time_left(quick, tmp_path):
-    message = []
-    with opened(tmp_path / "out") as store:
-        run_trial(plan(2), store, lambda share, text: message.append((share, text)))
-    shares = [share for share, _ in message]
-    assert max(shares) <= 1.0
-    assert any(text.endswith(" left") for _, text in message)
-    assert any(text == "lugre: dahl identified" for _, text in message)
-
-
-def test_a_folder_of_something_else_is_left_alone(tmp_path):
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis.tex").write_text("a year of work")
-    with pytest.raises(InputError, match="holds something else than a robust trial"), opened(tmp_path / "mine"):
-        pass
-    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
-    with pytest.raises(InputError, match="does not exist"), opened(tmp_path / "no" / "where"):
-        pass
-    with opened(tmp_path / "out"), pytest.raises(InputError, match="another process"), opened(tmp_path / "out"):
-        pass
+    assert error_of(trial, "set_a", "lugre", "feedforward", family="dahl") is None
+    assert error_of(trial, "set_a", "lugre", "none").seeds == 3
+    assert words[0] == (0.0, "lugre: identifying dahl")
+    assert max(share for share, _ in words) <= 1.0
 
 
 def keys_of_the_docs():
@@ -326,7 +175,7 @@ def at_key(message, key):
 
 
 @pytest.mark.slow
-def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_path, monkeypatch):  # noqa: F811
+def test_the_command_writes_report_and_numbers(bristle, quick, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     requested = ("paper", "--robust", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
     done = bristle(*requested)
@@ -338,9 +187,8 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     assert json.loads(Path("out/summary.json").read_text()) == done.data
     page = Page(Path("out/report.html").read_text(encoding="utf-8"))
     assert [figure["id"] for figure in page.named("figure")] == ["figure-robust"]
-    quick.update(runs=0)
-    again = bristle(*requested[:-1], "--format", "svg")
-    assert (again.code, quick["runs"]) == (0, 0)
+    again = bristle(*requested[:-1], "--force", "--format", "svg")
+    assert again.code == 0
     assert "Set A" in again.out
     assert Path("out/figures/robust.svg").is_file()
 
@@ -350,12 +198,11 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     [
         (("--robust", "--figure", "4"), "--figure: says nothing beside --robust"),
         (("--robust", "--write", "there"), "--write: says nothing beside --robust"),
-        (("--robust", "--force"), "--force: says nothing beside --robust"),
         (("--seeds", "3"), "--seeds: says nothing without --robust"),
         (("gms",), "TRUTH: says nothing without --robust"),
         (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
-        (("--robust", "--axis", "axis.toml", "gms"), "--axis"),
+        (("--robust", "--axis", "axis.toml", "gms"), "Name model files behind --robust"),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811
@@ -379,11 +226,9 @@ def test_the_interval_is_that_of_student():
 
 
 @pytest.fixture(scope="module")
-def small(tmp_path_factory):
+def small():
     """One truth, one run, two conditions, simulated."""
-    with opened(tmp_path_factory.mktemp("robust") / "out") as store:
-        small_plan = Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=())
-        return run_trial(small_plan, store)
+    return run_trial(Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=()))
 
 
 def test_one_truth_in_numbers(small):
@@ -447,7 +292,7 @@ def test_the_page_says_why_more_is_left_in_the_softer_loop():
 
 def test_the_run_of_the_docs_keeps_what_is_claimed():
     message = told_in_the_docs()
-    assert set(message["robust"]) == {*SIMULATED, "measured"}
+    assert set(message["robust"]) == set(SIMULATED)
     for claim in message["claims"]["set_a"]:
         assert claim["holds"] == all(error <= claim["limit"] for error in claim["errors"].values())
         assert claim["holds"], claim
@@ -458,11 +303,9 @@ def test_the_run_of_the_docs_keeps_what_is_claimed():
 
 
 @pytest.mark.slow
-def test_observer_and_feedforward_hold_on_every_truth(tmp_path):
+def test_observer_and_feedforward_hold_on_every_truth():
     levels = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
-    with opened(tmp_path / "out") as store:
-        whole_plan = Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=())
-        trial = run_trial(whole_plan, store)
+    trial = run_trial(Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=()))
     result = claims(trial)
     assert len(result) == 2
     for claim in result:
@@ -480,21 +323,8 @@ def test_observer_and_feedforward_hold_on_every_truth(tmp_path):
 def test_fewer_steps_of_the_integration_tell_the_same():
     (truth,) = truths_named(["thirty_sliders"])
     for variant in ("none", "observer"):
-        coarse = loop(setting("set_a")[variant], truth, truth.friction, None)
+        coarse = loop(setting("set_a")[variant], truth.friction, None)
         fine = replace(coarse, run=replace(coarse.run, substeps=25))
         few, many = (interval([peak_to_peak(each, number) for number in range(20)]) for each in (coarse, fine))
         apart = abs(few.peak_to_peak - many.peak_to_peak)
         assert apart <= math.hypot(few.high - few.peak_to_peak, many.high - many.peak_to_peak)
-
-
-@pytest.mark.measured
-@pytest.mark.skipif("BRISTLE_DATA" not in os.environ, reason="BRISTLE_DATA is not set")
-def test_the_measured_contact_is_the_second_half_of_its_record():
-    (truth,) = truths_named(["measured"])
-    values = truth.friction.values
-    assert truth.amplitude == pytest.approx(0.95 * 113e-6, rel=0.01)
-    assert len(values["forward"]) // len(values["upper"]) in (23, 24)
-    half = 0.5 * (np.array(values["upper"]) - np.array(values["lower"]))
-    assert half.max() == pytest.approx(40e-3 * 2.0 * math.pi / 5e-3, rel=1e-6)
-    assert truth.record.time.values[-1] < 109.0
-    assert not truth.families

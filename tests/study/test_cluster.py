@@ -216,7 +216,7 @@ def test_a_scheduler_without_workers_is_told(bench, own_dask, monkeypatch):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
 
 
-@pytest.mark.parametrize("option", [("--workers", "2"), ("--dry-run",), ("--run", "3")])
+@pytest.mark.parametrize("option", [("--workers", "2"), ("--run", "3")])
 def test_options_of_this_machine_do_not_go_with_a_cluster(bench, capsys, option):
     file = str(bench.write())
     assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]) == 2

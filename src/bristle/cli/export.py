@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from bristle.cli.options import AllowCode, AxisFile, Force, Json, Output, code_in, experiment_in, folder_named, refuse
+from bristle.cli.options import AllowCode, AxisFile, Force, Json, Output, experiment_in, folder_named, loaded_code, refuse
 
 if TYPE_CHECKING:
     from bristle.exports.targets import Target
@@ -78,11 +78,8 @@ def export(
     target: str | Target = to
     if to.endswith(".py"):  # naming its code allows it
         from bristle.exports.writing import load_target_file
-        from bristle.files.permission import allow
 
-        content = code_in(to)
-        target = load_target_file(content)
-        allow(content)
+        target = loaded_code([to], load_target_file)[0][0]
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
     options |= {"tunable": tunable, "accept_harm": accept_harm}

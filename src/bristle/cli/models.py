@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import Json, code_in, holds_own, own_model, print_json
+from bristle.cli.options import Json, holds_own, loaded_code, own_model, print_json
 from bristle.cli.terminal import say, say_laid_out, show_table
 
 if TYPE_CHECKING:
@@ -59,12 +58,9 @@ def _selected(name: str) -> dict[str, list[Component]]:
     if holds_own(name) and "+" in name:
         return {"friction": [own_model(name, "NAME").inner]}
     if holds_own(name):  # what is in a file alone: a slot, a model, a law or a sensor
-        from bristle.files.permission import allow
         from bristle.files.user_model import load_checked
 
-        content = code_in(Path(name))
-        described: Any = load_checked(content)
-        allow(content)
+        described = loaded_code([name], load_checked)[0][0]
         return {described.family: [described]}
     base, plus, slots = name.removeprefix("+").partition("+")
     family_of = {member.name: family for family, members in _families().items() for member in members}

@@ -7,7 +7,7 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
@@ -42,8 +42,9 @@ REMOVED = {
     "--window": "Call br.compare(..., window=...) in Python",
     "lab --log": "Identify that log: the report of bristle identify moves along it",
     "lab --axis": "Identify a log with it: the report of bristle identify moves along it",
+    "paper --axis": "Name model files behind --robust: bristle identify LOG --axis AXIS.toml writes one",
     "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
-    "identify --dry-run": "Begin: on a terminal a bar tells how long it takes, and what is done is kept and gone on with",
+    "--dry-run": "Begin: on a terminal a bar tells how long it takes, and what is done is kept and gone on with",
     "export --draws": "The results of identify hold draws.parquet, or draws.npz without pyarrow: a row a draw, in SI",
     "check --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
     "excite --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
@@ -194,36 +195,38 @@ def code_in(file: str | Path) -> Content:
     return content_of(file, limit=CODE_LIMIT)
 
 
+def loaded_code(files: Sequence[str | Path], load: Callable[[Content], Any]) -> tuple[list[Any], list[Content]]:
+    """Return what files of a person's own code define, and what they hold; naming their code allows it."""
+    from bristle.files.permission import allow
+
+    contents = [code_in(file) for file in files]
+    loaded = [load(content) for content in contents]
+    for content in contents:
+        allow(content)
+    return loaded, contents
+
+
 def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
-    """Return while which logs of formats of a person's own are read, too; naming their code allows it."""
+    """Return while which logs of formats of a person's own are read, too."""
     if not files:
         return nullcontext()
-    from bristle.files.permission import allow
     from bristle.files.user_model import load_reader_file
     from bristle.logs.formats import reading
 
-    contents = [code_in(file) for file in files]
-    formats = [load_reader_file(content) for content in contents]
-    for content in contents:
-        allow(content)
-    return reading(*formats)
+    return reading(*loaded_code(files, load_reader_file)[0])
 
 
 def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> tuple[tuple[ReportFigure, ...], tuple[Origin, ...]]:
-    """Return the figures that files of a person's own define, and those files; naming their code allows it."""
+    """Return the figures that files of a person's own define, and those files."""
     if not files:
         return (), ()
     from bristle.figures.own import load_figure_file, refuse_unfit
-    from bristle.files.permission import allow
 
     refuse({"--figure": not has_folder}, "needs a folder to write into", "Add --out DIR")
-    contents = [code_in(file) for file in files]
-    figures = tuple(load_figure_file(content) for content in contents)
-    for content in contents:
-        allow(content)
+    figures, contents = loaded_code(files, load_figure_file)
     for figure, file in zip(figures, files, strict=True):
         refuse_unfit(figure, command, figures, str(file))
-    return figures, tuple(content.origin for content in contents)
+    return tuple(figures), tuple(content.origin for content in contents)
 
 
 def holds_own(name: str) -> bool:

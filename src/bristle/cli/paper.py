@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, AxisFile, Force, Formats, Json, Output, folder_named, print_json, refuse
-from bristle.cli.study import interruptible
-from bristle.cli.terminal import complain, progress, show
+from bristle.cli.options import AllowCode, Force, Formats, Json, Output, folder_named, print_json, refuse
+from bristle.cli.terminal import complain, show
 
 EXAMPLE = """Example:
   bristle paper --out paper-results
@@ -22,8 +21,7 @@ Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, hel
 def paper(
     context: typer.Context,
     truths: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[TRUTH...]", help="With --robust: only these frictions: names, model files, logs of a contact."),
+        list[str] | None, typer.Argument(metavar="[TRUTH...]", help="With --robust: only these frictions: names or model files.")
     ] = None,
     *,
     figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")] = None,
@@ -39,7 +37,6 @@ def paper(
     formats: Formats = None,
     robust: Robust = False,
     seeds: Seeds = None,
-    axis: AxisFile = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -51,17 +48,15 @@ def paper(
     figure as a file beside captions.txt, or as csv the numbers that it draws.
 
     With --robust the loops of the paper run with frictions of other kinds, from 0.7 to 1.6 times as strong, with
-    compensators of several families, each identified from a log of that friction. Interrupted (Ctrl-C), it keeps the
-    runs that are done in DIR (bristle-robust by default), and the same command goes on. --axis is for logs.
+    compensators of several families, each identified from a log of that friction, into bristle-robust by default.
     """
     if robust:
-        of_figures = {"--figure": figure, "--write": write, "--from": source, "--force": force}
-        refuse(of_figures, "says nothing beside --robust")
+        refuse({"--figure": figure, "--write": write, "--from": source}, "says nothing beside --robust")
         is_usual = getattr(context.get_parameter_source("out"), "name", "DEFAULT") == "DEFAULT"
-        output = Output(context, Path("bristle-robust") if is_usual else out, formats, as_json=as_json)
-        _try_robustness(output, truths or [], seeds or 20, axis, allow_code=allow_code)
+        output = Output(context, Path("bristle-robust") if is_usual else out, formats, force or is_usual, as_json)
+        _try_robustness(output, truths or [], seeds or 20, allow_code=allow_code)
         return
-    refuse({"TRUTH": truths, "--seeds": seeds, "--axis": axis}, "says nothing without --robust")
+    refuse({"TRUTH": truths, "--seeds": seeds}, "says nothing without --robust")
     if write is not None:
         from bristle.paper import write_experiments
 
@@ -91,28 +86,26 @@ def paper(
     output.tell(summary, claim_table(results), *sentences)
 
 
-def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | None, *, allow_code: bool) -> None:
+def _try_robustness(output: Output, names: list[str], seeds: int, *, allow_code: bool) -> None:
     """Run the trial of the compensation, write its report, and show its first tables."""
     from bristle.files.summary import provenance
     from bristle.paper.robust.findings import best_table, claim_table
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
-    from bristle.paper.robust.trial import Plan, opened, run_trial
+    from bristle.paper.robust.trial import Plan, run_trial
     from bristle.paper.robust.truths import truths_named
-    from bristle.report.results import figure_files, write_report
+    from bristle.report.results import write_report
     from bristle.testing import admit
 
     # Names may have commas between them, and the name of a file may hold one.
     separated = [name for text in names for name in ([text] if Path(text).is_file() else text.split(","))]
-    truths = truths_named(separated, axis, allow_code=allow_code)
+    truths = truths_named(separated, allow_code=allow_code)
     for truth in truths:
         admit(truth.friction.component.inner)
-    assert output.out is not None
-    with opened(output.out) as store, progress("beginning") as report, figure_files(store, output.formats):
-        with interruptible(output.out, "runs"):
-            trial = run_trial(Plan(tuple(truths), seeds), store, report)
+    with output.opened("the trial") as (folder, report):
+        trial = run_trial(Plan(tuple(truths), seeds), report)
         report(1.0, "writing the report")
         made_from = provenance(output.command, **{truth.name: [truth.origin] for truth in truths})
         summary = robust_summary(trial, provenance=made_from)
-        write_report(store, robust_report(trial, command=output.command, provenance=made_from), summary)
+        write_report(folder, robust_report(trial, command=output.command, provenance=made_from), summary)
 
     output.tell(summary, claim_table(trial), best_table(trial), *words_of(trial))

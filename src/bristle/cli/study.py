@@ -9,20 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import (
-    AllowCode,
-    FigureFiles,
-    Formats,
-    Json,
-    Output,
-    command_told,
-    folder_named,
-    own_figures,
-    print_json,
-    refuse,
-    size_limit,
-)
-from bristle.cli.terminal import NO, complain, progress, say
+from bristle.cli.options import AllowCode, FigureFiles, Formats, Json, Output, command_told, folder_named, own_figures, refuse, size_limit
+from bristle.cli.terminal import NO, complain, progress
 
 if TYPE_CHECKING:
     from bristle.study import Study
@@ -30,7 +18,6 @@ if TYPE_CHECKING:
     from bristle.study.store import Store
 
 EXAMPLE = """Example:
-  bristle study study.toml --dry-run
   bristle study study.toml --out tolerances
   bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
@@ -49,9 +36,6 @@ def study(
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on the workers of a Dask cluster; the results are written here.")
     ] = None,
     run: Annotated[int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Tell how many runs it has and how long they take, from a few of them.")
-    ] = False,
     formats: Formats = None,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
@@ -69,58 +53,23 @@ def study(
     and the log of that run.
     """
     from bristle.core.tabular import library
-    from bristle.report.results import figure_files
     from bristle.study import read_study_file
     from bristle.study.workers import CLUSTER
     from bristle.testing import admit_friction_of
 
     if scheduler is not None:
         library(*CLUSTER)
-        of_this_machine = {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run}
+        of_this_machine = {"--workers": workers is not None, "--run": run is not None}
         option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
         refuse(of_this_machine, "simulates on this machine, and --scheduler does not", f"Leave {option} or --scheduler out")
-    own = own_figures(figure, "study" if run is None else "run", has_folder=out is not None and not dry_run)
+    own = own_figures(figure, "study" if run is None else "run", has_folder=out is not None)
     described = read_study_file(study, allow_code=allow_code, size_limit=size_limit())
     admit_friction_of(described.experiment)
     output = Output(context, out, formats, as_json=as_json)
-    if dry_run:
-        with figure_files(None, formats):
-            _tell_cost(described, workers, as_json=as_json)
-        return 0
     if run is not None:
         return _repeat(described, run, output, own)
-    refuse({"bristle study": out is None}, "needs a folder to write into", "Add --out DIR, or --dry-run")
+    refuse({"bristle study": out is None}, "needs a folder to write into", "Add --out DIR")
     return _run(described, study, output, workers, scheduler, own)
-
-
-def _tell_cost(study: Study, workers: int | None, *, as_json: bool) -> None:
-    from bristle.core.cores import core_count
-    from bristle.study.run import cost_of, in_words
-
-    with progress("measuring"):
-        seconds, measured, in_batches = cost_of(study)
-    count = workers or core_count()
-    wall = study.count * seconds / count
-    numbers = {
-        "runs": study.count,
-        "draws": study.sampling.count,
-        "points": len(study.points),
-        "blocks": len(study.blocks),
-        "seconds_per_run": seconds,
-        "measured_on": measured,
-        "many_at_once": in_batches,
-        "workers": count,
-        "seconds": wall,
-    }
-    if as_json:
-        print_json(numbers)
-        return
-    points = f" of {study.sampling.count} draws at {len(study.points)} points of a grid" if study.grid else ""
-    say(
-        f"{study.count} runs{points}, in {len(study.blocks)} files. One takes {1e3 * seconds:.3g} ms on a core "
-        f"(measured on {measured}); all of them about {in_words(wall)} with {count} "
-        f"{'worker' if count == 1 else 'workers'}."
-    )
 
 
 def _repeat(study: Study, number: int, output: Output, own: tuple[Any, Any]) -> int:

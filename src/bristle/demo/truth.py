@@ -15,6 +15,7 @@ import numpy as np
 
 from bristle.core import FrictionModel, Relation, Variable, kernel
 from bristle.core.mathematics import exp
+from bristle.paper.rig import spectrum
 
 
 class Parameters(NamedTuple):
@@ -84,15 +85,6 @@ def commit(state, memory, move, p):
 def memory_size(p: Parameters) -> int:
     """Return the number of elements."""
     return len(p.r_i)
-
-
-def spectrum(element_count: int, distance: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return shares and break-away distances [m or rad] of an irregular contact, broken away after `distance`."""
-    generator = np.random.default_rng(seed)
-    r = distance * np.linspace(0.15, 1.0, element_count) ** 1.6
-    weight = (r / distance) ** -0.75 * np.exp(0.35 * generator.standard_normal(element_count))
-    alpha = weight * r
-    return alpha / alpha.sum(), r
 
 
 SHARES, DISTANCES = spectrum(30, 7e-6, seed=7)

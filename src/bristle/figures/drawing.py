@@ -1,4 +1,4 @@
-"""The settings of matplotlib that a figure is made, drawn and saved with, whatever its user has set, and its text in fonts of its own.
+"""The settings of matplotlib that a figure is made, drawn and saved with, whatever its user has set, and its text.
 
 They are settings of the process. One thread at a time has them; whoever else draws at that moment would see them. Text is made fit for a
 page, measured and shortened. A page is read with the fonts of its reader; the room for a text is measured with these, the same everywhere.
@@ -9,6 +9,7 @@ import os
 import re
 import threading
 import unicodedata
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -18,19 +19,12 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, get_font
+from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 
 from bristle.core.typography import escaped
 
-FOLDER = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-REGULAR = FOLDER / "DejaVuSans.ttf"
-FILES = {
-    (False, False): REGULAR,
-    (True, False): FOLDER / "DejaVuSans-Bold.ttf",
-    (False, True): FOLDER / "DejaVuSans-Oblique.ttf",
-    (True, True): FOLDER / "DejaVuSans-BoldOblique.ttf",
-}
-BOLD = {"semibold", "demibold", "demi", "bold", "heavy", "extra bold", "black"}
+REGULAR = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji
 LETTERS = 8.5  # points
 LONGEST_READ = 400  # letters: more than fit anywhere
@@ -71,55 +65,15 @@ def one_line(text: str) -> str:
     return _LAST_OF_THEM.sub(rf"\1{FROM_LEFT_ON}", printable(" ".join(text.split()))) or "–"
 
 
-class Lettering:
-    """A renderer whose text is measured and drawn in these fonts; in all else the one that it is made from."""
-
-    def __init__(self, renderer: Any) -> None:
-        vars(self)["renderer"] = renderer
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(vars(self)["renderer"], name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        setattr(self.renderer, name, value)
-
-    def get_text_width_height_descent(self, s: str, prop: FontProperties, ismath: Any) -> Any:
-        """Return the size of a text."""
-        own, font = _own(prop)
-        return self.renderer.get_text_width_height_descent(_drawable(printable(s), font), own, ismath)
-
-    def draw_text(
-        self, gc: Any, x: float, y: float, s: str, prop: FontProperties, angle: float, ismath: Any = False, mtext: Any = None
-    ) -> None:
-        """Draw a text, without the characters that a page must not hold."""
-        self.renderer.draw_text(gc, x, y, printable(s), _own(prop)[0], angle, ismath=ismath, mtext=mtext)
-
-    def _get_font_height_metrics(self, prop: FontProperties) -> tuple[float, float, float]:
-        """Return ascent, descent and gap of lines: newer releases of matplotlib ask, and look for a font otherwise."""
-        font = get_font(_own(prop)[1])
-        table: Any = font.get_sfnt_table("OS/2")
-        scale = self.points_to_pixels(prop.get_size_in_points()) / font.units_per_EM
-        return table["sTypoAscender"] * scale, -table["sTypoDescender"] * scale, table["sTypoLineGap"] * scale
-
-
 def width(text: str, size: float) -> float:
     """Return how wide a line of text is [inch], its letters `size` points high."""
     font = FontProperties(fname=REGULAR, size=size)
-    return TextToPath().get_text_width_height_descent(_drawable(text, REGULAR), font, False)[0] / 72.0  # points in an inch
+    return TextToPath().get_text_width_height_descent(_drawable(text), font, False)[0] / 72.0  # points in an inch
 
 
-def _own(prop: FontProperties) -> tuple[FontProperties, Path]:
-    """Return the same lettering in one of these fonts, and the font; what a page is told of it stays."""
-    weight, own = prop.get_weight(), prop.copy()
-    bold = weight >= 600 if isinstance(weight, int) else weight in BOLD
-    font = FILES[bold, prop.get_style() != "normal"]
-    own.set_file(font)
-    return own, font
-
-
-def _drawable(text: str, font: Path) -> str:
-    """Return what is as wide as a text in letters that a font has: it is only measured, and nobody is warned of it."""
-    has = _letters(font)
+def _drawable(text: str) -> str:
+    """Return what is as wide as a text in letters that the font has: it is only measured, and nobody is warned of it."""
+    has = _letters()
     if text.isascii() or has.issuperset(text):
         return text
     return "".join(
@@ -128,8 +82,8 @@ def _drawable(text: str, font: Path) -> str:
 
 
 @cache
-def _letters(font: Path) -> frozenset[str]:
-    return frozenset(map(chr, get_font(font).get_charmap()))
+def _letters() -> frozenset[str]:
+    return frozenset(map(chr, get_font(REGULAR).get_charmap()))
 
 
 def shortened(name: str, available: float, size: float = LETTERS) -> str:
@@ -238,22 +192,24 @@ def own_settings() -> Iterator[None]:
             if _turn.depth > 1:
                 yield
             else:
-                with matplotlib.rc_context(OWN):
+                with matplotlib.rc_context(OWN), warnings.catch_warnings():
+                    warnings.filterwarnings("ignore", "Glyph .* missing from")  # a page is read with the fonts of its reader
                     yield
         finally:
             _turn.depth -= 1
 
 
 class Drawing(Figure):
-    """A figure drawn with the settings and the fonts that it was made with: much is decided as late as that."""
+    """A figure drawn with the settings that it was made with: much is decided as late as that."""
 
     has_room_above = False  # whether there is room for a legend above all panels
 
     def draw(self, renderer: Any) -> None:
-        """Draw the figure."""
-        lettered: Any = Lettering(renderer)
+        """Draw the figure, without the characters that a page must not hold."""
         with own_settings():
-            super().draw(lettered)
+            for text in self.findobj(Text):
+                text.set_text(printable(text.get_text()))  # type: ignore[attr-defined]
+            super().draw(renderer)
 
     def savefig(self, fname: Any, **kwargs: Any) -> None:
         """Save the figure; see `matplotlib.figure.Figure.savefig`."""
@@ -265,8 +221,3 @@ class Drawing(Figure):
         file = io.StringIO()
         self.savefig(file, format="svg", bbox_inches="tight")
         return file.getvalue()
-
-    def _get_renderer(self) -> Any:
-        # What is measured before it is drawn: the gaps for the numbers in contour lines, the size of a text.
-        with own_settings():
-            return Lettering(super()._get_renderer())  # type: ignore[misc]

@@ -46,7 +46,7 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     metadata = DATELESS[form] | ({} if form == "png" else {"Title": printable(" ".join(title.split()))})
     with own_settings(), matplotlib.rc_context(TEXT), _one_remark_on_letters():
         figure.savefig(out, format=form, dpi=DPI, facecolor="white", metadata=metadata)
-    return out.getvalue()
+    return printable(out.getvalue().decode()).encode() if form == "svg" else out.getvalue()
 
 
 def fits_as_png(figure: Figure) -> bool:
@@ -95,7 +95,7 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     # Text stays text, to be searched, copied and read aloud.
     with own_settings(), matplotlib.rc_context({"svg.fonttype": "none"}):
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    text = re.search(r"<svg\b.*</svg>", out.getvalue(), flags=re.DOTALL)[0]  # type: ignore[index]
+    text = re.search(r"<svg\b.*</svg>", printable(out.getvalue()), flags=re.DOTALL)[0]  # type: ignore[index]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
     # Before 3.10 matplotlib calls the clip of a panel that is no rectangle by its place in memory.
     for number, identifier in enumerate(re.findall(r'<clipPath id="([^"]*)">\s*<path', text), 1):

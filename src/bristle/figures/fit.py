@@ -154,8 +154,7 @@ def residuals(fit: Fit) -> Figure:
     mean, std = float(scaled.mean()), float(scaled.std())
     reach = 4.0 * std or 1.0
     edges = np.linspace(mean - reach, mean + reach, 41)
-    counts, _ = np.histogram(scaled, edges)
-    spread.stairs(100.0 * counts / scaled.size, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
+    spread.stairs(style.shares(scaled, edges), edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
     if std > 0.0:
         grid = np.linspace(edges[0], edges[-1], 121)
         normal = 100.0 * (edges[1] - edges[0]) * np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi))

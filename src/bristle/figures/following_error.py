@@ -93,8 +93,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     low, high = float(errors.min()), float(errors.max())
     edges = np.linspace(low, high if high > low else low + 1.0, 80 + 1)
     for loop in near:
-        counts, _ = np.histogram(loop.error * scale.factor, edges)
-        spread.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", label=f"_{loop.name}", **loop.look)
+        spread.stairs(style.shares(loop.error * scale.factor, edges), edges, orientation="horizontal", label=f"_{loop.name}", **loop.look)
     # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
     spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
     spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 
 from bristle.core.typography import number
 from bristle.figures import style
-from bristle.figures.drawing import AT_TICKS, Drawing, label, shortened_apart
+from bristle.figures.drawing import AT_TICKS, label
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -33,10 +33,8 @@ def margins(assessment: Assessment) -> Figure:
     # The unit circle is to be round: its panel is as wide as both rows are tall.
     figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
     (gain, poles), (phase, rest) = grid
-    below = rest.get_position()
     rest.remove()
-    above = poles.get_position()
-    poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
+    poles.set_subplotspec(poles.get_gridspec()[:, 1])  # type: ignore[union-attr]
     angle = np.linspace(0.0, 2.0 * math.pi, 200)
     poles.plot(np.cos(angle), np.sin(angle), **style.AID)
     poles.set_aspect("equal", adjustable="datalim")
@@ -153,15 +151,17 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     scale = style.scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
     low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
     span = max(high - low, 1e-12)
-    figure = Drawing(figsize=(style.WIDTH, 4.6))
-    round_: Any = figure.add_axes((0.06, 0.09, 0.44, 0.76), projection="polar")
-    unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
+    figure, (row,) = style.panels(4.3, columns=2, between=0.9, names=[circle.variant for circle in curves], over_titles=True)
+    specs: Any = [axes.get_subplotspec() for axes in row]
+    figure.clear()
+    round_: Any = figure.add_subplot(specs[0], projection="polar")
+    unrolled = figure.add_subplot(specs[1])
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     round_.plot(turn, np.zeros_like(turn), **style.AID)
     for look, circle in zip(style.LINES, curves, strict=False):
         angle, deviation = style.line(circle.angle, circle.deviation)
-        round_.plot(angle, deviation * scale.factor, label=label(circle.variant), **look)
-        unrolled.plot(np.degrees(angle), deviation * scale.factor, label=f"_{label(circle.variant)}", **look)
+        round_.plot(angle, deviation * scale.factor, label=f"_{label(circle.variant)}", **look)
+        unrolled.plot(np.degrees(angle), deviation * scale.factor, label=label(circle.variant), **look)
     round_.set_ylim(low - span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
     ticks = [-step, 0.0] if -low > high else [0.0, step]
@@ -174,20 +174,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     round_.spines["polar"].set_visible(False)
     round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
     unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
-    handles, labels = round_.get_legend_handles_labels()
-    space = style.WIDTH * unrolled.get_position().width - 0.4
-    unrolled.legend(
-        handles,
-        shortened_apart(labels, space),
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=1,
-        frameon=False,
-        handlelength=2.2,
-        borderpad=0.1,
-        borderaxespad=0.2,
-        labelspacing=0.3,
-    )
+    style.legend(unrolled)
     return figure
 
 

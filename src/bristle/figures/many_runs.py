@@ -31,7 +31,7 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
         bars = int(np.clip(np.sqrt(pooled.size / len(finite)), 8, 60))
         for place, (name, values) in enumerate(finite.items()):
             edges = np.histogram_bin_edges(values * scale.factor, bars)
-            share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
+            share = style.shares(values * scale.factor, edges)
             if not grouped:
                 axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
             look = style.LINES[place % len(style.LINES)]

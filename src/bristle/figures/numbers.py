@@ -1,6 +1,6 @@
 """The numbers that a figure shows, read back from what is drawn, in one way for all figures: none says it of itself.
 
-Lines, points, bars, steps, areas, cells and contours are found panel by panel, in the units of its axes and with their
+Lines, points, bars, steps, areas and cells are found panel by panel, in the units of its axes and with their
 labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, which legends leave out
 where it begins with an underscore.
 """
@@ -17,9 +17,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh
 from matplotlib.container import BarContainer
-from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.patches import FancyArrowPatch, StepPatch
 from matplotlib.path import Path
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
@@ -139,7 +137,7 @@ def drawn_in(axes: Axes) -> Iterator[Drawn]:
     """Yield what is drawn in a panel in its units; not what stands at a place of the panel itself."""
     bars = [container for container in axes.containers if isinstance(container, BarContainer)]
     in_bars = {id(bar) for container in bars for bar in container}
-    for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.images):
+    for artist in (*axes.lines, *axes.collections, *axes.patches):
         if id(artist) not in in_bars and artist.get_visible() and (drawn := _read(artist, axes)) and any(map(len, drawn.strokes)):
             yield drawn
     for container in bars:
@@ -154,15 +152,11 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
     """Return what an artist draws."""
     if artist in axes.lines:
         return _line(artist, axes)
-    if isinstance(artist, AxesImage):
-        return _image(artist)
     if isinstance(artist, QuadMesh):
         corners, values = np.asarray(artist.get_coordinates(), dtype=float), _floats(artist.get_array())
         middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
         points = (middles if values.size == middles[..., 0].size else corners).reshape(-1, 2)
         return Drawn(artist, "cells", [points], [values.ravel()])
-    if isinstance(artist, ContourSet):
-        return _contours(artist, axes)
     if isinstance(artist, PathCollection):
         placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
         values = artist.get_array()
@@ -187,29 +181,6 @@ def _line(line: Any, axes: Axes) -> Drawn | None:
     if placed is None:
         return None
     return Drawn(line, mark, _without_gaps(placed) if joined else [placed[np.isfinite(placed).all(axis=1)]])
-
-
-def _image(image: AxesImage) -> Drawn | None:
-    values = _floats(image.get_array())
-    if values.ndim != 2:  # colours, and no numbers
-        return None
-    left, right, bottom, top = image.get_extent()
-    rows, columns = values.shape
-    x = left + (np.arange(columns) + 0.5) * (right - left) / columns
-    y = bottom + (np.arange(rows) + 0.5) * (top - bottom) / rows
-    y = y if image.origin == "lower" else y[::-1]
-    return Drawn(image, "cells", [np.column_stack([np.tile(x, rows), np.repeat(y, columns)])], [values.ravel()])
-
-
-def _contours(contours: Any, axes: Axes) -> Drawn | None:
-    levels = contours.layers if contours.filled else contours.levels
-    strokes, values = [], []
-    for path, level in zip(contours.get_paths(), levels, strict=False):
-        placed = [_in_units(stroke, contours.get_transform(), axes) for stroke in _strokes(path)]
-        visible = [stroke for stroke in placed if stroke is not None and len(stroke)]
-        strokes += visible
-        values += [float(level)] * len(visible)
-    return Drawn(contours, "filled contour" if contours.filled else "contour", strokes, values)
 
 
 def _strokes(path: Path) -> list[np.ndarray]:

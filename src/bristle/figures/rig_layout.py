@@ -1,23 +1,35 @@
-"""A rig: its mechanics, what sits where with its numbers, and below them its loop as a block diagram."""
+"""A rig as two rows of boxes on one grid: its mechanics on the shaft, and its loop as a block diagram."""
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
+from matplotlib.patches import FancyArrowPatch, Rectangle
 
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
-from bristle.core.typography import number, typeset, with_unit
+from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.figures import style
-from bristle.figures.drawing import Drawing, shortened
+from bristle.figures.drawing import AT_TICKS, LETTERS, shortened
 
-WIDTH, LAYOUT, SCHEME = 100.0, 24.0, 62.0  # units of the drawing: its width, and the heights of both parts
-LETTERS, SMALLER = 8.0, 7.0  # points
-HEAD: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 9.0, "shrinkA": 0.0, "shrinkB": 0.0, "color": style.INK, "linewidth": 1.0}
+COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.25, 0.78  # of the grid; height of a row [inch]; of a cell that its box takes
+LINES = 6  # in a box
+# From a box to another one, what is handed over, and how a line goes that has a corner: up or down first, or to the side first.
+ARROWS = (
+    ("motor", "torque sensor", "u, θ", ""),
+    ("torque sensor", "ball screw", "", ""),
+    ("ball screw", "table", "x", ""),
+    ("reference", "controller", "r", ""),
+    ("controller", "drive", "u", ""),
+    ("drive", "rig", "F", ""),
+    ("friction", "rig", "F_p", ""),
+    ("rig", "sensor", "x", ""),
+    ("sensor", "controller", "q", "angle,angleA=180,angleB=90,rad=0"),
+)
+FED = (("reference", "compensator", "", "angle,angleA=90,angleB=180,rad=0"), ("compensator", "controller", "F̂", ""))
 
 
 class Mechanics(NamedTuple):
@@ -30,115 +42,80 @@ class Mechanics(NamedTuple):
     resolution: float
 
 
-class Block(NamedTuple):
-    """A box: its left lower corner, its size, its first line and the others."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-    title: str
-    lines: Sequence[str] = ()
-
-    def side(self, x: float, y: float) -> tuple[float, float]:
-        """Return a point of it, in shares of its width and height."""
-        return self.x + x * self.width, self.y + y * self.height
-
-
-LEFT, RIGHT, ABOVE = (0.0, 0.5), (1.0, 0.5), (0.5, 1.0)  # the middles of its sides
-
-
 @style.styled
 def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
     """Return the mechanics of a rig, and below them the block diagram of its loop."""
-    total = SCHEME + LAYOUT
-    figure = Drawing(figsize=(style.WIDTH, style.WIDTH * total / WIDTH))
-    parts: Any = ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant))
-    for draw, bottom, height, content in parts:
-        axes = figure.add_axes((0.0, bottom / total, 1.0, height / total))
-        axes.set(xlim=(0.0, WIDTH), ylim=(0.0, height))
-        axes.set_axis_off()
-        draw(axes, content)
+    figure, ((axes,),) = style.panels(ROW * ROWS, left=0.0, right=0.0, top=0.0, bottom=0.0)
+    axes.set(xlim=(0.0, COLUMNS), ylim=(ROWS, 0.0))
+    axes.set_axis_off()
+    blocks = _mechanics(mechanics) | _loop(variant)
+    boxes = {name: _draw_block(axes, *block) for name, block in blocks.items()}
+    for begin, end, text, corner in ARROWS + (FED if variant.feedforward.friction else ()):
+        first, last = boxes[begin], boxes[end]
+        (x, y), (to_x, to_y) = first.get_center(), last.get_center()
+        line = {"patchA": first, "patchB": last, "connectionstyle": corner or "arc3", "shrinkA": 0.0, "shrinkB": 0.0}
+        axes.add_patch(FancyArrowPatch((x, y), (to_x, to_y), arrowstyle="-|>", mutation_scale=LETTERS, color=style.INK, **line))
+        upright = bool(corner) or x == to_x
+        at = to_x if upright else 0.5 * (x + to_x), 0.5 * (y + to_y)
+        beside, align = ((4, 0), ("left", "center")) if upright else ((0, 2), ("center", "bottom"))
+        axes.annotate(text, at, beside, textcoords="offset points", style="italic", ha=align[0], va=align[1])
     return figure
 
 
-def _write(axes: Axes, x: float, y: float, text: str, ha: str = "center", va: str = "center", size: float = LETTERS, **look: Any) -> None:
-    axes.text(x, y, text, ha=ha, va=va, fontsize=size, zorder=3.0, **look)
+Block = tuple[int, int, str, Sequence[str]]  # column, row, first line, the others
 
 
-def _draw_mechanics(axes: Axes, mechanics: Mechanics) -> None:
-    """Draw what sits on the shaft one after the other, each with its numbers, and what turns, moves and holds back."""
+def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
+    """Return what sits on the shaft one after the other, each with its numbers."""
     lead, J, J_m, cutoff, resolution = mechanics
     behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
-    encoder = ["perfect"]
-    if resolution > 0.0:
-        encoder = [f"{lead / resolution:,.0f} counts a turn".replace(",", " "), f"{with_unit(resolution, 'm')} of travel each"]
+    counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ") if resolution > 0.0 else "perfect encoder"
     filtered = f"filter {with_unit(cutoff, 'Hz')}" if math.isfinite(cutoff) else ""
     at_table = f"as {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
-    parts = (
-        (16.0, "encoder", encoder),
-        (13.0, "DC motor", [motor]),
-        (9.0, "coupling", []),
-        (19.0, "torque sensor", ["T = F_p + (J − J_m) dω/dt", filtered]),
-        (9.0, "coupling", []),
-        (10.0, "ball screw", [f"lead {with_unit(lead, 'm')}", "rigid"]),
-        (17.0, "table", ["on a linear guide", "with coupling, screw", behind, f"{total},", at_table]),
-    )
-    x, low, height = 0.5, 3.0, 16.0
-    axes.plot([x, WIDTH - x], [low + 0.5 * height] * 2, color=style.GREY, linewidth=3.0 * style.WIDE, zorder=0.5)
-    for width, title, lines in parts:
-        _draw_block(axes, Block(x, low, width, height, title, lines))
-        x += width + 1.0
-    _arrow(axes, [(33.0, low + height + 1.0), (38.0, low + height + 1.0)], "u, θ")
-    _arrow(axes, [(83.0, low + height + 1.0), (88.0, low + height + 1.0)], "x")
-    _arrow(axes, [(96.0, low + height + 1.0), (91.0, low + height + 1.0)], "F_p")
+    return {
+        "motor": (0, 0, "DC motor, encoder", [motor, counts]),
+        "torque sensor": (1, 0, "torque sensor", ["between couplings", "T = F_p +", "(J − J_m) dω/dt", filtered]),
+        "ball screw": (2, 0, "ball screw", [f"lead {with_unit(lead, 'm')}", "rigid"]),
+        "table": (3, 0, "table", ["on a linear guide", behind, f"{total},", at_table]),
+    }
 
 
-def _draw_loop(axes: Axes, variant: Variant) -> None:
-    """Draw the block diagram of a loop."""
-    kind, run, fed = variant.plant.kind, variant.run, variant.feedforward
-    for x, width, title in ((1.0, 57.0, f"controller, every {with_unit(run.sample_time, 's')}"), (61.0, 38.0, "rig, simulated")):
-        _box(axes, x, 4.0, width, 55.0, "#f4f6f8", {"edgecolor": style.GREY, "linewidth": 0.8, "linestyle": "--", "zorder": 0})
-        _write(axes, x + 1.0, 59.7, title, "left", "baseline", color=style.INK)
-    reference = Block(2.5, 21.0, 16.5, 17.0, "reference", _value_lines(variant.reference))
-    law = Block(28.0, 19.0, 19.0, 21.0, variant.controller.name.replace("_", " "), _value_lines(variant.controller))
-    compensator = Block(15.5, 43.5, 32.5, 12.5, "compensator" if fed.friction else "no compensator", _fed(variant))
+def _loop(variant: Variant) -> dict[str, Block]:
+    """Return the parts of a loop, each with its numbers."""
+    run, fed, friction = variant.run, variant.feedforward, variant.friction
     late = ([f"delay {run.delay} T"] if run.delay else []) + ([f"lag {with_unit(run.current_lag, 's')}"] if run.current_lag else [])
-    drive = Block(63.0, 23.5, 13.0, 12.0, "drive", late or ["ideal"])
-    table = Block(81.0, 23.5, 16.0, 12.0, variant.plant.name, _value_lines(variant.plant))
-    friction = Block(68.0, 43.5, 29.0, 12.5, "friction", _friction(variant.friction))
-    sensor = Block(77.0, 6.5, 20.0, 9.5, variant.sensor.name, _value_lines(variant.sensor, skip=("seed",)))
-    for block in (reference, law, compensator, drive, table, friction, sensor):
-        _draw_block(axes, block)
-    for joint in (23.0, 53.0):
-        axes.add_patch(Circle((joint, 29.5), 1.5, facecolor="white", edgecolor=style.INK, linewidth=0.9))
-    _arrow(axes, [reference.side(*RIGHT), (21.5, 29.5)])
-    _arrow(axes, [(24.5, 29.5), law.side(*LEFT)], "e")
-    _arrow(axes, [law.side(*RIGHT), (51.5, 29.5)])
-    _arrow(axes, [(54.5, 29.5), drive.side(*LEFT)], "u")
-    _arrow(axes, [drive.side(*RIGHT), table.side(*LEFT)])
-    _arrow(axes, [(89.0, 43.5), table.side(*ABOVE)])
-    _arrow(axes, [(89.0, 23.5), (89.0, 16.0)], "x" if kind == "translational" else "θ")
-    _arrow(axes, [sensor.side(*LEFT), (23.0, 11.25), (23.0, 28.0)], "q")
-    _write(axes, 24.3, 26.2, "−", "left", "baseline")
-    if fed.friction is not None:
-        _arrow(axes, [(10.75, 38.0), (10.75, 49.75), compensator.side(*LEFT)])
-        _arrow(axes, [compensator.side(*RIGHT), (53.0, 49.75), (53.0, 31.0)])
-        _write(axes, 54.0, 32.2, "+", "left", "baseline")
+    elements = [f"{len(friction.values['nu_i'])} elements"] if "nu_i" in friction.values else []
+    parts = [f"gain {fed.gain:g}" if fed.gain != 1.0 else "", f"asymmetry {fed.asymmetry:g}" if fed.asymmetry else ""]
+    parts += [f"offset {with_unit(fed.offset, unit_of('force', variant.plant.kind))}"] if fed.offset else []
+    values = [fed.friction.name, *_value_lines(fed.friction)[:2]] if fed.friction else []
+    return {
+        "compensator": (1, 1, "compensator" if fed.friction else "no compensator", [*values, *parts]),
+        "friction": (3, 1, "friction", [*friction.name.replace("+", " +").split(), *elements, *_value_lines(friction)]),
+        "reference": (0, 2, "reference", _value_lines(variant.reference)),
+        "controller": (
+            1,
+            2,
+            variant.controller.name.replace("_", " "),
+            [f"every {with_unit(run.sample_time, 's')}", *_value_lines(variant.controller)],
+        ),
+        "drive": (2, 2, "drive", late or ["ideal"]),
+        "rig": (3, 2, variant.plant.name, _value_lines(variant.plant)),
+        "sensor": (3, 3, variant.sensor.name, _value_lines(variant.sensor)),
+    }
 
 
-def _value_lines(model: Model, skip: tuple[str, ...] = ()) -> list[str]:
+def _value_lines(model: Model) -> list[str]:
     """Return the first parameters of a model, one a line; lists by their range."""
     lines = []
     for name, value in model.values.items():
-        if name in skip or isinstance(value, str):
+        if name == "seed" or isinstance(value, str):
             continue
         unit, symbol = model.component.variables[name].unit(model.kind), {"lambda": "λ", "phi": "φ"}.get(name.rstrip("_"), name)
         if hasattr(value, "__len__"):
             lines += [f"{len(value)} {symbol}", f"up to {_amount(float(max(map(abs, value))), unit)}"]
         elif value not in (0.0, float("inf")):
             lines.append(f"{symbol} = {_amount(float(value), unit)}")
-    return lines[:6]  # lines in a block
+    return lines
 
 
 def _amount(value: float, unit: str) -> str:
@@ -146,50 +123,17 @@ def _amount(value: float, unit: str) -> str:
     return f"{number(1e-6 * value, digits=3)} N/µm" if unit == "N/m" else with_unit(value, unit)
 
 
-def _fed(variant: Variant) -> list[str]:
-    fed, kind = variant.feedforward, variant.plant.kind
-    if fed.friction is None:
-        return []
-    parts = [f"gain {fed.gain:g}"] if fed.gain != 1.0 else []
-    parts += [f"offset {with_unit(fed.offset, unit_of('force', kind))}"] if fed.offset else []
-    parts += [f"asymmetry {fed.asymmetry:g}"] if fed.asymmetry else []
-    return [fed.friction.name, ", ".join(_value_lines(fed.friction)[:2]), ", ".join(parts)]
-
-
-def _friction(model: Model) -> list[str]:
-    values, variables = model.values, model.component.variables
-    elements = f"{len(values['nu_i'])} elements" if "nu_i" in values else ""
-    if elements and values.get("scatter"):
-        elements += f", scatter {100.0 * values['scatter']:g} %"
-    lines, strong = [model.name, elements], [name for name in values if name.startswith("F_S")]
-    if strong:
-        forces = " and ".join(number(values[name], digits=3) for name in strong)
-        lines.append(f"break-away {forces} {typeset(variables[strong[0]].unit(model.kind))}")
-    return lines
-
-
-def _box(axes: Axes, x: float, y: float, width: float, height: float, color: str, look: dict[str, Any]) -> None:
-    axes.add_patch(FancyBboxPatch((x, y), width, height, boxstyle="round,pad=0,rounding_size=1.2", facecolor=color, **look))
-
-
-def _draw_block(axes: Axes, block: Block) -> None:
-    _box(axes, block.x, block.y, block.width, block.height, "white", {"edgecolor": style.PREDICTED["color"], "linewidth": 1.2})
-    lines = [line for line in block.lines if line]
-    step = min(2.7, (block.height - 1.5) / (len(lines) + 1.0))
-    middle, centre = block.side(0.5, 0.5)
-    top = centre + 0.5 * step * len(lines)
-    available = (block.width - 1.0) * style.WIDTH / WIDTH
-    _write(axes, middle, top, shortened(block.title, available / 1.12, LETTERS), fontweight="bold")  # bold letters are wider
-    for index, line in enumerate(lines, 1):
-        _write(axes, middle, top - step * index, shortened(line, available, SMALLER), size=SMALLER)
-
-
-def _arrow(axes: Axes, path: list[tuple[float, float]], text: str = "") -> None:
-    """Draw a line of straight parts with a head at its end, and a letter over its first part."""
-    axes.plot(*zip(*path[:-1], strict=True), color=style.INK, linewidth=1.0, zorder=0.5)
-    axes.add_patch(FancyArrowPatch(path[-2], path[-1], zorder=0.5, **HEAD))
-    if text:
-        (x, y), (to_x, to_y) = path[:2]
-        upright = x == to_x
-        beside, align = ((1.5, 0.0), "center") if upright else ((0.0, 0.9), "bottom")
-        _write(axes, 0.5 * (x + to_x) + beside[0], 0.5 * (y + to_y) + beside[1], text, va=align, style="italic")
+def _draw_block(axes: Axes, column: int, row: int, title: str, lines: Sequence[str]) -> Rectangle:
+    """Draw a box in its cell, its first line bold."""
+    middle, width = (column + 0.5, row + 0.5), SHARE * style.WIDTH / COLUMNS - 0.1
+    corner = middle[0] - 0.5 * SHARE, middle[1] - 0.5 * SHARE
+    box = Rectangle(corner, SHARE, SHARE, facecolor="white", edgecolor=style.PREDICTED["color"], zorder=2)
+    axes.add_patch(box)
+    texts = [shortened(line, width, AT_TICKS) for line in lines if line][:LINES]
+    heading = shortened(title, 0.9 * width, LETTERS)  # bold letters are wider
+    step = SHARE / (LINES + 2.0)
+    top = middle[1] - 0.5 * step * len(texts)
+    axes.text(middle[0], top, heading, ha="center", va="center", fontweight="bold", zorder=3)
+    for index, text in enumerate(texts, 1):
+        axes.text(middle[0], top + step * index, text, ha="center", va="center", fontsize=AT_TICKS, zorder=3)
+    return box

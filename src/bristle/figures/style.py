@@ -106,6 +106,11 @@ def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) ->
     return np.unique(np.concatenate([first, extremes]))
 
 
+def shares(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return how many of some values lie between each two edges [% of them]."""
+    return np.histogram(values, edges)[0] * (100.0 / max(values.size, 1))
+
+
 Look = dict[str, Any]
 # A wide light line under a narrow dark one stays legible in grey where two colours would not.
 MEASURED: Look = {"color": "#e0a83c", "linewidth": 2.2, "linestyle": "-"}

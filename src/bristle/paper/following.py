@@ -36,7 +36,7 @@ def figure_11(tracked: Tracked) -> Reproduced:
     errors = ", ".join(f"{in_micrometres(true[name])} {NAMES[name]}" for name in tracked.published)
     return Reproduced(
         number=11,
-        verdict="found" if true[tracked.after] < true[BEFORE] else "refuted",
+        verdict="found" if true[PRINTED] < true[BEFORE] else "refuted",
         found=[
             f"The command stays below {in_micrometres(reach, 2)}.",
             f"What the table really misses it by, which no encoder tells, peak to peak: {errors}.",
@@ -47,7 +47,7 @@ def figure_11(tracked: Tracked) -> Reproduced:
     )
 
 
-def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
+def figure_12(tracked: Tracked, sound: Sound) -> Reproduced:
     """Return figure 12: the following error, and by direction; and the same motion at sound margins."""
     variants = tracked.result.variants
     peaks = {name: loop.following_error.peak_to_peak for name, loop in variants.items()}
@@ -55,12 +55,12 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
     # What is to be said of compensators that were identified on another rig.
     strangers = [
         f"{loops.experiment.name}, {name}: {message(about)}."
-        for loops in (tracked, *((sound.loop,) if sound else ()))
+        for loops in (tracked, sound.loop)
         for name, about in on_another_rig(loops.experiment).items()
     ]
     ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
     directions = [f"Root mean square forward over backward: {ratios}."]
-    if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
+    if worse[PRINTED] < 1.0 < worse[CALIBRATED]:
         directions.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
     rows = [
         (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
@@ -75,17 +75,17 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
         found=[*_sentences_12(tracked, peaks), *directions, *strangers],
         draw=lambda: loop_rows.tracking_error(tracked.pictured, tracked.settle),
         origin=tracked.origin,
-        beside=(sound.loop.origin, sound.levels.origin) if sound else (),
+        beside=(sound.loop.origin, sound.levels.origin),
         numbers={
             "peak_to_peak": peaks,
             "peak_to_peak_spread": {
                 name: tracking.spread_of(loop, "following_error", "peak_to_peak") for name, loop in variants.items() if loop.spread
             },
             "forward_over_backward": worse,
-            **(sound.numbers if sound else {}),
+            **sound.numbers,
         },
-        tables=(_by_variant(tracked), by_direction, *((tracking.sound_table(sound),) if sound else ())),
-        extras={"break-away": tracking.break_away_extra(sound), "sound-margins": tracking.sound_extra(sound)} if sound else {},
+        tables=(_by_variant(tracked), by_direction, tracking.sound_table(sound)),
+        extras={"break-away": tracking.break_away_extra(sound), "sound-margins": tracking.sound_extra(sound)},
     )
 
 
@@ -93,8 +93,6 @@ def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, floa
     """Return what became of the claim: half of the error gone, and forward motion the worse, by its own equations."""
     reduction = 1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE]
     halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - reduction) <= HALVED for name in tracked.published}
-    if tracked.after == CALIBRATED:
-        return "calibrated" if halved[CALIBRATED] and worse[CALIBRATED] > 1.0 else "refuted"
     if not halved[PRINTED]:
         return "calibrated" if halved[CALIBRATED] else "refuted"
     return "found" if worse[PRINTED] > 1.0 else "found in part"
@@ -110,12 +108,10 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
         (tracking.WITH_CONSTANT, "With the constant beside them that their loops leave over"),
         (CALIBRATED, "With one calibrated"),
     ):
-        if name in variants:
-            sentences.append(
-                f"{condition} {texts[name]}, "
-                f"{percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
-                f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
-            )
+        sentences.append(
+            f"{condition} {texts[name]}, {percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
+            f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
+        )
     further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in tracking.PUBLISHED]
     return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
 
@@ -136,14 +132,14 @@ def figure_13(tracked: Tracked) -> Reproduced:
     """Return figure 13: the distribution of the following error."""
     errors = {name: loop.following_error for name, loop in tracked.published.items()}
     resolution = tracked.experiment.variants[0].sensor.values.get("resolution", 0.0)
-    after, before = errors[tracked.after], errors[BEFORE]
+    after, before = errors[PRINTED], errors[BEFORE]
     ranges = {NAMES[name]: RANGE_WITHOUT if name == BEFORE else RANGE_WITH for name in errors}
     narrower, nearer = after.std < before.std, abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the runs spread
     return Reproduced(
         number=13,
         verdict="found" if narrower and nearer else "found in part" if narrower or nearer else "refuted",
         found=[
-            f"With {NAMES[tracked.after]} the error is {'narrower' if narrower else 'no narrower'}, and its mean is "
+            f"With {NAMES[PRINTED]} the error is {'narrower' if narrower else 'no narrower'}, and its mean is "
             f"{'nearer to zero' if nearer else 'no nearer to zero'}.",
             *(
                 f"{NAMES[name]}: mean {quoted(loop, 'following_error', 'mean', step=0.001)} µm, "
@@ -166,9 +162,8 @@ def figure_14(tracked: Tracked) -> Reproduced:
         name: tracked.arm * float(np.sqrt(np.mean(loop.friction[loop.time >= tracked.settle] ** 2)))
         for name, loop in tracked.published.items()
     }
-    more = rms[tracked.after] / rms[BEFORE] - 1.0
-    # Close up 0.2 s of chatter; over all the motion without it, the mean over 0.05 s.
-    close_up, options = tracked.turn(0.1, 0.1), {"friction": True, "mean_over": 0.05}
+    more = rms[PRINTED] / rms[BEFORE] - 1.0
+    close_up = tracked.turn(0.1, 0.1)  # 0.2 s of chatter
     efforts = [
         f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
         for name in tracked.published
@@ -180,7 +175,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
             f"Root mean square: {'; '.join(efforts)}.",
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
-        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm, "rotational", **options),
+        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )

@@ -71,15 +71,14 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
 def _quality(loop: Reproduced) -> list[str]:
     """Return the following error here and in the paper, without and with its compensator, and at sound margins."""
     peaks, spreads = loop.numbers["peak_to_peak"], loop.numbers["peak_to_peak_spread"]
-    variant = PRINTED if PRINTED in peaks else CALIBRATED
-    errors = {name: f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm" for name in (BEFORE, variant)}
+    errors = {name: f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm" for name in (BEFORE, PRINTED)}
     less, less_in_paper = (
-        percent(1.0 - lengths[name] / lengths[BEFORE], 1.0) for lengths, name in ((peaks, variant), (IN_PAPER, COMPENSATED))
+        percent(1.0 - lengths[name] / lengths[BEFORE], 1.0) for lengths, name in ((peaks, PRINTED), (IN_PAPER, COMPENSATED))
     )
     paper = " to ".join(f"{1e6 * value:.2f}\u00a0µm" for value in IN_PAPER.values())
     lines = [
-        f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[variant]} with "
-        f"{NAMES[variant]}; the paper: {paper}",
+        f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[PRINTED]} with "
+        f"{NAMES[PRINTED]}; the paper: {paper}",
         f"that is {less} less; the paper: {less_in_paper}",
     ]
     sound = loop.numbers.get("at_sound_margins", {})

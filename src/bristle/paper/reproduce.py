@@ -68,10 +68,9 @@ def reproduce(
         setting = None if number in ALL_LOOPS else read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
         if number == 12:  # its own loop is simulated first, then those beside it
             tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
-            loop, levels = folder / "set_c.toml", folder / "set_a_break_away.toml"
-            beside = Tracked(loop, allow_code, (BEFORE,), at_loop), Tracked(levels, allow_code, (), at_levels)
-            is_there = loop.exists() or levels.exists()  # a copy may have none of them
-            figures.append(figure_12(tracked, Sound(*beside) if is_there else None))
+            loop = Tracked(folder / "set_c.toml", allow_code, (BEFORE,), at_loop)
+            levels = Tracked(folder / "set_a_break_away.toml", allow_code, (), at_levels)
+            figures.append(figure_12(tracked, Sound(loop, levels)))
         elif setting is None:
             figures.append(LOOPS[number](tracked))
         elif number == 6:

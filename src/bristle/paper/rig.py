@@ -46,13 +46,16 @@ def screw_ratio(lead: float) -> float:
     return 2.0 * math.pi / lead
 
 
+def spectrum(count: int, distance: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return shares and break-away distances [m or rad] of an irregular contact, broken away after `distance`."""
+    r = distance * np.linspace(0.15, 1.0, count) ** 1.6
+    strength = (r / distance) ** -0.75 * np.exp(0.35 * np.random.default_rng(seed).standard_normal(count)) * r
+    return strength / strength.sum(), r
+
+
 def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -> Model:
     """Return the friction of the virtual rig as the table feels it."""
-    ratio = screw_ratio(lead)
-    r = BREAK_AWAY * np.linspace(0.15, 1.0, ELEMENTS) ** 1.6
-    irregular = np.exp(0.35 * np.random.default_rng(SEED).standard_normal(ELEMENTS))
-    strength = (r / BREAK_AWAY) ** -0.75 * irregular * r
-    nu = strength / strength.sum()
+    ratio, (nu, r) = screw_ratio(lead), spectrum(ELEMENTS, BREAK_AWAY, SEED)
     k = nu * STATIC * ratio / r
     levels = {}
     for side, share in (("pos", 1.0 + asymmetry), ("neg", 1.0 - asymmetry)):

@@ -60,7 +60,7 @@ class Tracked:
 
     source: Path
     allow_code: bool = False
-    needed: tuple[str, ...] = (BEFORE, CALIBRATED)
+    needed: tuple[str, ...] = PUBLISHED
     report: Callable[[float, str], None] | None = None
 
     @cached_property
@@ -89,18 +89,13 @@ class Tracked:
 
     @property
     def published(self) -> dict[str, VariantResult]:
-        """The loops that figures show, by name: those of `PUBLISHED` that the experiment has."""
-        return {name: self.result.variants[name] for name in PUBLISHED if name in self.result.variants}
+        """The loops that figures show, by name."""
+        return {name: self.result.variants[name] for name in PUBLISHED}
 
     @property
     def pictured(self) -> dict[str, VariantResult]:
         """The same under the names that stand at their panels."""
         return {NAMES[name]: loop for name, loop in self.published.items()}
-
-    @property
-    def after(self) -> str:
-        """The loop that the claims of the paper are held against: that of its own equations where there is one."""
-        return PRINTED if any(variant.name == PRINTED for variant in self.experiment.variants) else CALIBRATED
 
     @property
     def settle(self) -> float:
@@ -223,7 +218,7 @@ def least_margins(variant: Variant) -> tuple[float, float]:
 
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
     """Return figure 7: the rig and its control scheme, drawn from their experiments."""
-    variant = next(variant for variant in tracked.experiment.variants if variant.name == tracked.after)
+    variant = next(variant for variant in tracked.experiment.variants if variant.name == PRINTED)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
     compensator = fed.name.replace("_", " ") if fed else "none"

@@ -9,7 +9,7 @@ from bristle.core.contracts import Model
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.settings import DEFAULT
 from bristle.logs.log import Log
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
@@ -83,7 +83,7 @@ def _bands(prediction: Prediction) -> dict[str, float]:
     return {name: share for name, share in shares.items() if share is not None}
 
 
-def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, own_log: bool = False) -> Ruling:
+def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Ruling:
     """Return whether a model holds on a log, and why.
 
     The effort decides, where it is predicted: of a position nearly everything is told by the reference.
@@ -105,9 +105,9 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     ]
     care += [] if prediction.status is Status.OK else [prediction.status.sentence]
     reasons = ([f"it misses {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts
-    if error > settings.useless_error or any(diagnostic.severity == "error" for diagnostic in doubted):
+    if error > DEFAULT.useless_error or any(diagnostic.severity == "error" for diagnostic in doubted):
         return Ruling("no", "The model does not hold", tuple(reasons))
-    if care or doubts or not finite or error > settings.usable_error:
+    if care or doubts or not finite or error > DEFAULT.usable_error:
         return Ruling("with_care", "The model holds, with care", tuple(reasons))
     return Ruling("usable", "The model holds", tuple(reasons))
 

@@ -35,20 +35,6 @@ class Ran:
         return not self.lost
 
 
-def cost_of(study: Study) -> tuple[float, int, bool]:
-    """Return what a run costs on a core [s], how many it was measured on, once all is compiled, and whether many go at once."""
-    simulator = Simulator(study)
-    simulator.columns(Block(0, 1))
-    count = 1
-    while True:
-        begin = time.perf_counter()
-        simulator.columns(Block(0, count))
-        seconds = time.perf_counter() - begin
-        if seconds > 0.25 or count >= min(study.count, study.block):
-            return seconds / count, count, simulator.in_batches
-        count = min(4 * count, study.count, study.block)
-
-
 def run_study(
     study: Study,
     folder: str | Path,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,48 +30,33 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
 
-SAMPLES, STEP = 3000, 1e-3  # of the log that is made up [s]
+SAMPLES, STEP = 6000, 1e-3  # of the log that is made up [s]
 DRAWS = 40  # of the study
 FORMS = ("svg", "pdf", "png")
 ADVICE = "Draw with bristle.figures.style.panels, from what is handed in, and return its figure"
 
 
-class _Examples(Mapping[str, Any]):
-    """Small results of a made-up axis, each computed when it is first asked for."""
-
-    def __init__(self, kind: Kind) -> None:
-        self.kind: Kind = kind
-        self.results: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self.results:
-            self.results[name] = EXAMPLES[name](self)
-        return self.results[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(EXAMPLES)
-
-    def __len__(self) -> int:
-        return len(EXAMPLES)
-
-
 @cache
-def example_facts(kind: Kind) -> Facts:
-    """Return small results of a made-up axis of this kind, as reports have them: what every figure is tried with."""
-    return _Examples(kind)
+def _example(kind: Kind, name: str) -> Any:
+    return EXAMPLES[name](kind)
 
 
-def _log(facts: _Examples) -> Any:
-    t = STEP * np.arange(SAMPLES)
-    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    velocity = np.gradient(position, t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    effort += 0.2 * np.random.default_rng(1).normal(size=t.size)
-    columns = {"time": t, "position": position, "effort": effort, "velocity": velocity}
-    return Log.from_columns(columns, kind=facts.kind)
+def example_facts(kind: Kind, names: Collection[str] = ()) -> Facts:
+    """Return small results of a made-up axis of this kind, as reports have them; all of them, or those of some names."""
+    return {name: _example(kind, name) for name in EXAMPLES if name in names or not names}
 
 
-def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
+def _log(kind: Kind, seed: int, off: float) -> Any:
+    """Return a log of one motion, which misses its reference by so much where it slides [m or rad]."""
+    t, noise = STEP * np.arange(SAMPLES), np.random.default_rng(seed).normal(size=(2, SAMPLES))
+    reference = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(12.0 * t)
+    velocity = np.gradient(reference, t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[0]
+    columns = {"time": t, "reference": reference, "position": reference - off * np.sign(velocity) + 1e-6 * noise[1], "effort": effort}
+    return Log.from_columns(columns, kind=kind)
+
+
+def _experiment(kind: Kind) -> Any:
     """Return a loop with and without friction fed forward."""
     friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
     described = {
@@ -81,46 +66,17 @@ def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
         "plant": {"model": "inertia", "M": 12.0},
         "friction": friction,
         "controller": {"model": "cascade", "k_p": 40.0, "k_v": 2000.0, "feedforward": {"friction": friction}},
-        "reference": {"model": "sine", "amplitude": 0.01, "frequency": frequency},
-        "run": {"duration": 2.5 / frequency, "sample_time": STEP, "settle": 0.5 / frequency},
+        "sensor": {"resolution": 1e-6},
+        "reference": {"model": "sine", "amplitude": 0.01, "frequency": 2.0},
+        "run": {"duration": 1.25, "sample_time": STEP, "settle": 0.25},
         "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}},
-        **further,
     }
     return experiment_from(described, Path("example.toml"), Sources(Path()))
 
 
-def _simulation(facts: _Examples) -> Any:
-
-    with interpreted():
-        return simulate(_experiment(facts.kind, 5.0))
-
-
-def _design(facts: _Examples) -> Any:
-
-    with interpreted():
-        return design(_experiment(facts.kind, 2.0, sensor={"resolution": 1e-6}))
-
-
-def _comparison(facts: _Examples) -> Any:
-    """Return two logs of one motion, of which the second follows its reference better."""
-    t = STEP * np.arange(2 * SAMPLES)
-    reference, velocity = 0.02 * np.sin(6.0 * t), 0.12 * np.cos(6.0 * t)
-    logs = []
-    for seed, size in enumerate((2e-5, 1e-5)):
-        noise = np.random.default_rng(seed).normal(size=(2, t.size))
-        columns = {
-            "time": t,
-            "reference": reference,
-            "position": reference - size * np.sign(velocity) + 1e-6 * noise[0],
-            "effort": 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[1],
-        }
-        logs.append((Log.from_columns(columns, kind=facts.kind), None))
-    return compare(logs[:1], logs[1:])
-
-
-def _study(facts: _Examples) -> Any:
+def _study(kind: Kind) -> Any:
     """Return the runs of a study as its folder holds them."""
-    force, length = (unit_of(quantity, facts.kind) for quantity in ("force", "length"))
+    force, length = (unit_of(quantity, kind) for quantity in ("force", "length"))
     columns = {
         "run": {"role": "run", "unit": ""},
         "friction.F_C": {"role": "drawn", "unit": force},
@@ -130,7 +86,7 @@ def _study(facts: _Examples) -> Any:
     }
     described = {
         "name": "example",
-        "kind": facts.kind,
+        "kind": kind,
         "runs": DRAWS,
         "draws": DRAWS,
         "seed": 1,
@@ -145,15 +101,15 @@ def _study(facts: _Examples) -> Any:
     return Runs(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
 
 
-EXAMPLES: dict[str, Callable[[_Examples], Any]] = {
-    "identification": lambda facts: identify(facts["log"], "viscous,coulomb_viscous", draws=0),
-    "log": _log,
-    "simulation": _simulation,
-    "prediction": lambda facts: predict(
-        facts["identification"].best.plant, facts["identification"].best.friction, facts["log"], None, "inverse"
+EXAMPLES: dict[str, Callable[[Kind], Any]] = {
+    "identification": lambda kind: identify(_example(kind, "log"), "viscous,coulomb_viscous", draws=0),
+    "log": lambda kind: _log(kind, 1, 0.0),
+    "simulation": lambda kind: interpreted()(simulate)(_experiment(kind)),
+    "prediction": lambda kind: predict(
+        _example(kind, "identification").best.plant, _example(kind, "identification").best.friction, _example(kind, "log"), None, "inverse"
     ),
-    "design": _design,
-    "comparison": _comparison,
+    "design": lambda kind: interpreted()(design)(_experiment(kind)),
+    "comparison": lambda kind: compare([(_log(kind, 1, 2e-5), None)], [(_log(kind, 2, 1e-5), None)]),
     "study": _study,
 }
 
@@ -189,7 +145,7 @@ class _Trial:
         """Return the figure of this kind of axis, drawn anew."""
         from bristle.figures.own import draw_own
 
-        return draw_own(self.figure, example_facts(kind))
+        return draw_own(self.figure, example_facts(kind, self.figure.needs))
 
     def refuse(self, faults_of: Callable[[Figure], list[str]], advice: str) -> None:
         """Refuse the first fault that is found in what is drawn."""
@@ -271,7 +227,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     from bristle.figures import style
 
     before = _open_figures()
-    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0]))))
+    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0], trial.figure.needs))))
     left = _open_figures() - before
     if left:
         for number in left:

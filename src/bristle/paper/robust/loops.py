@@ -14,7 +14,7 @@ from bristle.files.experiment import read_experiment
 from bristle.identification import identify
 from bristle.logs.log import Log
 from bristle.paper.rig import axis_of, logged
-from bristle.paper.robust.truths import AMPLITUDE, Truth
+from bristle.paper.robust.truths import Truth
 from bristle.paper.setting import EXPERIMENTS
 from bristle.simulation import simulate
 
@@ -31,21 +31,12 @@ def setting(name: str) -> dict[str, Variant]:
     return {name: variants[source] for name, source in VARIANTS.items()}
 
 
-def loop(variant: Variant, truth: Truth, friction: Model, compensator: Model | None) -> Variant:
+def loop(variant: Variant, friction: Model, compensator: Model | None) -> Variant:
     """Return a loop on the rig with another friction."""
     fed = variant.feedforward
     if fed.friction is not None:
         fed = replace(fed, friction=compensator, fitted_to="")
-    amplitudes = np.array(variant.reference.values["amplitudes"])
-    if not truth.is_varied:
-        amplitudes = np.where(amplitudes > 0.0, np.max(amplitudes), 0.0)
-    return replace(
-        variant,
-        friction=friction,
-        feedforward=fed,
-        reference=variant.reference.with_values(amplitudes=amplitudes * (truth.amplitude / AMPLITUDE)),
-        run=replace(variant.run, substeps=SUBSTEPS, seeds=1),
-    )
+    return replace(variant, friction=friction, feedforward=fed, run=replace(variant.run, substeps=SUBSTEPS, seeds=1))
 
 
 def peak_to_peak(variant: Variant, number: int) -> float:
@@ -80,10 +71,8 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
     """Return what compensators are identified from, and how it is to be read.
 
     It is the log of the bench: a minute of triangles in the loop of set A without compensation, encoder and effort
-    command alone. Of a measured truth it is one half of its record, whose other half is the truth.
+    command alone.
     """
-    if truth.record is not None and truth.axis is not None:
-        return truth.record, truth.axis
     described = read_experiment(LOG)
     variant = replace(described.variants[0], friction=truth.friction.with_values(seed=SEED))
     described = replace(described, variants=(variant,))

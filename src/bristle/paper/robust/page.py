@@ -25,10 +25,6 @@ FAMILIES = (
 )
 LIMITS = (
     "Truths are equations with chosen numbers; real contacts wear, warm up and are not alike along the axis.",
-    "The measured contact is one record of one amplitude, one speed and one load. It does not react to another speed; "
-    "of a reversal within its stroke it only says that it is elastic; its residuals are those of one afternoon.",
-    "The measured force is scaled to the friction of the rig, as of so many contacts side by side: mass, loop, encoder "
-    "and delay are those of the simulated rig.",
     "Inertia, delay and encoder are known exactly; gains are not tuned for any truth.",
 )
 
@@ -112,11 +108,8 @@ def _front(trial: Trial) -> Front:
         words_of(trial),
         ['An observer, `model = "disturbance_observer"` of the controller, and a model of your log fed forward'],
         ["a log of a minute, and an observer in the controller"],
-        [PIPELINE, LIMITS[1]],
-        [
-            "your own friction as a truth: `bristle paper --robust model.toml`",
-            "a record of a contact: `bristle paper --robust log.csv --axis axis.toml`",
-        ],
+        [PIPELINE, LIMITS[0]],
+        ["your own friction as a truth: `bristle paper --robust model.toml`"],
     )
     facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
     return Front(HEADING, facts, ruling, answers, "claims", "No case is above its limit.", _picture(trial))
