@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMU, as FMI 2.0 and FMI 3.0 have it, and the page on its use."""
+"""modelDescription.xml of an FMU, as FMI 2.0 and FMI 3.0 have it."""
 
 import math
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from bristle.core.dimensions import Kind, exponents_of
 from bristle.exports.c import FLAGS
-from bristle.exports.described import LICENCE, copyright_line, model_version, rendered, version
+from bristle.exports.described import LICENCE, copyright_line, model_version, version
 from bristle.exports.fmu_content import CONSTANT, INPUT, MARGIN, OUTPUT, PARAMETER, RATE, START, STATE, TIME, Content, Port, Setting
 
 # What the quantities that are short for no other are made of, in SI base units.
@@ -20,24 +20,23 @@ EVERYWHERE = {"force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1},
 
 
 class Role(NamedTuple):
-    """What a variable is in the standard, and in words on the page."""
+    """What a variable is in the standard."""
 
-    words: str
     causality: str
     variability: str = "continuous"
     initial: str = ""
 
 
 ROLES = {
-    TIME: Role("", "independent"),
-    INPUT: Role("input", "input"),
-    OUTPUT: Role("output", "output", initial="calculated"),
-    START: Role("output, set before the start", "output", initial="exact"),
-    PARAMETER: Role("parameter", "parameter", "tunable", "exact"),
-    CONSTANT: Role("constant", "local", "constant", "exact"),
-    STATE: Role("state", "local", initial="calculated"),
-    RATE: Role("rate of a state", "local", initial="calculated"),
-    MARGIN: Role("event indicator", "local", initial="calculated"),
+    TIME: Role("independent"),
+    INPUT: Role("input"),
+    OUTPUT: Role("output", initial="calculated"),
+    START: Role("output", initial="exact"),
+    PARAMETER: Role("parameter", "tunable", "exact"),
+    CONSTANT: Role("local", "constant", "exact"),
+    STATE: Role("local", initial="calculated"),
+    RATE: Role("local", initial="calculated"),
+    MARGIN: Role("local", initial="calculated"),
 }
 
 
@@ -163,24 +162,3 @@ def _base(quantity: str, kind: Kind) -> dict[str, int]:
             total[symbol] = total.get(symbol, 0.0) + power * inner
     whole = all(power == int(power) for power in total.values())
     return {symbol: int(power) for symbol, power in total.items() if power} if whole else {}
-
-
-def page_text(content: Content, setting: Setting) -> str:
-    """Return the page on its use as HTML: what it is, its variables with units and ranges, how it is stepped."""
-    source = setting.source
-    signals: list[dict[str, str]] = []
-    parameters: list[dict[str, str]] = []
-    for port in content.ports.listed[1:]:  # behind the time
-        variable, unit = port.variable, port.variable.unit(content.kind)
-        bounded = math.isfinite(variable.min) or math.isfinite(variable.max)
-        row = {"name": port.name, "role": ROLES[port.role].words, "unit": "" if unit == "1" else unit, "start": f"{port.value:.9g}"}
-        row |= {"allowed": variable.allowed(content.kind) if bounded else "", "sure": port.sure, "description": variable.description}
-        (parameters if port.role in (PARAMETER, CONSTANT) else signals).append(row)
-    facts = (
-        {"name": setting.name, "title": content.title, "version": version(), "model_version": model_version(source)}
-        | {"hash": source.model_hash, "licence": LICENCE, "copyright": copyright_line(), "remarks": source.remarks}
-        | {"provenance": source.provenance, "signals": signals, "parameters": parameters, "guidance": content.guidance}
-        | {"notes": content.notes, "step": f"{setting.step:g}", "fmi": setting.fmi, "flags": FLAGS}
-        | {"exchange": content.exchange is not None, "tuned": bool(content.ports.tuned)}
-    )
-    return rendered("fmu/index.html", facts)

@@ -14,8 +14,7 @@ from bristle.exports import st_parts
 from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
 from bristle.exports.printing import wrapped
 from bristle.exports.st_code import RESULT, Printer
-from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, real_literal
+from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, helpers_of, real_literal
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tree import REAL as NUMBER
 from bristle.exports.tree import TRUTH, Function, Struct
