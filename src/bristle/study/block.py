@@ -14,8 +14,8 @@ from bristle.core.variable import variables_of
 from bristle.engine import run_batch
 from bristle.engine.batch import WORTH_LANES
 from bristle.simulation import SimulationResult, simulate
-from bristle.study.dataset import OK
 from bristle.study.plan import Block, Metric, Study, steps_of
+from bristle.study.store import OK
 from bristle.study.varied import Varied, row_of
 
 REFUSED, RAISED = "refused", "raised"
