@@ -18,7 +18,7 @@ from bristle.exports.tree import Function
 from bristle.exports.wasm import Module, module_of
 from bristle.files.components import key_of
 from bristle.files.user_model import code_of
-from bristle.friction import MODELS, base_of, channel_slots_of
+from bristle.friction import MODELS, base_of, channel_slots_of, find
 from bristle.friction.next_model import goes_by_name
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
@@ -33,8 +33,6 @@ UNITS = {"position": "length", "velocity": "length/time", "force": "force", "dam
 
 def example_named(name: str) -> Model:
     """Return a friction model of the package with the values of its example, and without slots but the offset."""
-    from bristle.friction import find
-
     return example_of(find(name))
 
 

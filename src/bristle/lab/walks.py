@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, Motion
+from bristle.core.contracts import Model
 from bristle.engine.mechanism import Mechanism, mechanism
-from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, hash_of, presliding_distance, subject_of, walk_of
+from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, forces_of, hash_of, presliding_distance, subject_of, walk_of
 from bristle.lab.sliders import Scales
 
 STEP = 5e-4  # of the walk of a contact [s]
@@ -43,15 +43,7 @@ def walked_together(models: Sequence[Model], around: Sequence[float], walks: Map
     """Return the walks of one contact with several sets of slots, and of the mass with the last of them."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
-    forces = []  # by the kernels as they stand
-    for model in models:
-        component, p = model.component, model.parameters
-        state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(positions))
-        for k in range(1, len(positions)):
-            motion = Motion((float(positions[k]) - float(positions[k - 1])) / STEP, float(positions[k]), *around)
-            force[k], move = component.trial(state, memory, motion, STEP, p)
-            state = component.commit(state, memory, move, p)
-        forces.append(force)
+    forces = [forces_of(model, positions, STEP, *around) for model in models]
     places = _pushed(subject_of(models[-1]), plant, mass["push"], mass["dt"])
     return {
         "count": STEPS_WITH_SLOTS,

@@ -29,8 +29,7 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
 from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
-from bristle.loop.linear_system import LARGE, SMALL, linear_law, linear_plant
-from bristle.loop.sampled_loop import GAIN_ENOUGH, HALVINGS, PHASE_ENOUGH, SampledLoop, margins_of
+from bristle.loop.linear_system import GAIN_ENOUGH, HALVINGS, LARGE, PHASE_ENOUGH, SMALL, SampledLoop, linear_law, linear_plant, margins_of
 from bristle.simulation import Statistics, simulate
 
 PHASE = 40.0  # margin that the loop is to keep [deg]

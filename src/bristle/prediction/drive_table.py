@@ -256,17 +256,10 @@ def reversal_distance(model: Model, fastest: float) -> float:
     return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0
 
 
-class TableError(NamedTuple):
-    """What a table errs by along a log: at most, and its root mean square [N or N*m]."""
-
-    largest: float
-    rms: float
-
-
 def table_error(
     friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray], treatment: Mapping[str, float]
-) -> TableError:
-    """Return how far a table is from the model along the motion of a log, as the identification sees that motion."""
+) -> tuple[float, float]:
+    """Return by how much a table errs along the motion of a log as it is identified: at most, and in root mean square [N or N*m]."""
     if friction.kind != log.kind:
         raise InputError("is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give its axis file")
     if log.effort is None:
@@ -280,4 +273,4 @@ def table_error(
         # At rest, the table gives the force of the side that the motion came to rest on.
         gaps.append(rows.without_edges(force - np.where(np.signbit(segment.velocity), -backward, forward)))
     gap = finite(np.concatenate(gaps), friction, "friction")
-    return TableError(float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2))))
+    return float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2)))
