@@ -8,7 +8,7 @@ import pytest
 from bristle import friction
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
-from bristle.exports import proof
+from bristle.exports import c as proof
 from bristle.exports.c import compiler
 from bristle.files.user_model import load_code
 from bristle.friction.operator_kernel import REACHES

@@ -18,7 +18,7 @@ from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, sett
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
-from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
+from bristle.simulation.compensation import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
 RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
