@@ -161,7 +161,7 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(InputError, match="dt: must be positive"):
         to_control(lugre, PLANT, dt=0.0)
     screw = br.plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
-    with pytest.raises(InputError, match="table behind a screw"):
+    with pytest.raises(InputError, match="has a screw"):
         to_control(br.friction.viscous(kind="rotational", F_v=1e-3), screw, dt=DT)
 
 
