@@ -10,7 +10,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, TEXT, Amount, among, amount, guarded, instance, model, optional, whole
 from bristle.core.experiment import RESTS, Variant
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Variable
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
 from bristle.exports.targets import Request, Target
@@ -20,10 +20,7 @@ from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
 NAME, STEP, POINTS = "axis_x", 5e-4, 20
-
-
-def _model_or_variant(value: Any, path: str, kind: Kind | None) -> Model | Variant:
-    return value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind)
+PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
 
 
 @dataclass(frozen=True)
@@ -49,9 +46,9 @@ class Exported:
 
 
 @guarded(
-    model=_model_or_variant,
+    model=lambda value, path, kind: value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind),
     name=TEXT,
-    step=amount(Variable("time", "time step", min=0.0), exclusive=True),
+    step=PERIOD,
     tunable=FLAG,
     float32=FLAG,
     force=FLAG,
