@@ -101,7 +101,6 @@ def _share_kept(model: Model, x: np.ndarray, duration: float) -> float:
 
 
 LEAST_RATIO = 1.05  # of f_p to F_S, and of a deflection that grows to what it was at half the distance
-CREEPING = 1e-6  # of the displacement to the upper force, in a cycle: more is drift
 MISSING = 1e-3  # of break-away: a loop that misses more is not closed
 
 
@@ -175,7 +174,7 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
         return Certificate(True, 0.0, unit, 0.0, True, "It rests: nothing moves below break-away")
     path = Path(model, holding)
     path.to_force(high)
-    threshold = CREEPING * abs(path.x)
+    threshold = 1e-6 * abs(path.x)  # more in a cycle is drift
     moved = 0.0
     for _ in range(100):
         start, before = path.x, moved

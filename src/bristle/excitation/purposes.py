@@ -19,7 +19,6 @@ from bristle.references import chirp, s_curve, triangle
 REST = 0.2  # before a piece [s]
 SLIDING = 5.0  # times the pre-sliding amplitude: a slide, or a reversal, is no shorter
 
-PAIRS = 14
 SMALLEST, LARGEST = 0.1, 0.97  # loops, of the pre-sliding amplitude
 LOOP_COUNTS = 3.0  # of the encoder: no loop is smaller
 SLIDE = 4.0  # times the pre-sliding amplitude: friction is saturated long before
@@ -30,7 +29,6 @@ RATES = (1.0, 4.0, 16.0)  # of break-away, relative to the slowest
 SPEEDS = 10
 SPREAD = 3.0  # the largest velocity over the smallest, at least
 
-CHIRP_AMPLITUDE = 0.2  # of the pre-sliding amplitude: small, so that stiffness and damping show, and not slip
 CHIRP_COUNTS = 2.0  # of the encoder: no smaller amplitude
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
@@ -77,7 +75,7 @@ def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     largest = LARGEST * limits.reach
     smallest = max(SMALLEST * limits.reach, LOOP_COUNTS * limits.count, limits.followed)
     # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
-    amplitudes = np.linspace(smallest, largest, PAIRS)
+    amplitudes = np.linspace(smallest, largest, 14)
     slowest = 2.0 * largest / 5.0  # a longest leg of 5 s: beyond that, drift of the axis looks like friction
     fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.fastest)  # samples in the shortest leg
     cycles = 2
@@ -234,7 +232,8 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
     """Return the amplitude of the chirp [m or rad], as large as the limits leave it."""
     omega = 2.0 * math.pi * _highest_frequency(limits)
     # The ramps add little to what the sine itself takes.
-    amplitude = max(CHIRP_AMPLITUDE * limits.reach, CHIRP_COUNTS * limits.count)
+    # Small beside the pre-sliding amplitude, so that stiffness and damping show, and not slip.
+    amplitude = max(0.2 * limits.reach, CHIRP_COUNTS * limits.count)
     most = limits.fastest / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
     return min(amplitude, *most)
 

@@ -330,7 +330,6 @@ def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) 
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
 
 
-WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
 PER_VELOCITY = 100.0
 """Acceleration of the self-test over its velocity [1/s]."""
 INPUTS = {
@@ -369,7 +368,8 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
 def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
     """Return the walk of the self-test of a law, how many positions of it are told, and the efforts along it."""
     ahead, friction = law.samples_ahead, law.variant.feedforward.friction
-    walk = walk_over(WITHOUT_FRICTION, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
+    # Distance that the self-test of a law without a compensator takes for its walk [m or rad].
+    walk = walk_over(1e-5, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
     x = walk.positions(steps + ahead + 1)
     v = np.diff(x) / law.dt
     a = PER_VELOCITY * v

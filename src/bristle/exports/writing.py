@@ -60,7 +60,6 @@ def load_target_file(path: Readable) -> Target:
     return target
 
 
-CLEARLY = 0.95  # of the error with the usual rule at rest: another one is better
 SEEN = ("identified", "held")
 SAID_OF_REST = {
     "held": "at rest (v = 0) the model keeps the force of the direction it came from; --rest middle writes the other rule",
@@ -135,7 +134,8 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
     tried = [(ruled, effect(ruled)) for ruled in requests]
     best = tried[0]
     for ruled, with_it in tried[1:]:
-        if with_it is not None and best[1] is not None and with_it.ratio < CLEARLY * best[1].ratio:
+        # Below this share of the error with the usual rule at rest, another rule is better.
+        if with_it is not None and best[1] is not None and with_it.ratio < 0.95 * best[1].ratio:
             best = ruled, with_it
     return best
 

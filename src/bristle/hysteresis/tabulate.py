@@ -129,7 +129,6 @@ def _upper(table: np.ndarray, d: np.ndarray) -> np.ndarray:
 
 
 COLUMNS = 257
-REVERSAL_TOLERANCE = 1e-9  # of the range of inputs: two reversals that are one
 
 
 class Curve(NamedTuple):
@@ -172,7 +171,8 @@ def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS
     read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve.u[0])
     last = max(read, key=lambda curve: curve.u[-1])
     top, saturation = float(last.u[-1]), float(last.f[-1])
-    distinct = _apart([curve for curve in read if curve.u[0] < top], REVERSAL_TOLERANCE * (top - read[0].u[0]))
+    # Two reversals are one within this share of the range of inputs.
+    distinct = _apart([curve for curve in read if curve.u[0] < top], 1e-9 * (top - read[0].u[0]))
     share = np.linspace(0.0, 1.0, columns)
     rows = [0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct]
     table = Curves(

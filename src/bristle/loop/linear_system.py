@@ -205,8 +205,6 @@ def _pulled(
 
 PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both margins
 POINTS, HALVINGS = 2000, 50  # of frequencies at which the open loop is asked, and between two of them
-LOWEST = 1e-6  # of the Nyquist frequency
-ON_THE_CIRCLE = 1e-6  # a double pole at 1, of a body that nothing holds, is found this far from it
 
 
 @dataclass(frozen=True)
@@ -255,7 +253,7 @@ class SampledLoop:
     @property
     def is_unstable(self) -> bool:
         """Whether a pole lies outside the unit circle."""
-        return self.spectral_radius > 1.0 + ON_THE_CIRCLE
+        return self.spectral_radius > 1.0 + 1e-6  # a double pole at 1, of a body that nothing holds, is found this far from it
 
     def response(self, omega: np.ndarray) -> np.ndarray:
         """Return the open loop, from the effort to the effort that answers it, less its sign, at `omega` [rad/s]."""
@@ -298,7 +296,7 @@ class Margins(NamedTuple):
 def margins_of(loop: SampledLoop) -> Margins:
     """Return the margins of a loop."""
     nyquist = math.pi / loop.sample_time
-    omega = np.geomspace(LOWEST * nyquist, nyquist, POINTS)
+    omega = np.geomspace(1e-6 * nyquist, nyquist, POINTS)
     response = loop.response(omega)
     unstable = loop.is_unstable
     crossovers = [

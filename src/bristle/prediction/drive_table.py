@@ -24,8 +24,6 @@ from bristle.prediction.predict import rows_as_fitted
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
 SLOWEST = 1e-9  # of the largest speed: what stands for rest
 REMEMBERED = 16  # curves and distances: a report asks for the same ones again and again
-STRAIGHT = 1e-6  # of the largest force: a deviation that is none
-RESOLVED = 2e-5  # of the largest force: so far a point between two others may be off the line through them
 BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
 SETTLED_SHARE = 0.95  # of the change after a reversal: friction has turned
 WAY = np.geomspace(1e-9, 1e-1, 160)  # after a reversal [m or rad]
@@ -184,7 +182,8 @@ def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np
 def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
     """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most."""
     forces = dict(steady_side(model, direction, fastest, COARSE).tolist())
-    allowed = RESOLVED * max(map(abs, forces.values()))
+    # So far, over the largest force, a point between two others may be off the line through them.
+    allowed = 2e-5 * max(map(abs, forces.values()))
     speeds = sorted(forces)
     apart = list(pairwise(speeds))
     off = 0.0
@@ -207,7 +206,7 @@ def placed(curve: np.ndarray, count: int) -> list[int]:
 
     Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
     """
-    low, high = STRAIGHT * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))
+    low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a deviation below is none
     best = _reached(curve, low, count)
     if best is not None:
         return best

@@ -214,7 +214,6 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
 
 
 ROLES = ("fit", "held_out", "axis")  # what a file is for: to be fitted to, to be predicted only, to describe the axis
-LONGEST_LABEL = 100
 # What came out -> what it was made of; once that changes, it is told to be old.
 DEPENDS = {
     "looked": ("fit", "axis"),
@@ -369,4 +368,4 @@ def label_of(name: str) -> str:
     last = unquote(name).replace("\\", "/").rpartition("/")[2]
     plain = "".join(letter if letter.isprintable() else " " for letter in last).strip()
     stem, dot, ending = plain.rpartition(".")
-    return f"{shortened(stem, LONGEST_LABEL)}{dot}{ending[:10]}" if plain.strip(".") else "log"
+    return f"{shortened(stem, 100)}{dot}{ending[:10]}" if plain.strip(".") else "log"
