@@ -9,7 +9,7 @@ from pathlib import Path
 from bristle.figures.many_runs import fleet_parameters
 from bristle.fleet import identify_each
 from bristle.report.study import apart, fleet_summary
-from bristle.study.dataset import runs_in
+from bristle.study.store import runs_in
 
 AXIS = Path(__file__).parents[2] / "examples" / "friction_damper" / "axis.toml"
 

@@ -15,7 +15,7 @@ OTHERS = {
     "server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
-    "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left
+    "exports/c.py": {"write_text"},  # temporary folders, gone when they are left
     "exports/fmu.py": {"write_text"},
     "cli/terminal.py": {"open", "os.open"},  # the null device
     "study/store.py": {"write_table"},

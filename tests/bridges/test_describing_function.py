@@ -161,6 +161,6 @@ def test_what_has_no_describing_function_is_refused():
 
 def test_without_python_control_it_says_what_to_type(monkeypatch):
     monkeypatch.setitem(sys.modules, "control", None)
-    monkeypatch.delitem(sys.modules, "bristle.bridges.describing_function")
+    monkeypatch.delitem(sys.modules, "bristle.bridges.system")
     with pytest.raises(MissingExtraError, match=r'pip install "bristle\[control\]"'):
         from bristle.bridges import DescribingFunction  # noqa: F401

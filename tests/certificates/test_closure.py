@@ -4,8 +4,8 @@ import pytest
 from tests.certificates.ballscrew import F_S, UM, composite, gms, lugre, maxwell_slip
 
 from bristle.certificates import check
+from bristle.certificates.certify import default_loop
 from bristle.certificates.quasi_static import Path, holding_of
-from bristle.certificates.slow_motion import default_loop
 
 SMALL, LARGE = (3 * UM, 1.5 * UM), (6 * UM, 5 * UM)
 

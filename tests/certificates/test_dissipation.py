@@ -7,7 +7,7 @@ import pytest
 from tests.certificates.ballscrew import composite, gms, lugre, maxwell_slip
 
 from bristle import friction
-from bristle.certificates import check, dissipation
+from bristle.certificates import certify, check
 from bristle.core import FrictionModel, HysteresisOperator, Variable, kernel
 from bristle.core.mathematics import direction
 
@@ -23,8 +23,8 @@ def test_friction_takes_energy_out_of_every_cycle(model):
 def test_what_a_settled_loop_keeps_is_its_area_over_the_work_to_and_fro(monkeypatch, reach):
     # An element that slips at 1 N after 1 um, led by `reach` to and fro: 4 (reach - 1) stay, 1 comes back twice in a
     # round and is put in again. The first way out from rest is another one.
-    monkeypatch.setattr(dissipation, "REACHES", 1e-6 * np.array([reach]))
-    loop = dissipation.fattest_loop(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]))
+    monkeypatch.setattr(certify, "REACHES", 1e-6 * np.array([reach]))
+    loop = certify.fattest_loop(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]))
     assert loop.share == pytest.approx(4.0 * (reach - 1.0) / (4.0 * (reach - 1.0) + 2.0), rel=1e-3)
     assert loop.reach == 1e-6 * reach
     assert not loop.is_magnetic

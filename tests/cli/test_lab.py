@@ -1,6 +1,8 @@
 """`bristle lab`: a page for all models, or for the given one first; nothing else is ever replaced."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -126,6 +128,11 @@ def test_what_is_not_installed_is_told_with_the_command_that_installs_it(monkeyp
     monkeypatch.setattr("bristle.server.run.find_spec", lambda name: None if name == package else object())
     with pytest.raises(br.core.errors.MissingExtraError, match=r'pip install "bristle\[lab\]"'):
         run(["lab", "--serve"])
+
+
+def test_what_serves_is_not_loaded_before_it_is_known_to_be_installed():
+    code = "import sys; sys.modules['starlette'] = sys.modules['uvicorn'] = None; from bristle.server import Limits, serve"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
 
 
 def test_a_port_that_is_taken_is_told():

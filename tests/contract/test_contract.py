@@ -9,8 +9,8 @@ from tests.contract.models import KNOWN, with_fast
 from bristle import friction
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
-from bristle.exports import proof
-from bristle.exports.proof import compiler
+from bristle.exports import c as proof
+from bristle.exports.c import compiler
 from bristle.files.user_model import load_code
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS

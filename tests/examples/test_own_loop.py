@@ -9,7 +9,7 @@ import pytest
 from bristle import plants, references
 from bristle.cli.main import main
 from bristle.core.errors import InputWarning
-from bristle.exports.proof import compiler
+from bristle.exports.c import compiler
 from bristle.files import read_experiment
 from bristle.simulation import simulate
 

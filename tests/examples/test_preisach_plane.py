@@ -20,7 +20,7 @@ from bristle.engine import Contact
 from bristle.files.experiment import read_experiment
 from bristle.files.operator import read_operator
 from bristle.simulation import simulate
-from bristle.simulation.feedforward import feedforward_effort
+from bristle.simulation.compensation import feedforward_effort
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "preisach_plane"

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from bristle.study import read_study_file, run_study
-from bristle.study.dataset import runs_in
 from bristle.study.influence import rank_correlations
+from bristle.study.store import runs_in
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "study"
 

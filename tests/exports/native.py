@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 
 import bristle as br
-from bristle.exports.proof import builds
+from bristle.exports.c import builds
 
 COMPILER = next((shutil.which(name) for name in ("cc", "gcc") if builds(name)), None)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")

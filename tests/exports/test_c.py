@@ -12,7 +12,7 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, asked, diffe
 
 import bristle as br
 from bristle.engine import force_along, interpreted
-from bristle.exports.proof import builds
+from bristle.exports.c import builds
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 

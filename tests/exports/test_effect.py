@@ -13,8 +13,7 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.engine.contact import steady_force
 from bristle.exports.described import Source
-from bristle.exports.effect import TIMES, Limits, driven_by, effect_in_loop
-from bristle.exports.effect_of import effect_of_files, loop_for, samples_ahead
+from bristle.exports.effect import TIMES, Limits, driven_by, effect_in_loop, effect_of_files, loop_for, samples_ahead
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from

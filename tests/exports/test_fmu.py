@@ -301,7 +301,7 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tm
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch, fmi):
+def test_it_says_what_it_is_and_whose_it_is(tmp_path, monkeypatch, fmi):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     model = example("lugre_2")
@@ -311,7 +311,6 @@ def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch
     for name in ("axis_x", "axis_x_mass"):
         with zipfile.ZipFile(tmp_path / "out" / f"{name}.fmu") as archive:
             described = ElementTree.fromstring(archive.read("modelDescription.xml"))
-            page = archive.read("documentation/index.html").decode()
             licence = archive.read("documentation/licenses/license.txt").decode()
             text = archive.read(f"sources/{name}.c").decode()
         message = described.find(".//Model[@sha256]").get("sha256")
@@ -323,15 +322,8 @@ def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch
         assert described.get("generationTool") == f"bristle {br.__version__}"
         assert text.splitlines()[0] == "/* SPDX-License-Identifier: BSD-3-Clause */"
         assert f"sha256 {message}" in text.splitlines()[3]
-        root = ElementTree.fromstring(page.partition("\n")[2])  # well-formed, whatever a file is called
-        rows = {row[0].text or row[0][0].text: [cell.text or "" for cell in row] for row in root.iter("tr") if len(row)}
-        assert rows["Version"][1].startswith(described.get("version"))
-        assert rows["model"][1] == "a<b.toml"
-        assert rows["F_S"][1:3] == [f"{model.values['F_S']:.9g}", "N"]
-        assert rows["F_S"][3].startswith(">= ")
-        assert rows["F_S"][4] == "95 % interval 24 to 31.5"
-        assert {port.get("name") for port in described.find("ModelVariables")} - {"time"} <= set(rows)
-        assert "0.0005 s" in page
+        variables = {port.get("name"): port for port in described.find("ModelVariables")}
+        assert variables["F_S"].get("description").endswith("(95 % interval 24 to 31.5)")
     br.export(model, f"fmu{fmi}", tmp_path / "heavier", source=source, plant=PLANT.with_values(M=2.5))
     with zipfile.ZipFile(tmp_path / "heavier" / "axis_x_mass.fmu") as archive:
         hashes.append(ElementTree.fromstring(archive.read("modelDescription.xml")).find(".//Model[@sha256]").get("sha256"))

@@ -12,11 +12,10 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, asked, differing
 
 import bristle as br
 from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
-from bristle.exports.c_law import law_files
+from bristle.exports.c import builds, law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
-from bristle.exports.proof import builds
-from bristle.exports.st_law import st_law_files
+from bristle.exports.st import st_law_files
 from bristle.exports.tunable import tunable_law
 from bristle.plants import inertia
 from bristle.references import varied_sine

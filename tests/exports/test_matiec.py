@@ -19,10 +19,10 @@ from tests.exports.test_laws import CASES, RUN, replayed, variant_of
 
 import bristle as br
 from bristle.engine import force_along, interpreted
-from bristle.exports.c_law import law_files
+from bristle.exports.c import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
-from bristle.exports.st_law import st_law_files
+from bristle.exports.st import st_law_files
 from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import with_rest
 from bristle.testing import example_of

@@ -13,8 +13,8 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, w
 import bristle as br
 from bristle.engine import interpreted
 from bristle.exports import fmu
+from bristle.exports.c import builds
 from bristle.exports.c_code import Names
-from bristle.exports.proof import builds
 from bristle.files.user_model import load_code
 from bristle.testing import example_of
 

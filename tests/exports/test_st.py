@@ -12,8 +12,7 @@ from tests.exports.native import COMPILER, Native, differing, walk
 import bristle as br
 from bristle.core.exponent import exponent, mantissa
 from bristle.exports.described import Source
-from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_parts import RESERVED, part_text, real_literal
+from bristle.exports.st_parts import RESERVED, helpers_of, part_text, real_literal
 from bristle.exports.st_project import NAMESPACE, total_of
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of

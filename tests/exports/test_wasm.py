@@ -19,7 +19,7 @@ from tests.lab.browser import browser
 import bristle as br
 from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.wasm import ALONE, module_of
-from bristle.exports.wasm_binary import leb, signed_leb
+from bristle.exports.wasm_code import leb, signed_leb
 from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.testing import example_of

@@ -13,7 +13,7 @@ from bristle.core.axis import Column
 from bristle.core.errors import InputError
 from bristle.fleet import identify_each
 from bristle.fleet.identify import Identifier
-from bristle.study.dataset import runs_in
+from bristle.study.store import runs_in
 from bristle.study.workers import Crew
 
 

@@ -163,5 +163,5 @@ def test_a_bad_table_is_refused():
         hysteresis.everett_table(extent=1.0, E=np.ones(9), upper=np.zeros(3))
     with pytest.raises(InputError, match="at least 2"):
         hysteresis.from_reversal_curves([([1.0, 0.0], [1.0, 0.0])])
-    with pytest.raises(InputError, match=r"curves\[1\]: must descend"):
+    with pytest.raises(InputError, match=r"curves\[1\]: must fall throughout"):
         hysteresis.from_reversal_curves([([1.0, 0.0], [1.0, 0.0]), ([0.0, 1.0], [1.0, 0.0])])

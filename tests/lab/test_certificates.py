@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.lab.scripts import needs_node, node
 
+from bristle.certificates.certify import closure, drift
 from bristle.certificates.passive import passive
 from bristle.certificates.quasi_static import holding_of
-from bristle.certificates.slow_motion import closure, drift
 from bristle.core import InputError
 from bristle.friction import MODELS, unvaried, with_slots
 from bristle.lab.described import described, example_named

@@ -17,7 +17,7 @@ from bristle.lab.described import described, example_named
 from bristle.lab.loop import loop_described, paper_experiment
 from bristle.lab.packing import plain
 from bristle.plants import inertia, pulled_inertia
-from bristle.simulation.feedforward import feedforward_effort
+from bristle.simulation.compensation import feedforward_effort
 
 pytestmark = needs_node
 COUNT, DT, DELAY, SUBSTEPS = 200, 5e-4, 1, 2

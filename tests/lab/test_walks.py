@@ -3,9 +3,8 @@
 import pytest
 
 from bristle.friction import MODELS
-from bristle.lab.described import example_named, walks_of
+from bristle.lab.described import BLOCK, LONG, PUSHED, example_named, stored, walks_of
 from bristle.lab.switches import all_walks
-from bristle.lab.walks import BLOCK, LONG, PUSHED, stored
 
 
 def test_every_model_has_its_walks():

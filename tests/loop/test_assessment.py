@@ -14,8 +14,7 @@ from bristle.engine import run_closed_loop
 from bristle.engine.contact import steady_force
 from bristle.loop import Verdict, assess, doubts_of, runnable, verdict_of
 from bristle.loop.assessment import Friction, Motions
-from bristle.loop.linear_system import LinearSystem, slope_in_sliding, stiffness_at_rest
-from bristle.loop.sampled_loop import SampledLoop, margins_of
+from bristle.loop.linear_system import LinearSystem, SampledLoop, margins_of, slope_in_sliding, stiffness_at_rest
 from bristle.report.messages import message
 from bristle.sensors import encoder
 

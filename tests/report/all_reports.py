@@ -26,7 +26,7 @@ from bristle.report.prediction import prediction_report, prediction_summary
 from bristle.report.simulation import simulation_report, simulation_summary
 from bristle.report.study import fleet_report, fleet_summary, study_report, study_summary
 from bristle.report.summary import identification_summary
-from bristle.study.dataset import Runs
+from bristle.study.store import Runs
 from bristle.testing.figures import example_facts
 
 COMMON = {"command": "bristle do it", "provenance": {"bristle": "0"}}

@@ -8,7 +8,7 @@ import time
 import pytest
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
-from bristle.server.job import Job
+from bristle.server.cases import Job
 from bristle.server.limits import Limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -46,7 +46,7 @@ def case(client):
 
 @pytest.fixture
 def work(monkeypatch):
-    return lambda body: monkeypatch.setattr("bristle.server.job.CODE", worker_that(body))
+    return lambda body: monkeypatch.setattr("bristle.server.cases.CODE", worker_that(body))
 
 
 def job_of(server, case):
@@ -219,7 +219,7 @@ sys.stdin.readline()
 assert sys.stdin.readline() == "cancel\\n"
 print(json.dumps({"facts": {"best": "until then"}}))
 """
-    monkeypatch.setattr("bristle.server.job.CODE", code)
+    monkeypatch.setattr("bristle.server.cases.CODE", code)
     job = Job("identify", Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
     assert asyncio.run(job.run({}))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)

@@ -12,7 +12,7 @@ from bristle.core import InputError
 from bristle.core.experiment import Feedforward
 from bristle.engine import run_open_loop
 from bristle.files.model import read_model, write_model
-from bristle.simulation.feedforward import feedforward_effort
+from bristle.simulation.compensation import feedforward_effort
 
 ARM = {"M": 0.02, "g_sin": 0.9, "g_cos": 0.2}
 TOOTHED = {"M": 0.02, "motor_turn": 1.0, "motor_6_cos": 0.3, "motor_6_sin": -0.1}

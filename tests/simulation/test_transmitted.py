@@ -10,7 +10,7 @@ from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.engine import run_open_loop
 from bristle.files import read_experiment
 from bristle.simulation import simulate
-from bristle.simulation.feedforward import feedforward_effort
+from bristle.simulation.compensation import feedforward_effort
 
 DT = 1e-3
 ARM = br.plants.find("inertia+gravity", ["g_sin"])(kind="rotational", M=truth.J, g_sin=truth.GRAVITY)

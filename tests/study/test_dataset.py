@@ -8,8 +8,8 @@ from tests.study.conftest import STUDY
 
 import bristle as br
 from bristle.study import run_study
-from bristle.study.dataset import Runs, runs_in
 from bristle.study.run import worst_runs
+from bristle.study.store import Runs, runs_in
 
 GRID = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]').replace("runs = 12", "runs = 4")
 

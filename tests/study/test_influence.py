@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bristle.study.dataset import Runs
 from bristle.study.influence import rank_correlations, sobol_indices, spread_of
 from bristle.study.plan import Sampling
+from bristle.study.store import Runs
 
 
 def runs_of(function, sampling, status="ok"):

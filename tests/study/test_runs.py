@@ -9,10 +9,9 @@ from bristle.core.errors import InputError
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
 from bristle.study import run_study
-from bristle.study.block import Simulator
+from bristle.study.block import Simulator, Varied, row_of
 from bristle.study.plan import METRICS, Block
 from bristle.study.run import repeat_run, values_of
-from bristle.study.varied import Varied, row_of
 
 EVERY = STUDY[: STUDY.index("metrics")] + f"metrics = {list(METRICS)!r}\n".replace("'", '"')
 LOOPS = """

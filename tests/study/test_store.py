@@ -15,7 +15,7 @@ from bristle.files.growing import growing_folder
 from bristle.files.owned import NOTE, Folder
 from bristle.study import run_study
 from bristle.study.block import Simulator
-from bristle.study.dataset import runs_in
+from bristle.study.store import runs_in
 
 
 def test_a_study_is_gone_on_with_where_it_was_left(bench, monkeypatch):

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.bridges.describing_function import DescribingFunction
     from bristle.bridges.regressor import FrictionRegressor
-    from bristle.bridges.system import FrictionSystem, to_control
+    from bristle.bridges.system import DescribingFunction, FrictionSystem, to_control
 
 __all__ = ["DescribingFunction", "FrictionRegressor", "FrictionSystem", "to_control"]
 
 __getattr__ = loaded_from(
-    __name__,
-    {"DescribingFunction": "describing_function", "FrictionRegressor": "regressor", "FrictionSystem": "system", "to_control": "system"},
+    __name__, {"DescribingFunction": "system", "FrictionRegressor": "regressor", "FrictionSystem": "system", "to_control": "system"}
 )

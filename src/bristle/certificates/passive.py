@@ -48,7 +48,6 @@ from bristle.friction.variation import Varied
 from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
 
 DECADES = (-6.0, 12.0)  # of the speed, over the Stribeck velocity
-ZOOMS = 20
 
 
 class Damping(NamedTuple):
@@ -127,7 +126,7 @@ def needed_damping(
 def _summit(height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float) -> float:
     """Return the largest value around a point, by grids that close in on it."""
     (x, q), (dx, dq) = start, steps
-    for _ in range(ZOOMS):
+    for _ in range(20):
         nodes = [
             (min(max(x + i * dx / 4.0, DECADES[0]), DECADES[1]), min(max(q + j * dq / 4.0, -F_S), F_S))
             for i in range(-4, 5)

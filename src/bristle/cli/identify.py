@@ -173,9 +173,8 @@ def _identify_each(
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
     from bristle.report.results import write_report
     from bristle.report.study import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
-    from bristle.study.dataset import runs_in
     from bristle.study.run import run_within
-    from bristle.study.store import opened
+    from bristle.study.store import opened, runs_in
 
     refuse({"bristle identify --each": output.out is None}, "needs a folder to write into", "Add --out DIR")
     assert output.out is not None

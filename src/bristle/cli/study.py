@@ -136,8 +136,8 @@ def _write(store: Store, command: str, repeat: str, own: tuple[Any, Any]) -> dic
     from bristle.files.summary import provenance
     from bristle.report.results import write_report
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
-    from bristle.study.dataset import runs_in
     from bristle.study.run import worst_runs
+    from bristle.study.store import runs_in
 
     runs = runs_in(store.folder)
     origins = provenance(command, figure=own[1])
@@ -159,7 +159,7 @@ def interruptible(folder: Path, parts: str) -> Iterator[None]:
 
 def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
     """Return the exit code of a study or a fleet; runs are told that no process lived through, and how these ended."""
-    from bristle.study.dataset import OK
+    from bristle.study.store import OK
 
     for block, code in ran.lost:
         ended = "as the cluster tells it" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"

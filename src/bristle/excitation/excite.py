@@ -24,7 +24,6 @@ SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
-LATE = 1.001  # of the duration asked for, that a motion may take
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance within which the motion stays", min=0.0)
 START = Variable("length", "where the motion begins")
@@ -235,7 +234,7 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
         target, pieces = seconds, _pieces(chosen, limits, seconds)
         for _ in range(4):  # to come down to the time that they may take
             takes = length_of(pieces)
-            if takes <= seconds * LATE:
+            if takes <= seconds * 1.001:
                 return pieces, notes
             target *= seconds / takes
             pieces = min(pieces, _pieces(chosen, limits, target), key=length_of)

@@ -63,6 +63,16 @@ class MotionLimits:
     stribeck_velocity: float | None = None
     followed: float = 0.0
 
+    @property
+    def reach(self) -> float:
+        """The pre-sliding amplitude [m or rad]; 0 where nothing says it."""
+        return self.presliding or 0.0
+
+    @property
+    def fastest(self) -> float:
+        """The largest velocity [m/s or rad/s], without end where nothing says it."""
+        return self.velocity or math.inf
+
     def corner(self, speed: float, leg: float) -> float:
         """Return the acceleration at the ends of a leg of this length [m or rad], a tenth of which they take."""
         return min(2.0 * speed * speed / (0.1 * leg), self.acceleration or math.inf)

@@ -19,7 +19,6 @@ from bristle.references import chirp, s_curve, triangle
 REST = 0.2  # before a piece [s]
 SLIDING = 5.0  # times the pre-sliding amplitude: a slide, or a reversal, is no shorter
 
-PAIRS = 14
 SMALLEST, LARGEST = 0.1, 0.97  # loops, of the pre-sliding amplitude
 LOOP_COUNTS = 3.0  # of the encoder: no loop is smaller
 SLIDE = 4.0  # times the pre-sliding amplitude: friction is saturated long before
@@ -30,7 +29,6 @@ RATES = (1.0, 4.0, 16.0)  # of break-away, relative to the slowest
 SPEEDS = 10
 SPREAD = 3.0  # the largest velocity over the smallest, at least
 
-CHIRP_AMPLITUDE = 0.2  # of the pre-sliding amplitude: small, so that stiffness and damping show, and not slip
 CHIRP_COUNTS = 2.0  # of the encoder: no smaller amplitude
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
@@ -68,20 +66,18 @@ def _no_presliding(limits: MotionLimits) -> str:
 
 def _conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
     """Return a slide to and fro that wipes out what the contact remembers."""
-    assert limits.presliding is not None
-    amplitude = SLIDE * limits.presliding
+    amplitude = SLIDE * limits.reach
     return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5)  # it takes 1.5 s
 
 
 def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert limits.presliding is not None
-    largest = LARGEST * limits.presliding
-    smallest = max(SMALLEST * limits.presliding, LOOP_COUNTS * limits.count, limits.followed)
+    largest = LARGEST * limits.reach
+    smallest = max(SMALLEST * limits.reach, LOOP_COUNTS * limits.count, limits.followed)
     # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
-    amplitudes = np.linspace(smallest, largest, PAIRS)
+    amplitudes = np.linspace(smallest, largest, 14)
     slowest = 2.0 * largest / 5.0  # a longest leg of 5 s: beyond that, drift of the axis looks like friction
-    fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.velocity or math.inf)  # samples in the shortest leg
+    fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.fastest)  # samples in the shortest leg
     cycles = 2
 
     def make(speed: float) -> list[ExcitationPiece]:
@@ -91,7 +87,7 @@ def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
         return [_conditioning(limits, "presliding"), loops, *pairs]
 
     planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
-    if planned[-1].speed < slowest <= (limits.velocity or math.inf):
+    if planned[-1].speed < slowest <= limits.fastest:
         cycles = 2 * max(round(slowest / planned[-1].speed), 1)
         planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
     return planned
@@ -107,7 +103,7 @@ def _triangle(
     ratio: float = 1.0,
     leg: float | None = None,
 ) -> ExcitationPiece:
-    speed = min(speed, limits.velocity or math.inf)
+    speed = min(speed, limits.fastest)
     leg = leg or 2.0 * amplitude * ratio ** (2 * cycles - 1)  # the shortest one
     reference = triangle(
         kind=limits.kind,
@@ -123,9 +119,8 @@ def _triangle(
 
 def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert limits.presliding is not None
-    turn = 2.0 * limits.presliding
-    most = min(turn / (50.0 * limits.sample_time), limits.velocity or math.inf)
+    turn = 2.0 * limits.reach
+    most = min(turn / (50.0 * limits.sample_time), limits.fastest)
 
     # The conditioning slide ends forward: the first ramp turns back.
     def make(speed: float) -> list[ExcitationPiece]:
@@ -139,10 +134,9 @@ def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 
 
 def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
-    assert limits.presliding is not None
-    distance = SLIDING * limits.presliding
+    distance = SLIDING * limits.reach
     reference = s_curve(
-        kind=limits.kind, distance=side * distance, velocity=speed, acceleration=limits.corner(speed, limits.presliding), jerk=limits.jerk
+        kind=limits.kind, distance=side * distance, velocity=speed, acceleration=limits.corner(speed, limits.reach), jerk=limits.jerk
     )
     return ExcitationPiece("break-away", "break-away ramp", reference, 2.0 * REST, speed, side * distance)
 
@@ -163,9 +157,7 @@ def _no_stribeck(limits: MotionLimits) -> str:
 
 def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert limits.acceleration is not None
-    assert limits.travel is not None
-    acceleration, most = limits.acceleration, 0.5 * limits.travel
+    acceleration, most = limits.acceleration or math.inf, 0.5 * (limits.travel or 0.0)
     fastest, least = _fastest(limits), _shortest(limits)
 
     def make(rate: float) -> list[ExcitationPiece]:
@@ -185,7 +177,7 @@ def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 
 def _shortest(limits: MotionLimits) -> float:
     """Return the amplitude of the shortest slide [m or rad]."""
-    smallest = max(SLIDING * (limits.presliding or 0.0), 200.0 * limits.count)
+    smallest = max(SLIDING * limits.reach, 200.0 * limits.count)
     return min(smallest or 0.01 * (limits.travel or 0.0), 0.5 * (limits.travel or 0.0))
 
 
@@ -199,11 +191,9 @@ def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
 
 def _fastest(limits: MotionLimits) -> float:
     """Return the largest velocity at which half of a quarter of the loop is left for a steady slide [m/s or rad/s]."""
-    assert limits.velocity is not None
-    assert limits.acceleration is not None
-    a, room_left = limits.acceleration, 0.25 * (limits.travel or 0.0)
+    a, room_left = limits.acceleration or math.inf, 0.25 * (limits.travel or 0.0)
     rise = a / limits.jerk
-    return min(limits.velocity, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
+    return min(limits.fastest, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
 
 
 def _no_damping(limits: MotionLimits) -> str:
@@ -230,9 +220,7 @@ def _no_damping(limits: MotionLimits) -> str:
 
 def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert limits.presliding is not None
-    assert limits.resonance is not None
-    low, high = CHIRPED[0] * limits.resonance, _highest_frequency(limits)
+    low, high = CHIRPED[0] * (limits.resonance or 0.0), _highest_frequency(limits)
     omega, amplitude = 2.0 * math.pi * high, _chirp_amplitude(limits)
     duration = max(seconds - REST, 4.0 / low)
     ramp = min(2.0 / low, 0.2 * duration)
@@ -242,11 +230,11 @@ def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 
 def _chirp_amplitude(limits: MotionLimits) -> float:
     """Return the amplitude of the chirp [m or rad], as large as the limits leave it."""
-    assert limits.presliding is not None
     omega = 2.0 * math.pi * _highest_frequency(limits)
     # The ramps add little to what the sine itself takes.
-    amplitude = max(CHIRP_AMPLITUDE * limits.presliding, CHIRP_COUNTS * limits.count)
-    most = (limits.velocity or math.inf) / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
+    # Small beside the pre-sliding amplitude, so that stiffness and damping show, and not slip.
+    amplitude = max(0.2 * limits.reach, CHIRP_COUNTS * limits.count)
+    most = limits.fastest / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
     return min(amplitude, *most)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
     from bristle.exports.face import Exported, export
@@ -12,13 +13,6 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
 
-_FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"} | dict.fromkeys(
-    ("TARGETS", "Product", "Request", "Target"), "targets"
-)
-
-
-def __getattr__(name: str) -> Any:
-    # By hand: what serves other rooms loads numpy, and help that lists the targets waits for nothing that computes.
-    if name in _FROM:
-        return getattr(importlib.import_module(f"{__name__}.{_FROM[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+# What serves other rooms loads numpy, and help that lists the targets waits for nothing that computes.
+_FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"}
+__getattr__ = loaded_from(__name__, _FROM | dict.fromkeys(("TARGETS", "Product", "Request", "Target"), "targets"))

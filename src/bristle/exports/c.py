@@ -1,27 +1,37 @@
 """C99 of a friction model: a header, a source that compiles alone, a self-test, an example and what builds them.
 
 The functions of the tree are static functions of one source; the state is a structure that the caller owns. What is
-between them and the caller (the first position, inputs that are no numbers, saving and loading) is written here.
+between them and the caller (the first position, inputs that are no numbers, saving and loading) is written here. The proof of an
+export is that a C compiler of this machine builds the self-test, and that it runs.
 """
 
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from functools import cache, reduce
+from pathlib import Path
+from typing import Any, ClassVar, get_type_hints
 
 import numpy as np
 
-from bristle.core.variable import variables_of
+from bristle.core.contracts import Model
+from bristle.core.variable import Variable, variables_of
 from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
-from bristle.exports.c_parts import CONSTANT, Fields, declared, helpers_text, literal, parameters_text, saved_facts, started
+from bristle.exports.c_parts import CONSTANT, Fields, array_text, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
-from bristle.exports.subject import Subject, Walk
+from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk
+from bristle.exports.printing import wrapped
+from bristle.exports.subject import COUNT, Subject, Walk
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import Struct
-from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, single_note, tunable_of
-from bristle.prediction.drive_units import CommandUnits, command_units
+from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, settled_law, single_note, tunable_law, tunable_of
+from bristle.prediction.drive_units import command_units
 
 FLAGS = "-std=c99 -ffp-contract=off"
+SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
 FILES = {
     "{}.h": "c/header.h",
@@ -38,49 +48,46 @@ class CFiles:
     """How a friction model is written in C."""
 
     subject: Subject
-    name: str
-    source: Source
-    dt: float
-    tunable: bool = False
-    scalar: str = "double"
+    request: Request
     steps: int = subjects.COUNT
-    units: CommandUnits | None = None
     printer: ClassVar[type[Printer]] = Printer
     fixed: ClassVar[tuple[str, ...]] = ()
     """Parameters that may not be changed at run time."""
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        walk, subject = subjects.walk_of(self.subject, self.dt), self.subject
+        subject, request = self.subject, self.request
+        walk = subjects.walk_of(subject, request.dt)
         x = walk.positions(self.steps)
-        forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
-        walked = selftest_facts(walk, forces, single=self.scalar == "float")
-        return written_files(FILES, self.name, self._facts(), walked, self.source)
+        forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
+        walked = selftest_facts(walk, forces, single=request.single)
+        return written_files(FILES, request.name, self._facts(), walked, request.source)
 
     def _facts(self) -> dict[str, Any]:
-        subject, model, single = self.subject, self.subject.model, self.scalar == "float"
-        meanings, kind = variables_of(subject.motion.cls), model.kind
-        cycles = max(2, round(1.0 / self.dt))  # of the example: a second
-        tuned = tunable_of(model, self.fixed) if self.tunable else None
+        subject, request, model = self.subject, self.request, self.subject.model
+        name, scalar, kind = request.name, SCALAR[request.single], model.kind
+        meanings, units = variables_of(subject.motion.cls), None if subject.is_operator else command_units(request.axis, kind)
+        cycles = max(2, round(1.0 / request.dt))  # of the example: a second
+        tuned = tunable_of(model, self.fixed) if request.tunable else None
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
-        printer = self.printer(subject.unit, self.scalar, around)
+        printer = self.printer(subject.unit, scalar, around)
         of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
         fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
         used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
-        data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, self.name, tuned)
+        data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, name, tuned)
         return (
-            model_facts(subject, self.name, self.source, self.dt, single=single, tunable=self.tunable)
-            | block_facts(printer, self.name, fields, subject.memory_size, tuned)
-            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, self.scalar))
-            | {"drive": command_facts(self.units, kind), "device": "", "velocity": VELOCITY[self.scalar], "result": "force"}
-            | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * self.dt:g}", "every": max(1, cycles // 10)}
-            | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, self.scalar)}
+            model_facts(subject, name, request.source, request.dt, single=request.single, tunable=request.tunable)
+            | block_facts(printer, name, fields, subject.memory_size, tuned)
+            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, scalar))
+            | {"drive": command_facts(units, kind), "device": "", "velocity": VELOCITY[scalar], "result": "force"}
+            | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * request.dt:g}", "every": max(1, cycles // 10)}
+            | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, scalar)}
             | {"signals": [printer.names.variable(name) for name in subject.signals], "step": self._step(printer), "data": data}
             | {"told_signals": [meaning_of(meanings[name], kind) for name in subject.signals], "steps": self.steps}
         )
 
     def _step(self, printer: Printer) -> list[str]:
-        subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
+        subject, cast = self.subject, "(float)" * self.request.single
         usual = subject.usual.items()
         around = [printer.names.variable(name) if name in subject.signals else repr(value) for name, value in usual]
         values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
@@ -89,7 +96,7 @@ class CFiles:
         state = ", ".join(f"axis->state.{name}" for name in names) or "0"
         assembling = f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
         handed = {"state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"), "motion": ("motion", motion)}
-        handed |= {"p": ("p", assembling) if self.tunable else (CONSTANT, ""), "memory": ("axis->memory", "")}
+        handed |= {"p": ("p", assembling) if self.request.tunable else (CONSTANT, ""), "memory": ("axis->memory", "")}
         handed |= {"input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", "")}
         of_trial = subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator])
         of_commit = subjects.arguments_left(subject.commit, subjects.COMMIT)
@@ -103,7 +110,7 @@ class CFiles:
             *(line for name, (_, line) in handed.items() if line and name in needed),
             f"const {printer.named(subject.trial.result, 'step')} = {trial};",
             "if (!is_finite(step.part_0)) {",
-            f"    axis->flags |= {self.name.upper()}_OVERFLOW;",
+            f"    axis->flags |= {self.request.name.upper()}_OVERFLOW;",
             "    return axis->force;",
             "}",
             "axis->force = step.part_0;",
@@ -145,9 +152,112 @@ def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str
 
 def write(request: Request) -> Product:
     """Return the source, in double precision or in single."""
-    units = command_units(request.axis, request.model.kind) if request.model.component.family == "friction" else None
     subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()
-    left, scalar = subjects.settled_subject(subject, places, single=request.single), "float" if request.single else "double"
-    files = CFiles(left, request.name, request.source, request.dt, request.tunable, scalar, units=units).files()
+    files = CFiles(subjects.settled_subject(subject, places, single=request.single), request).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())
+
+
+STEPS, NAME = 400, "model"
+PATIENCE = 120.0  # [s]
+
+
+def compiler() -> str | None:
+    """Return the name of a C compiler that builds and runs a program here; None where none does."""
+    return next((name for name in ("cc", "gcc", "clang") if builds(name, *FLAGS.split())), None)
+
+
+@cache
+def builds(command: str, *flags: str) -> bool:
+    """Return whether a compiler is installed, takes these flags, and its program runs: a sanitizer may be missing."""
+    if shutil.which(command) is None:
+        return False
+    with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
+        (Path(place) / "tried.c").write_text("int main(void) { return 0; }\n", encoding="ascii")
+        for line in ([command, *flags, "tried.c", "-o", "tried", "-lm"], ["./tried"]):
+            if subprocess.run(line, cwd=place, capture_output=True, timeout=PATIENCE, check=False).returncode:
+                return False
+    return True
+
+
+def proved(model: Model, command: str) -> tuple[int, str]:
+    """Return how many steps the self-test of a model took, compiled, and what it says where it fails."""
+    files = CFiles(subjects.settled_subject(subjects.subject_of(model)), Request(model, NAME, 1e-3), STEPS).files()
+    with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
+        for file, text in files.items():
+            (Path(place) / file).write_text(text, encoding="ascii")
+        line = [command, "-O1", *FLAGS.split(), f"{NAME}.c", f"{NAME}_selftest.c", "-o", "selftest", "-lm"]
+        built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        if built.returncode:
+            return STEPS, f"{command} says: {built.stderr.strip().splitlines()[0]}"
+        ran = subprocess.run(["./selftest"], cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        return STEPS, ran.stdout.strip().splitlines()[-1] if ran.returncode else ""
+
+
+LAW_FILES = {
+    "{}.h": "c/law.h",
+    "{}.c": "c/law.c",
+    "{}_selftest.c": "c/law_selftest.c",
+    "CMakeLists.txt": "c/CMakeLists.txt",
+    "example_main.c": "c/law_main.c",
+    "README.md": "c/law_README.md",
+}
+
+
+def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
+    """Return the files of a control law in C, text by name."""
+    law = settled_law(law)
+    walk, positions, efforts = law_walk(law, COUNT)
+    walked = selftest_facts(walk, efforts, single=law.single) | {"positions": positions, "per_velocity": repr(PER_VELOCITY)}
+    variant, (lasting, p), tuned = law.variant, law.types, tunable_law(law) if law.tunable else None
+    printer = Printer(law.unit, SCALAR[law.single], [lasting, p])
+    fields, after = [], []
+    for path, kind in law.leaves:
+        hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
+        variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
+        fields.append(("_".join(path), kind, meaning_of(variable, variant.controller.kind), reduce(getattr, path, law.lasting)))
+        after.append(f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
+    friction = variant.feedforward.friction
+    law_name = f"{variant.controller.name} {friction and friction.name}"
+    layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}{' float' if law.single else ''}"
+    remembered = array_text("remembered", law.memory, printer) + "\n" if np.any(law.memory) else ""
+    facts = (
+        law_facts(law, name, source)
+        | block_facts(printer, name, fields, law.memory_size, tuned)
+        | saved_facts(printer, ("effort",), fields, law.memory_size, layout)
+        | {"data": remembered + parameters_text(law.p, p, printer, name, tuned), "step": _law_step(law, printer), "after": after}
+        | {"remembered": "remembered[i]" if remembered else number(0.0, printer.scalar), "steps": COUNT}
+    )
+    return written_files(LAW_FILES, name, facts, walked, source)
+
+
+def _law_step(law: Law, printer: Printer) -> list[str]:
+    lasting, p = law.types
+    needed = [argument.name for argument in law.entry.parameters]
+    arrays = [name for name in needed if name.endswith("_ahead")] if law.single else []
+    handed = {name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}" for name in law.inputs} | {
+        "lasting": "lasting",
+        "memory": "axis->memory",
+        "begun": "axis->begun != 0",
+        "dt": number(law.dt, printer.scalar),
+        "p": "p" if law.tunable else CONSTANT,
+    }
+    assert isinstance(law.entry.result, Struct)
+    lines = [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"] if law.tunable else []
+    if arrays:
+        lines += [f"float {name}[{law.samples_ahead}];" for name in arrays]
+        lines.append(f"for (int32_t i = 0; i < {law.samples_ahead}; ++i) {{")
+        lines += [*(f"    {name}[i] = (float)inputs->{name}[i];" for name in arrays), "}"]
+    if "lasting" in needed:
+        lines.append(f"const {printer.named(lasting, 'lasting')} = {_gathered(lasting, ())};")
+    call = f"{law.entry.name}({', '.join(handed[name] for name in needed)})"
+    lines.append(f"const {printer.named(law.entry.result, 'now')} = {call};")
+    return [part for line in lines for part in wrapped(line, "")]
+
+
+def _gathered(kind: Struct, path: tuple[str, ...]) -> str:
+    parts = [
+        _gathered(part, (*path, name)) if isinstance(part, Struct) else f"axis->state.{'_'.join((*path, name))}"
+        for name, part in kind.fields
+    ]
+    return "{" + (", ".join(parts) or "0") + "}"

@@ -5,6 +5,7 @@ which the caller owns. NVRTC compiles the file without a header of its own.
 """
 
 import ctypes
+from dataclasses import replace
 from typing import Any
 
 from bristle.core.errors import InputError
@@ -40,12 +41,12 @@ class CudaFiles(CFiles):
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        subject, columns = self.subject, []
-        if self.tunable:
+        subject, request, columns = self.subject, self.request, []
+        if request.tunable:
             numbers = tunable_of(subject.model, self.fixed).numbers()
             columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
         # A lane as C lays it out.
-        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[CudaPrinter(subject.unit, self.scalar).integer]
+        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[CudaPrinter(subject.unit).integer]
         lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
         for name, count in (("memory", subject.memory_size), ("parameters", len(columns))):
             lane += [(name, ctypes.c_double * count)] if count else []
@@ -57,21 +58,21 @@ class CudaFiles(CFiles):
             "columns_named": [f"`{name}`" for name in columns],
             "bytes": ctypes.sizeof(_structure(lane)),
         }
-        files = {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
-        return with_rights(files, self.source)
+        files = {f"{request.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
+        return with_rights(files, request.source)
 
 
 def write(request: Request) -> Product:
     """Return the source, and what of it is not that of C."""
-    subject, written = subject_of(request.sampled), (request.name, request.source, request.dt)
+    subject, request = subject_of(request.sampled), replace(request, axis=None, tunable=True)
     notes = ["compile with --fmad=false: contracted products and sums give other bits"]
     try:
         places = tunable_of(subject.model, CudaFiles.fixed).places
     except InputError:
-        files = CudaFiles(settled_subject(subject), *written)
+        files = CudaFiles(settled_subject(subject), replace(request, tunable=False))
         notes.append("every lane has the parameters of the model")
     else:
-        files = CudaFiles(settled_subject(subject, places), *written, tunable=True)
+        files = CudaFiles(settled_subject(subject, places), request)
     return Product(dict(files.files()), tuple(notes))
 
 

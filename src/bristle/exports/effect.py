@@ -11,6 +11,7 @@ the residual friction force after compensation along the same moves stands in pl
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,14 +22,15 @@ from bristle.core.experiment import Feedforward, Start, Variant
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
-from bristle.engine import force_along, interpreted
+from bristle.engine import force_along, interpreted, response
 from bristle.engine.contact import steady_force
+from bristle.exports.targets import Request
 from bristle.friction import with_presliding
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import reversal_distance
 from bristle.references import recorded
 from bristle.references.legs import legs_through
-from bristle.simulation.compensation import settling
+from bristle.simulation.compensation import COMPENSATED, compensation_experiment, settling
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with
 
@@ -40,16 +42,11 @@ TIMES = (1.0, 3.0, 10.0, 30.0)
 """Distances of the moves, over that in which friction turns."""
 SERIOUS = 10.0
 """Worse from this distance on, or along the motion of the log, an export is refused."""
-TOO_MUCH = 1.1
-"""Share of the friction that is fed forward where it is fed too much."""
 WORSE = 1.05  # ratio of two errors that no longer count as the same
 ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance of an axis that does not tell its own
-SHORTEST, DWELL, BEFORE = 0.1, 0.2, 0.1  # of a move, of each rest behind it, and of the rest before the first [s]
-COARSE = 0.005  # of the shortest move: a sample, where a model is run uncompiled
+SHORTEST = 0.1  # of a move [s]
 TINY = 1e-12  # of an error or a ratio: none
-MOST_SAMPLES = 60_000  # of the log's own motion
 MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
-SLOW = 1e-3  # of the largest speed: where the level of sliding friction is read
 
 
 class Limits(NamedTuple):
@@ -262,10 +259,10 @@ def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, dist
         x = begun.start.position + _moves(times * distance[0], limits, dt)
         run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
         variant = replace(begun, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
-        results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, TOO_MUCH)
+        results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, 1.1)
         without, with_it, too_much = map(_error, results)
         along.append(Along(MOVES, times * distance[0], without, with_it, too_much=too_much))
-    count = min(round(loop.run.duration / dt), MOST_SAMPLES)
+    count = min(round(loop.run.duration / dt), 60_000)
     own = loop.first(count)
     if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
         results = [simulate_with(own, None), compensated(own, ahead, 1.0)]
@@ -277,7 +274,7 @@ def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, dist
 
 def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[float, bool], dt: float, ahead: int) -> Effect:
     """Return the residual friction force after compensation along moves, where no loop is known."""
-    level, dt = sliding_level(model, limits.velocity), max(dt, COARSE * SHORTEST)
+    level, dt = sliding_level(model, limits.velocity), max(dt, 0.005 * SHORTEST)  # a model is run uncompiled
     truth = with_presliding(model, distance[0])
     along = []
     for times in TIMES:
@@ -296,7 +293,7 @@ def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[
 
 def sliding_level(model: Model, fastest: float) -> float:
     """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
-    slow = SLOW * fastest
+    slow = 1e-3 * fastest
     return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
 
 
@@ -305,8 +302,8 @@ def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
     jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
     leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
-    step = np.concatenate([inside, np.full(math.ceil(DWELL / dt), distance)])
-    before = np.zeros(math.ceil(BEFORE / dt))
+    dwell, before = np.full(math.ceil(0.2 / dt), distance), np.zeros(math.ceil(0.1 / dt))
+    step = np.concatenate([inside, dwell])
     return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
 
 
@@ -319,3 +316,84 @@ def _at_rest(loop: Variant) -> Variant:
 def _error(outcome: VariantResult) -> float:
     """Return the following error of a run, peak to peak; inf where it diverged."""
     return math.inf if outcome.status is Status.NOT_FINITE else outcome.following_error.peak_to_peak
+
+
+FASTEST = 0.1  # [m/s or rad/s] of an axis of which no speed is known
+
+
+def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False) -> Effect | None:
+    """Return the effect of what a target wrote; `drive` is what a drive makes of it, the model itself where None.
+
+    The model itself leaves no residual force to state where no loop is known. Of files with cogging the loop is one
+    without cogging fed forward.
+    """
+    friction, loop, axis = request.model, loop_for(request), request.axis
+    if friction.component.family != "friction" or (loop is None and (drive is None or of_cogging)):
+        return None
+    fastest = request.speed or (axis and axis.velocity_limit) or FASTEST
+    limits = _limits_of(friction, request.plant, fastest)
+    if axis is not None:
+        limits = Limits(
+            min(limits.velocity, axis.velocity_limit or math.inf),
+            min(limits.acceleration, axis.acceleration_limit or math.inf),
+            axis.jerk_limit or math.inf,
+        )
+    drive = drive or partial(response, friction, rest=request.rest)
+    distance = turning_distance(friction, axis, limits.velocity)
+    if loop is None:
+        return effect_in_force(friction, drive, limits, distance, request.dt, samples_ahead(None))
+    loop = replace(loop, feedforward=replace(loop.feedforward, plant=None)) if of_cogging else loop
+    return effect_in_loop(loop, driven_by(drive), limits, distance, samples_ahead(loop))
+
+
+def effect_of_law(variant: Variant) -> Effect | None:
+    """Return the effect of the friction that a law feeds forward; None where it feeds none."""
+    friction = variant.feedforward.friction
+    if friction is None:
+        return None
+    loop = replace(variant, feedforward=replace(variant.feedforward, friction=None, offset=0.0))
+    t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
+    fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
+    limits = _limits_of(friction, variant.plant, fastest or FASTEST)
+    distance = turning_distance(friction, variant.axis, limits.velocity)
+    return replace(effect_in_loop(loop, fed_by(variant.feedforward), limits, distance, 0), ahead=variant.run.delay + 1)
+
+
+def samples_ahead(loop: Variant | None) -> int:
+    """Return how many samples ahead a feedforward is led: one for the step to come, and the delay and lag of the drive.
+
+    The force of a step acts from one sample to the next, half a sample later on average than both; that half is in the
+    one.
+    """
+    if loop is None:
+        return 1
+    run = loop.run
+    return 1 + run.delay + round(run.current_lag / run.sample_time)
+
+
+def loop_for(request: Request) -> Variant | None:
+    """Return the loop of the axis without friction fed forward; None where the axis file has no controller."""
+    variant, axis, plant = request.loop, request.axis, request.plant
+    if variant is None:
+        if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
+            return None
+        experiment = compensation_experiment(
+            plant,
+            request.model,
+            request.model,
+            axis.controller,
+            np.zeros(16),  # stands for the motion of a log
+            axis.sample_time or (request.dt if request.log is None else request.log.sample_time),
+            resolution=axis.resolution or 0.0,
+            effort_limit=axis.effort_limit or math.inf,
+            lag=axis.lag,
+            name=axis.name,
+        )
+        variant = next(variant for variant in experiment.variants if variant.name == COMPENSATED)
+    return replace(variant, feedforward=replace(variant.feedforward, friction=None))
+
+
+def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
+    """Return the acceleration that takes as much effort as sliding friction does; of an unknown mass, one of a tenth of a second."""
+    mass = 0.0 if plant is None else plant.values.get("M", 0.0)
+    return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

@@ -10,19 +10,17 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, TEXT, Amount, among, amount, guarded, instance, model, optional, whole
 from bristle.core.experiment import RESTS, Variant
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Variable
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
 from bristle.exports.targets import Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for
+from bristle.files.arguments import log_and_axis
+from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
 NAME, STEP, POINTS = "axis_x", 5e-4, 20
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
-
-
-def _model_or_variant(value: Any, path: str, kind: Kind | None) -> Model | Variant:
-    return value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind)
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ class Exported:
 
 
 @guarded(
-    model=_model_or_variant,
+    model=lambda value, path, kind: value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind),
     name=TEXT,
     step=PERIOD,
     tunable=FLAG,
@@ -143,18 +141,13 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
-    from bristle.files.arguments import log_and_axis
-    from bristle.files.results import results_folder
-
     label, origin = name_for(name), source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
-        target: str | Target = load_target_file(to)
-    else:
-        target = to if isinstance(to, Target) else TEXT(to, "to", None)
+        to = load_target_file(to)
+    target = to if isinstance(to, Target) else TEXT(to, "to", None)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            options = {"tunable": tunable, "single": float32, "accept_harm": accept_harm}
-            product = law_for(target, model, label, origin, **options)
+            product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
             request = Request(model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass), plant, recorded)

@@ -1,7 +1,6 @@
 """FMUs: native co-simulation with a fixed internal step, and model exchange, of friction, its plant, or a control law.
 
-An FMU is an archive: a description, the source and its headers, a page on its use, licences, and a library for each
-platform.
+An FMU is an archive: a description, the source and its headers, licences, and a library for each platform.
 """
 
 import hashlib
@@ -22,14 +21,13 @@ from pathlib import Path
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.exports.c import FLAGS
+from bristle.exports.c import FLAGS, compiler
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
 from bristle.exports.described import Source, hash_on_plant, licence_text, plain, rendered, version, with_rights
 from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Ports, Setting, content_of, content_of_law
-from bristle.exports.fmu_description import build_text, description_text, page_text
+from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.law import Law
-from bristle.exports.proof import compiler
 from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import Array, Function
@@ -125,7 +123,6 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
     built = libraries(name, sources, fmi)
     inside: dict[str, str | bytes] = {
         "modelDescription.xml": description_text(content, setting, token),
-        "documentation/index.html": page_text(content, setting),
         "documentation/licenses/license.txt": licence_text(),
     }
     inside |= {f"sources/{file}": text for file, text in (sources | {"LICENSE.txt": header_text("LICENSE.txt")}).items()}

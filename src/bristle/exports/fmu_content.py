@@ -18,8 +18,7 @@ from bristle.exports.build import Builder
 from bristle.exports.cycle import LARGEST, Core, core_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.fmu_exchange import Exchange, exchange_of, why_not
-from bristle.exports.law import Law, law_of
-from bristle.exports.law_described import INPUTS, law_facts
+from bristle.exports.law import INPUTS, Law, law_facts, law_of
 from bristle.exports.settled import pruned
 from bristle.exports.subject import Subject, capacity_of
 from bristle.exports.tree import INTEGER, REAL, TRUTH, Array, Function, Struct, Type, Unit
@@ -166,7 +165,6 @@ class Content:
     most: Sequence[int]
     layout: str
     tables: list[str]
-    guidance: tuple[str, ...]
     notes: tuple[str, ...]
     failures_at: int = -1
 
@@ -179,53 +177,49 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     ports, force = ports_of(core, source, exchange), unit_of("force", model.kind)
     title = f"Friction {model.name}: force [{force}] of a velocity and a position"
     guidance = (
-        "Friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
-        "loop may be unstable. Prefer the FMU with its mass, where there is one."
+        "friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
+        "loop may be unstable. Prefer the FMU with its mass, where there is one"
     )
     if plant is not None:
         title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
-        guidance = "Set x and v before the start, and give the effort: gravity and cogging of the plant are inside."
+        guidance = "set x and v before the start, and give the effort: gravity and cogging of the plant are inside"
     unit = pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())])
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
-    notes = (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
-    further = (values, core.begin, memory, core.most, layout, table.splitlines(), (guidance,), notes)
+    notes = (guidance, *((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
+    further = (values, core.begin, memory, core.most, layout, table.splitlines(), notes)
     return Content(title, model.kind, unit, core.entry, exchange, ports, "force", *further, -1 if plant is None else core.begin.size - 1)
 
 
 BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
 ORDER = (
-    "Step the law before the plant, and give its effort to the plant for the same step: so a simulated loop of bristle "
+    "step the law before the plant, and give its effort to the plant for the same step: so a simulated loop of bristle "
     "does. An importer that steps both at once gives the plant each effort a sample late: add one to the delay of the "
-    "experiment then, and export again."
+    "experiment then, and export again"
 )
-FIRST = "The first step takes over the desired motion with an empty integral, at the position that is measured."
 PAST = "what the compensator was brought through before it begins is that of the exported parameters"
 
 
 def content_of_law(law: Law, name: str, source: Source) -> Content:
     """Return what an FMU of a control law is made of; its parameters may be changed where that is possible."""
-    constant_note = ""
+    notes = [ORDER]
     law = law if law.tunable else law_of(law.variant, tunable=True)
     try:
         tunable_law(law)
     except InputError as error:
-        law, constant_note = law_of(law.variant), f"the parameters of the law are constant: {error}"
+        law = law_of(law.variant)
+        notes.append(f"the parameters of the law are constant: {error}")
     law = settled_law(law)
     begin = np.array([0.0, *(float(reduce(getattr, path, law.lasting)) for path, _ in law.leaves)])
     entry = _stepped(law)
     facts = law_facts(law, name, source)
-    ahead = [f"{name}[1..{law.samples_ahead}]" for name in law.inputs if name.endswith("_ahead")]
-    feeding = f"{' and '.join(ahead)}: the desired motion of the samples that follow, [1] of the next one, as many as there are elements."
-    notes = [constant_note] if constant_note else []
     notes += [PAST] if np.any(law.memory) and law.tunable else []
     # How many values each whole number that lasts can take, 0 for a real one.
     most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
     title = f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]"
     unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
     tables = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
-    guidance = (ORDER, FIRST, *([feeding] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}.")
-    further = ({"p": (law.p, law.types[1])}, begin, law.memory, most, layout, tables, guidance, tuple(notes))
+    further = ({"p": (law.p, law.types[1])}, begin, law.memory, most, layout, tables, tuple(notes))
     return Content(title, law.controller.kind, unit, entry, None, _ports(law, source), "effort", *further)
 
 

@@ -1,15 +1,16 @@
-"""modelDescription.xml of an FMU, as FMI 2.0 and FMI 3.0 have it, and the page on its use."""
+"""modelDescription.xml of an FMU, as FMI 2.0 and FMI 3.0 have it."""
 
 import math
 from collections.abc import Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element
 
 from bristle.core.dimensions import Kind, exponents_of
 from bristle.exports.c import FLAGS
-from bristle.exports.described import LICENCE, copyright_line, model_version, rendered, version
+from bristle.exports.described import LICENCE, copyright_line, model_version, version
 from bristle.exports.fmu_content import CONSTANT, INPUT, MARGIN, OUTPUT, PARAMETER, RATE, START, STATE, TIME, Content, Port, Setting
+from bristle.exports.printing import element
 
 # What the quantities that are short for no other are made of, in SI base units.
 BASE: dict[Kind, dict[str, dict[str, int]]] = {
@@ -20,24 +21,23 @@ EVERYWHERE = {"force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1},
 
 
 class Role(NamedTuple):
-    """What a variable is in the standard, and in words on the page."""
+    """What a variable is in the standard."""
 
-    words: str
     causality: str
     variability: str = "continuous"
     initial: str = ""
 
 
 ROLES = {
-    TIME: Role("", "independent"),
-    INPUT: Role("input", "input"),
-    OUTPUT: Role("output", "output", initial="calculated"),
-    START: Role("output, set before the start", "output", initial="exact"),
-    PARAMETER: Role("parameter", "parameter", "tunable", "exact"),
-    CONSTANT: Role("constant", "local", "constant", "exact"),
-    STATE: Role("state", "local", initial="calculated"),
-    RATE: Role("rate of a state", "local", initial="calculated"),
-    MARGIN: Role("event indicator", "local", initial="calculated"),
+    TIME: Role("independent"),
+    INPUT: Role("input"),
+    OUTPUT: Role("output", initial="calculated"),
+    START: Role("output", initial="exact"),
+    PARAMETER: Role("parameter", "tunable", "exact"),
+    CONSTANT: Role("local", "constant", "exact"),
+    STATE: Role("local", initial="calculated"),
+    RATE: Role("local", initial="calculated"),
+    MARGIN: Role("local", initial="calculated"),
 }
 
 
@@ -50,35 +50,15 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     facts |= {"description": content.title, "version": model_version(source), "author": made + (f", from {file}" if file else "")}
     facts |= {"copyright": copyright_line(), "license": rights, "generationTool": made, "variableNamingConvention": "structured"}
     facts |= {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))} if fmi == 2 and ports.states else {}
-    root = Element("fmiModelDescription", facts)
-    if ports.states:
-        without = {"completedIntegratorStepNotNeeded": "true"} if fmi == 2 else {"needsCompletedIntegratorStep": "false"}
-        _kind(root, "ModelExchange", setting, without)
-    element = _kind(root, "CoSimulation", setting, {"canHandleVariableCommunicationStepSize": "true"})
-    if fmi == 3:
-        element.set("fixedInternalStepSize", repr(setting.step))
-    quantities = {port.variable.unit(content.kind): port.variable.quantity for port in ports.listed}
-    units = SubElement(root, "UnitDefinitions")
-    for unit, quantity in quantities.items():
-        if unit != "1":
-            element, base = SubElement(units, "Unit", name=unit), _base(quantity, content.kind)
-            if base:
-                SubElement(element, "BaseUnit", {symbol: str(power) for symbol, power in base.items()})
-    log = SubElement(root, "LogCategories")
-    SubElement(log, "Category", name="logStatusError", description="why something was refused")
-    tolerance = {"tolerance": "1e-06"} if ports.states else {}
-    SubElement(root, "DefaultExperiment", {"startTime": "0", "stepSize": repr(setting.step)} | tolerance)
-    if fmi == 2 and source.model_hash:
-        tool = SubElement(SubElement(root, "VendorAnnotations"), "Tool", name="bristle")
-        SubElement(tool, "Model", sha256=source.model_hash)
-    variables = SubElement(root, "ModelVariables")
-    for reference, port in enumerate(ports.listed):
-        _variable(variables, reference, port, content, fmi)
-    _structure(root, content, fmi)
-    if fmi == 3 and source.model_hash:
-        annotation = SubElement(SubElement(root, "Annotations"), "Annotation", type="bristle")
-        SubElement(annotation, "Model", sha256=source.model_hash)
-    return _xml(root)
+    common = {"stepSize": repr(setting.step)} | ({"tolerance": "1e-06"} if ports.states else {})
+    model = element("Model", sha256=source.model_hash)
+    tools, annotations = element("VendorAnnotations", element("Tool", model, name="bristle")), element("Annotation", model, type="bristle")
+    inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
+    inside += [element("LogCategories", element("Category", name="logStatusError", description="why something was refused"))]
+    inside += [element("DefaultExperiment", startTime="0", **common), *[tools] * (fmi == 2 and bool(source.model_hash))]
+    inside += [element("ModelVariables", *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)))]
+    inside += [_structure(content, fmi), *[element("Annotations", annotations)] * (fmi == 3 and bool(source.model_hash))]
+    return _xml(element("fmiModelDescription", *inside, **facts))
 
 
 def _xml(root: Element) -> str:
@@ -86,19 +66,29 @@ def _xml(root: Element) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, "unicode") + "\n"
 
 
-def _kind(root: Element, tag: str, setting: Setting, first: dict[str, str]) -> Element:
-    """Tell what one kind of an FMU can do."""
-    state = "state" if setting.fmi == 2 else "State"
+def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
+    """Return what each kind of an FMU can do."""
+    second, state = setting.fmi == 2, "state" if setting.fmi == 2 else "State"
     able = {f"canGetAndSetFMU{state}": "true", f"canSerializeFMU{state}": "true"}
-    able |= {"canNotUseMemoryManagementFunctions": "true"} if setting.fmi == 2 else {}
-    element = SubElement(root, tag, {"modelIdentifier": setting.name} | first | able)
-    if setting.fmi == 2:
-        SubElement(SubElement(element, "SourceFiles"), "File", name=f"{setting.name}.c")
-    return element
+    able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}
+    source = [element("SourceFiles", element("File", name=f"{setting.name}.c"))] if second else []
+    without = {"completedIntegratorStepNotNeeded": "true"} if second else {"needsCompletedIntegratorStep": "false"}
+    kinds = {"ModelExchange": without | able} if exchanged else {}
+    fixed = {} if second else {"fixedInternalStepSize": repr(setting.step)}
+    kinds["CoSimulation"] = {"canHandleVariableCommunicationStepSize": "true"} | able | fixed
+    return [element(tag, *source, modelIdentifier=setting.name, **facts) for tag, facts in kinds.items()]
 
 
-def _variable(variables: Element, reference: int, port: Port, content: Content, fmi: int) -> None:
-    """Tell a variable; of what an importer integrates, the size of a state, and whose rate one is."""
+def _units(content: Content) -> Element:
+    quantities = {port.variable.unit(content.kind): port.variable.quantity for port in content.ports.listed}
+    bases = {unit: _base(quantity, content.kind) for unit, quantity in quantities.items() if unit != "1"}
+    written = {unit: {symbol: str(power) for symbol, power in base.items()} for unit, base in bases.items()}
+    units = (element("Unit", *([element("BaseUnit", **powers)] if powers else []), name=unit) for unit, powers in written.items())
+    return element("UnitDefinitions", *units)
+
+
+def _variable(reference: int, port: Port, content: Content, fmi: int) -> Element:
+    """Return a variable; of what an importer integrates, the size of a state, and whose rate one is."""
     role, unit = ROLES[port.role], port.variable.unit(content.kind)
     states, rates = content.ports.states, content.ports.in_role(RATE)
     head = {"name": port.name, "valueReference": str(reference)}
@@ -114,14 +104,11 @@ def _variable(variables: Element, reference: int, port: Port, content: Content, 
     elif reference in rates:
         number["derivative"] = str(states[rates.index(reference)] + (1 if fmi == 2 else 0))
     head |= {"initial": role.initial} if role.initial else {}
-    if fmi == 2:
-        SubElement(SubElement(variables, "ScalarVariable", head), "Real", number)
-    else:
-        SubElement(variables, "Float64", head | number)
+    return element("ScalarVariable", element("Real", **number), **head) if fmi == 2 else element("Float64", **head, **number)
 
 
-def _structure(root: Element, content: Content, fmi: int) -> None:
-    ports, structure = content.ports, SubElement(root, "ModelStructure")
+def _structure(content: Content, fmi: int) -> Element:
+    ports, structure = content.ports, element("ModelStructure")
     rates = ports.in_role(RATE)
     known = (*ports.in_role(INPUT), *ports.states) if ports.states else ()
     # Force and rates follow from what varies; a mass stands between an effort and the force.
@@ -140,19 +127,19 @@ def _structure(root: Element, content: Content, fmi: int) -> None:
     for name, unknowns in lists.items():
         if fmi == 2 and (name not in heads or (name == "ContinuousStateDerivative" and not ports.states)):
             continue
-        parent = SubElement(structure, heads[name]) if fmi == 2 else structure
+        rows = []
         for unknown, depends in sorted(unknowns.items()):
             on = {} if depends is None else {"dependencies": " ".join(str(place + counted_from) for place in sorted(depends))}
-            SubElement(parent, "Unknown" if fmi == 2 else name, {by: str(unknown + counted_from)} | on)
+            rows.append(element("Unknown" if fmi == 2 else name, **{by: str(unknown + counted_from)}, **on))
+        structure.extend([element(heads[name], *rows)] if fmi == 2 else rows)
+    return structure
 
 
 def build_text(name: str) -> str:
     """Return buildDescription.xml of FMI 3.0, which tells how the source becomes a library."""
-    root = Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=name)
-    files = SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=FLAGS)
-    SubElement(files, "SourceFile", name=f"{name}.c")
-    return _xml(root)
+    files = element("SourceFileSet", element("SourceFile", name=f"{name}.c"), language="C99", compilerOptions=FLAGS)
+    configuration = element("BuildConfiguration", files, modelIdentifier=name)
+    return _xml(element("fmiBuildDescription", configuration, fmiVersion="3.0"))
 
 
 def _base(quantity: str, kind: Kind) -> dict[str, int]:
@@ -163,24 +150,3 @@ def _base(quantity: str, kind: Kind) -> dict[str, int]:
             total[symbol] = total.get(symbol, 0.0) + power * inner
     whole = all(power == int(power) for power in total.values())
     return {symbol: int(power) for symbol, power in total.items() if power} if whole else {}
-
-
-def page_text(content: Content, setting: Setting) -> str:
-    """Return the page on its use as HTML: what it is, its variables with units and ranges, how it is stepped."""
-    source = setting.source
-    signals: list[dict[str, str]] = []
-    parameters: list[dict[str, str]] = []
-    for port in content.ports.listed[1:]:  # behind the time
-        variable, unit = port.variable, port.variable.unit(content.kind)
-        bounded = math.isfinite(variable.min) or math.isfinite(variable.max)
-        row = {"name": port.name, "role": ROLES[port.role].words, "unit": "" if unit == "1" else unit, "start": f"{port.value:.9g}"}
-        row |= {"allowed": variable.allowed(content.kind) if bounded else "", "sure": port.sure, "description": variable.description}
-        (parameters if port.role in (PARAMETER, CONSTANT) else signals).append(row)
-    facts = (
-        {"name": setting.name, "title": content.title, "version": version(), "model_version": model_version(source)}
-        | {"hash": source.model_hash, "licence": LICENCE, "copyright": copyright_line(), "remarks": source.remarks}
-        | {"provenance": source.provenance, "signals": signals, "parameters": parameters, "guidance": content.guidance}
-        | {"notes": content.notes, "step": f"{setting.step:g}", "fmi": setting.fmi, "flags": FLAGS}
-        | {"exchange": content.exchange is not None, "tuned": bool(content.ports.tuned)}
-    )
-    return rendered("fmu/index.html", facts)

@@ -2,7 +2,8 @@
 
 It is written as text, because what is fed forward differs from loop to loop, and is built into the tree as any kernel
 is. At the first sample the law takes over the desired motion, and a compensator that runs ahead of a delay is brought
-to where it must be: so no state needs to be handed over, and every target begins as a simulation does.
+to where it must be: so no state needs to be handed over, and every target begins as a simulation does. What the files of a
+law say of it, and the walk that its self-test makes, are the same for every target.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -18,16 +19,20 @@ from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN,
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
+from bristle.exports.described import Source, command_facts, parameter_table, plain, version
+from bristle.exports.printing import loops_of
 from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.settled import pruned
+from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
 from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
-from bristle.exports.tunable import CONSTANTS, refuse_beyond_single
+from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
 from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
+from bristle.prediction.drive_units import command_units
 
 
 class Gravity(NamedTuple):
@@ -323,3 +328,70 @@ def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) 
         along = ALONG_DESIRED if along_desired else ALONG_MEASURED
         text += along.format(planned=planned, carried=passed, delay=delay)
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
+
+
+PER_VELOCITY = 100.0
+"""Acceleration of the self-test over its velocity [1/s]."""
+INPUTS = {
+    "position": ("desired position", "length"),
+    "velocity": ("desired velocity", "length/time"),
+    "acceleration": ("desired acceleration", "length/time^2"),
+    "measured": ("position as the sensor reads it", "length"),
+    "place_ahead": ("desired positions of the samples that follow, the next one first", "length"),
+    "acceleration_ahead": ("desired accelerations of the samples that follow, the next one first", "length/time^2"),
+}
+
+
+def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
+    """Return what is said of a law."""
+    variant = law.variant
+    kind, friction = variant.controller.kind, variant.feedforward.friction
+    inputs = []
+    for fed in law.inputs:
+        several = fed.endswith("_ahead")
+        declared, unit = f"{fed}[{law.samples_ahead}]" if several else fed, unit_of(INPUTS[fed][1], kind)
+        inputs.append({"name": fed, "declared": declared, "told": INPUTS[fed][0], "unit": unit, "several": several})
+    limit = variant.run.effort_limit
+    return (
+        {"name": name, "version": version(), "title": plain(f"Control law of an axis: {variant.controller.name}")}
+        | {"variant": plain(variant.name), "description": plain(variant.controller.component.description), "facts": source.lines}
+        | {"along": variant.feedforward.along if friction else "", "friction": plain(friction.name) if friction else ""}
+        | {"table": parameter_table(law.controller, source).rstrip(), "fed": _fed(law)}
+        | {"fed_table": parameter_table(friction, source).rstrip() if friction else ""}
+        | {"unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind), "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}"}
+        | {"ahead": law.samples_ahead, "delay": variant.run.delay, "limit": f"{limit:g}" if np.isfinite(limit) else "", "inputs": inputs}
+        | {"drive": command_facts(command_units(variant.axis, kind), kind), "loops": loops_of(law.unit, law.memory_size)}
+        | {"single": law.single, "tunable": law.tunable, "result": "effort", "allowed": f"{TOLERANCE:g}", "several_places": True}
+    )
+
+
+def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
+    """Return the walk of the self-test of a law, how many positions of it are told, and the efforts along it."""
+    ahead, friction = law.samples_ahead, law.variant.feedforward.friction
+    # Distance that the self-test of a law without a compensator takes for its walk [m or rad].
+    walk = walk_over(1e-5, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
+    x = walk.positions(steps + ahead + 1)
+    v = np.diff(x) / law.dt
+    a = PER_VELOCITY * v
+    at, speed, change = x.tolist(), v.tolist(), a.tolist()
+    samples = [
+        Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead]) for k in range(steps)
+    ]
+    return walk, x.size, law.efforts(samples)
+
+
+def _fed(law: Law) -> list[str]:
+    """Return what is fed forward, a line each."""
+    feedforward, kind = law.variant.feedforward, law.variant.controller.kind
+    fed, carried = loads_of(feedforward)
+    lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"] if feedforward.mass else []
+    if fed.place and feedforward.plant is not None:
+        lines.append(f"what {feedforward.plant.name} takes by its place, along the desired motion")
+    if feedforward.friction is not None:
+        shape = [f", {name} {value:g}" for name, value in law.p.shape._asdict().items() if value != Shape._field_defaults[name]]
+        lines.append(f"friction along the {feedforward.along} motion by {feedforward.friction.name}" + "".join(shape))
+        if rises_with_effort(feedforward.friction):
+            plant = None if carried is fed else feedforward.carries
+            passing = "what is fed forward beside it" if plant is None else plant.name
+            lines.append(f"its level rises with the effort that passes on along the desired motion: that of {passing}")
+    return [plain(line) for line in lines] or ["nothing"]

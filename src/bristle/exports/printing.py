@@ -1,8 +1,9 @@
-"""What printers of the tree share: lines, names in letters of every language, types in use, and how long loops take."""
+"""What printers of the tree share: lines, elements of XML, names in letters of every language, types in use, and how long loops take."""
 
 import re
 from collections.abc import Container, Iterable
 from itertools import count
+from xml.etree import ElementTree
 
 from bristle.exports.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
 
@@ -68,6 +69,14 @@ def free_name(first: str, used: Container[str]) -> str:
 def ascii_name(name: str) -> str:
     """Return a name of Python in letters that every language takes: others by their number."""
     return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)
+
+
+def element(tag: str, /, *inside: ElementTree.Element | str, **attributes: str) -> ElementTree.Element:
+    """Return an element of XML with a text, or others, inside."""
+    made = ElementTree.Element(tag, attributes)
+    made.text = "".join(part for part in inside if isinstance(part, str))
+    made.extend(part for part in inside if not isinstance(part, str))
+    return made
 
 
 def loops_of(unit: Unit, memory_size: int) -> list[dict[str, str]]:

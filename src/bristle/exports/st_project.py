@@ -12,10 +12,9 @@ import numpy as np
 
 from bristle.exports import st_parts
 from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
-from bristle.exports.printing import wrapped
+from bristle.exports.printing import element, wrapped
 from bristle.exports.st_code import RESULT, Printer
-from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, real_literal
+from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, helpers_of, real_literal
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tree import REAL as NUMBER
 from bristle.exports.tree import TRUTH, Function, Struct
@@ -250,66 +249,55 @@ XHTML = "http://www.w3.org/1999/xhtml"
 POU_TYPES = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 SECTIONS = {"VAR_INPUT": "inputVars", "VAR_OUTPUT": "outputVars", "VAR_IN_OUT": "inOutVars", "VAR": "localVars"}
 NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
-Element = ElementTree.Element
 
 
 def project_text(name: str, head: str, types: Sequence[Array | st_parts.Record], pous: Sequence[Pou]) -> str:
     """Return a project with data types, functions, blocks and programs."""
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xhtml", XHTML)
-    project = Element(f"{{{NAMESPACE}}}project")
-    _add(project, "fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER)
-    content = _add(project, "contentHeader", name=name)
-    _add(content, "Comment").text = head.strip().removeprefix("(*").removesuffix("*)").strip()
-    coordinates = _add(content, "coordinateInfo")
-    for language in ("fbd", "ld", "sfc"):
-        _add(_add(coordinates, language), "scaling", x="1", y="1")
-    inside = _add(project, "types")
-    data_types, units = _add(inside, "dataTypes"), _add(inside, "pous")
-    for part in types:
-        base = _add(_add(data_types, "dataType", name=part.name), "baseType")
-        if isinstance(part, Array):
-            array = _add(base, "array")
-            _add(array, "dimension", lower="0", upper=str(part.size - 1))
-            _type(_add(array, "baseType"), part.of)
-        else:
-            _variables(_add(base, "struct"), part.fields)
-    for pou in pous:
-        unit = _add(units, "pou", name=pou.name, pouType=POU_TYPES[pou.kind])
-        interface = _add(unit, "interface")
-        if pou.returns:
-            _type(_add(interface, "returnType"), pou.returns)
-        for section, element in SECTIONS.items():
-            if pou.declared(section):
-                _variables(_add(interface, element), pou.declared(section))
-        _text(_add(_add(unit, "body"), "ST"), "\n".join(line.removeprefix(INDENT) for line in pou.body))
-        if pou.meaning:
-            _text(_add(unit, "documentation"), pou.meaning)
-    _add(_add(project, "instances"), "configurations")
+    scaled = [_element(language, _element("scaling", x="1", y="1")) for language in ("fbd", "ld", "sfc")]
+    comment = head.strip().removeprefix("(*").removesuffix("*)").strip()
+    project = _element(
+        "project",
+        _element("fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER),
+        _element("contentHeader", _element("Comment", comment), _element("coordinateInfo", *scaled), name=name),
+        _element("types", _element("dataTypes", *map(_data_type, types)), _element("pous", *map(_pou, pous))),
+        _element("instances", _element("configurations")),
+    )
     ElementTree.indent(project)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(project, encoding="unicode") + "\n"
 
 
-def _variables(parent: Element, variables: Sequence[Variable]) -> None:
-    for variable in variables:
-        element = _add(parent, "variable", name=variable.name)
-        _type(_add(element, "type"), variable.type)
-        if variable.initial:
-            _add(_add(element, "initialValue"), "simpleValue", value=variable.initial)
-        if variable.meaning:
-            _text(_add(element, "documentation"), variable.meaning)
-
-
-def _type(parent: Element, name: str) -> None:
-    if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL"):
-        _add(parent, name)
+def _data_type(part: Array | st_parts.Record) -> ElementTree.Element:
+    if isinstance(part, Array):
+        base = _element("array", _element("dimension", lower="0", upper=str(part.size - 1)), _element("baseType", _type(part.of)))
     else:
-        _add(parent, "derived", name=name)
+        base = _element("struct", *map(_variable, part.fields))
+    return _element("dataType", _element("baseType", base), name=part.name)
 
 
-def _text(parent: Element, text: str) -> None:
-    ElementTree.SubElement(parent, f"{{{XHTML}}}p").text = text
+def _pou(pou: Pou) -> ElementTree.Element:
+    declared = [_element("returnType", _type(pou.returns))] if pou.returns else []
+    sections = {element: pou.declared(section) for section, element in SECTIONS.items()}
+    declared += [_element(element, *map(_variable, variables)) for element, variables in sections.items() if variables]
+    body = _element("body", _element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body))))
+    meaning = [_element("documentation", _paragraph(pou.meaning))] if pou.meaning else []
+    return _element("pou", _element("interface", *declared), body, *meaning, name=pou.name, pouType=POU_TYPES[pou.kind])
 
 
-def _add(parent: Element, tag: str, /, **attributes: str) -> Element:
-    return ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{tag}", attributes)
+def _variable(variable: Variable) -> ElementTree.Element:
+    initial = [_element("initialValue", _element("simpleValue", value=variable.initial))] if variable.initial else []
+    meaning = [_element("documentation", _paragraph(variable.meaning))] if variable.meaning else []
+    return _element("variable", _element("type", _type(variable.type)), *initial, *meaning, name=variable.name)
+
+
+def _type(name: str) -> ElementTree.Element:
+    return _element(name) if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL") else _element("derived", name=name)
+
+
+def _paragraph(text: str) -> ElementTree.Element:
+    return element(f"{{{XHTML}}}p", text)
+
+
+def _element(tag: str, /, *inside: ElementTree.Element | str, **attributes: str) -> ElementTree.Element:
+    return element(f"{{{NAMESPACE}}}{tag}", *inside, **attributes)

@@ -78,12 +78,17 @@ class Subject:
 
     def forces(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Return the force at each sample by the kernels as they stand: nothing is compiled."""
-        component, p, state = self.model.component, self.model.parameters, self.virgin
-        memory, force, at = component.new_memory(p), np.zeros(len(x)), x.tolist()
-        for k in range(1, len(x)):
-            force[k], move = component.trial(state, memory, Motion((at[k] - at[k - 1]) / dt, at[k]), dt, p)
-            state = component.commit(state, memory, move, p)
-        return force
+        return forces_of(self.model, x, dt)
+
+
+def forces_of(model: Model, x: np.ndarray, dt: float, *around: float) -> np.ndarray:
+    """Return the force of a friction model at each sample by the kernels as they stand, `around` it what its slots ask for."""
+    component, p, at = model.component, model.parameters, x.tolist()
+    state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
+    for k in range(1, len(x)):
+        force[k], move = component.trial(state, memory, Motion((at[k] - at[k - 1]) / dt, at[k], *around), dt, p)
+        state = component.commit(state, memory, move, p)
+    return force
 
 
 def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = None) -> Subject:

@@ -27,8 +27,7 @@ from bristle.exports.subject import FNV_OFFSET, FNV_PRIME, Subject, capacity_of,
 from bristle.exports.targets import Product, Request
 from bristle.exports.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
 from bristle.exports.tunable import tunable_of
-from bristle.exports.wasm_binary import OP, Types, emitted, flat, leb, signed_leb, vector
-from bristle.exports.wasm_code import Code
+from bristle.exports.wasm_code import OP, Code, Types, emitted, flat, leb, signed_leb, vector
 from bristle.friction import unvaried
 from bristle.friction.resting import rest_rule
 

@@ -5,13 +5,151 @@ begins in the memory. Everything else is one instruction of the machine for one 
 """
 
 import struct
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import groupby
+from typing import Any
 
+from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.exports import tree
 from bristle.exports.cycle import LARGEST
 from bristle.exports.scope import NotExportableError
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Struct
-from bristle.exports.wasm_binary import IN_BITS, OP, Locals, Types, emitted, flat, leb, signed_leb
+from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Struct, Type, Variable
+
+# Names with their bytes: sections, types, the type of a block that gives nothing, instructions, arithmetic by type and operator.
+TABLE = """
+types 01 functions 03 memories 05 exports 07 code 0A data 0B
+i32 7F i64 7E f64 7C empty 40
+unreachable 00 block 02 loop 03 if 04 else 05 end 0B br 0C br_if 0D return 0F call 10 drop 1A select 1B
+get 20 set 21 tee 22 load 2B0300 store 390300 i32.const 41 i64.const 42 f64.const 44
+eqz 45 wrap A7 widen AC i32.truncate FC02 i64.truncate FC06 i32.real B7 i64.real B9 bits BD number BF
+abs 99 negate 9A floor 9C sqrt 9F copysign A6 and 83 or 84 shift_left 86 shift_right 88
+f64== 61 f64!= 62 f64< 63 f64> 64 f64<= 65 f64>= 66 f64+ A0 f64- A1 f64* A2 f64/ A3
+i32== 46 i32!= 47 i32< 48 i32> 4A i32<= 4C i32>= 4E i32+ 6A i32- 6B i32* 6C i32& 71 i32^ 73 i32>> 75
+i64== 51 i64!= 52 i64< 53 i64> 55 i64<= 57 i64>= 59 i64+ 7C i64- 7D i64* 7E i64& 83 i64^ 85 i64>> 87
+"""
+OP = {name: bytes.fromhex(code) for name, code in zip(TABLE.split()[::2], TABLE.split()[1::2], strict=True)}
+
+
+def emitted(*parts: str | bytes) -> bytes:
+    """Return the bytes of instructions by their names, and of what they are given."""
+    return b"".join(OP[part] if isinstance(part, str) else part for part in parts)
+
+
+def leb(value: int) -> bytes:
+    """Return a count as the format has it: seven bits a byte, the lowest first."""
+    parts = bytearray()
+    while True:
+        value, low = value >> 7, value & 127
+        parts.append(low | (128 if value else 0))
+        if not value:
+            return bytes(parts)
+
+
+def signed_leb(value: int) -> bytes:
+    """Return an integer as the format has it."""
+    parts = bytearray()
+    while True:
+        value, low = value >> 7, value & 127
+        ends = (value == 0 and not low & 64) or (value == -1 and low & 64)
+        parts.append(low if ends else low | 128)
+        if ends:
+            return bytes(parts)
+
+
+def vector(parts: Sequence[bytes]) -> bytes:
+    """Return several things as the format has them: how many, then each."""
+    return leb(len(parts)) + b"".join(parts)
+
+
+def flat(kind: Type, integer: str) -> list[str]:
+    """Return the numbers that a value is, by their types in the machine; `integer` is that of whole numbers."""
+    if isinstance(kind, Struct):
+        return [number for _, part in kind.fields for number in flat(part, integer)]
+    if isinstance(kind, Array) or kind == TRUTH:
+        return ["i32"]
+    return [] if kind == VOID else ["f64" if kind == REAL else integer]
+
+
+class Types:
+    """The types of functions and blocks of a module, each once."""
+
+    def __init__(self) -> None:
+        self.listed: list[tuple[tuple[str, ...], tuple[str, ...]]] = []
+
+    def index(self, takes: Sequence[str], gives: Sequence[str]) -> int:
+        """Return the number of a type."""
+        pair = (tuple(takes), tuple(gives))
+        if pair not in self.listed:
+            self.listed.append(pair)
+        return self.listed.index(pair)
+
+    def block(self, gives: Sequence[str]) -> bytes:
+        """Return the type of a block."""
+        if not gives:
+            return OP["empty"]
+        return OP[gives[0]] if len(gives) == 1 else signed_leb(self.index((), gives))
+
+
+class Locals:
+    """Local variables, arguments first; what runs in place of a call leaves its own to others that come after it."""
+
+    def __init__(self, arguments: Sequence[Variable], integer: str) -> None:
+        self.integer = integer
+        self.kinds: list[str] = []
+        self._places: dict[str, int] = {}
+        self._runs: list[tuple[tuple[str, ...], int]] = []
+        self._free: defaultdict[tuple[str, ...], list[int]] = defaultdict(list)
+        for argument in arguments:
+            self.place(argument)
+        self._arguments = len(self.kinds)
+
+    def place(self, variable: Variable) -> int:
+        """Return where the numbers of a variable begin."""
+        if variable.name not in self._places:
+            self._places[variable.name] = self.new(flat(variable.type, self.integer))
+        return self._places[variable.name]
+
+    def numbers(self, variable: Variable) -> range:
+        """Return where the numbers of a variable are."""
+        first = self.place(variable)
+        return range(first, first + len(flat(variable.type, self.integer)))
+
+    def new(self, kinds: Sequence[str]) -> int:
+        """Return where a new run of numbers begins."""
+        free = self._free[tuple(kinds)]
+        first = free.pop() if free else len(self.kinds)
+        if first == len(self.kinds):
+            self.kinds += kinds
+        self._runs.append((tuple(kinds), first))
+        return first
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """Let names mean other variables in this block."""
+        outside = self._places, self._runs
+        self._places, self._runs = {}, []
+        yield
+        for kinds, first in self._runs:
+            self._free[kinds].append(first)
+        self._places, self._runs = outside
+
+    def declared(self) -> bytes:
+        """Return what is not an argument as the format has it: how many in a row of each type."""
+        runs = groupby(self.kinds[self._arguments :])
+        return vector([leb(len(list(run))) + OP[kind] for kind, run in runs])
+
+
+_ROUNDER = ("f64.const", struct.pack("<d", INTEGER_IN_LAST_BITS))
+_FRACTION = ("i64.const", signed_leb(52))
+_MANTISSA, _UNIT = signed_leb(OF_MANTISSA), signed_leb(BITS_OF_ONE)
+IN_BITS = {
+    "power_of_two": emitted(*_ROUNDER, "f64+", "bits", *_FRACTION, "shift_left", "number"),
+    "mantissa": emitted("bits", "i64.const", _MANTISSA, "and", "i64.const", _UNIT, "or", "number"),
+    "exponent": emitted("bits", *_FRACTION, "shift_right", "i64.const", signed_leb(BITS_OF_ROUNDER), "or", "number", *_ROUNDER, "f64-"),
+}
+"""Instructions for the parts of a number, as `bristle.core.exponent` reads them."""
 
 
 class Code:
@@ -26,96 +164,74 @@ class Code:
 
     def body(self) -> bytes:
         """Return the function as the format has it: its size, its variables, its instructions."""
-        self._block(self.function.body)
-        if self.function.result != VOID:
-            self._emit("unreachable")
-        self._emit("end")
+        self._put(self.function.body, *["unreachable"] * (self.function.result != VOID), "end")
         content = self.locals.declared() + bytes(self.out)
         return leb(len(content)) + content
 
-    def _emit(self, *parts: str | bytes) -> None:
-        self.out += emitted(*parts)
-        self.depth += sum(part in ("block", "loop", "if") for part in parts) - parts.count("end")
+    def _put(self, *parts: Any) -> None:
+        """Write instructions by their names, bytes as they are, and the nodes of a tree: one part after the other."""
+        for part in parts:
+            if isinstance(part, list):
+                self._put(*part)
+            elif isinstance(part, tree.Node):
+                getattr(self, f"_{type(part).__name__.lower()}")(part)
+            else:
+                self.out += emitted(part)
+                self.depth += (part in ("block", "loop", "if")) - (part == "end")
 
     def _get(self, first: int, count: int = 1) -> None:
-        for place in range(first, first + count):
-            self._emit("get", leb(place))
+        self._put(*(emitted("get", leb(place)) for place in range(first, first + count)))
 
     def _set(self, first: int, count: int = 1) -> None:
-        for place in reversed(range(first, first + count)):
-            self._emit("set", leb(place))
+        self._put(*(emitted("set", leb(place)) for place in reversed(range(first, first + count))))
 
-    def _block(self, block: list[tree.Statement]) -> None:
-        for statement in block:
-            getattr(self, f"_do_{type(statement).__name__.lower()}")(statement)
-
-    def _do_assign(self, s: tree.Assign) -> None:
-        self._of(s.value)
+    def _assign(self, s: tree.Assign) -> None:
+        self._put(s.value)
         self._set(self.locals.place(s.variable), len(flat(s.variable.type, self.integer)))
 
-    def _do_store(self, s: tree.Store) -> None:
-        self._address(s.array, s.at)
-        self._of(s.value)
-        self._emit("store")
+    def _store(self, s: tree.Store) -> None:
+        self._put(*self._address(s.array, s.at), s.value, "store")
 
-    def _do_evaluate(self, s: tree.Evaluate) -> None:
-        self._of(s.call)
-        self._emit(*["drop"] * len(flat(s.call.type, self.integer)))
+    def _evaluate(self, s: tree.Evaluate) -> None:
+        self._put(s.call, *["drop"] * len(flat(s.call.type, self.integer)))
 
-    def _do_return(self, s: tree.Return) -> None:
-        if s.value is not None:
-            self._of(s.value)
-        self._emit(*(("br", leb(self.depth - self.end)) if self.end else ("return",)))
+    def _return(self, s: tree.Return) -> None:
+        leaving = ("br", leb(self.depth - self.end)) if self.end else ("return",)
+        self._put(*([] if s.value is None else [s.value]), *leaving)
 
-    def _do_if(self, s: tree.If) -> None:
-        self._of(s.test)
-        self._emit("if", "empty")
-        self._block(s.body)
-        if s.otherwise:
-            self._emit("else")
-            self._block(s.otherwise)
-        self._emit("end")
+    def _if(self, s: tree.If) -> None:
+        self._put(s.test, "if", "empty", s.body, *(["else", s.otherwise] if s.otherwise else []), "end")
 
-    def _do_while(self, s: tree.While) -> None:
-        self._emit("block", "empty", "loop", "empty")
-        self._of(s.test)
-        self._emit("eqz", "br_if", leb(1))
-        self.loops.append((self.depth - 1, self.depth))
-        self._block(s.body)
+    def _while(self, s: tree.While) -> None:
+        self._put("block", "empty", "loop", "empty", s.test, "eqz", "br_if", leb(1))
+        self._round(s.body, 1)
+        self._put("br", leb(0), "end", "end")
+
+    def _for(self, s: tree.For) -> None:
+        place = leb(self.locals.place(s.variable))
+        counted, kept = emitted("get", place), emitted("set", place)
+        self._put(s.start, kept, "block", "empty", "loop", "empty", counted, s.stop)
+        self._put(f"{self.integer}<", "eqz", "br_if", leb(1), "block", "empty")
+        self._round(s.body, 2)
+        self._put("end", counted, f"{self.integer}.const", signed_leb(1), f"{self.integer}+", kept, "br", leb(0), "end", "end")
+
+    def _round(self, body: list[tree.Statement], blocks: int) -> None:
+        """Write one round of a loop, so many blocks inside of what a break leaves."""
+        self.loops.append((self.depth - blocks, self.depth))
+        self._put(body)
         self.loops.pop()
-        self._emit("br", leb(0), "end", "end")
 
-    def _do_for(self, s: tree.For) -> None:
-        place = self.locals.place(s.variable)
-        self._of(s.start)
-        self._set(place)
-        self._emit("block", "empty", "loop", "empty")
-        self._get(place)
-        self._of(s.stop)
-        self._emit(f"{self.integer}<", "eqz", "br_if", leb(1), "block", "empty")
-        self.loops.append((self.depth - 2, self.depth))
-        self._block(s.body)
-        self.loops.pop()
-        self._emit("end")
-        self._get(place)
-        self._emit(f"{self.integer}.const", signed_leb(1), f"{self.integer}+")
-        self._set(place)
-        self._emit("br", leb(0), "end", "end")
+    def _break(self, s: tree.Break) -> None:
+        self._put("br", leb(self.depth - self.loops[-1][0]))
 
-    def _do_break(self, s: tree.Break) -> None:
-        self._emit("br", leb(self.depth - self.loops[-1][0]))
-
-    def _do_continue(self, s: tree.Continue) -> None:
-        self._emit("br", leb(self.depth - self.loops[-1][1]))
-
-    def _of(self, e: tree.Expression) -> None:
-        getattr(self, f"_{type(e).__name__.lower()}")(e)
+    def _continue(self, s: tree.Continue) -> None:
+        self._put("br", leb(self.depth - self.loops[-1][1]))
 
     def _constant(self, e: tree.Constant) -> None:
         if e.type == REAL:
-            self._emit("f64.const", struct.pack("<d", float(e.value)))
+            self._put("f64.const", struct.pack("<d", float(e.value)))
         else:
-            self._emit("i32.const" if e.type == TRUTH else f"{self.integer}.const", signed_leb(int(e.value)))
+            self._put("i32.const" if e.type == TRUTH else f"{self.integer}.const", signed_leb(int(e.value)))
 
     def _variable(self, e: tree.Variable) -> None:
         self._get(self.locals.place(e), len(flat(e.type, self.integer)))
@@ -125,7 +241,7 @@ class Code:
         if first is None:
             assert isinstance(e.of.type, Struct)
             numbers = flat(e.of.type, self.integer)
-            self._of(e.of)
+            self._put(e.of)
             first = self.locals.new(numbers)
             self._set(first, len(numbers))
             first += self._offset(e.of.type, e.name)
@@ -144,73 +260,48 @@ class Code:
         return sum(len(flat(part, self.integer)) for _, part in kind.fields[: kind.place(name)])
 
     def _index(self, e: tree.Index) -> None:
-        self._address(e.array, e.at)
-        self._emit("load")
+        self._put(*self._address(e.array, e.at), "load")
 
-    def _address(self, array: tree.Expression, at: tree.Expression) -> None:
-        self._of(array)
-        self._of(at)
-        if self.integer == "i64":
-            self._emit("wrap")
-        self._emit("i32.const", signed_leb(8), "i32*", "i32+")
+    def _address(self, array: tree.Expression, at: tree.Expression) -> list[Any]:
+        return [array, at, *["wrap"] * (self.integer == "i64"), "i32.const", signed_leb(8), "i32*", "i32+"]
 
     def _negative(self, e: tree.Negative) -> None:
-        if e.type == REAL:
-            self._of(e.of)
-            self._emit("negate")
-        else:
-            self._emit(f"{self.integer}.const", signed_leb(0))
-            self._of(e.of)
-            self._emit(f"{self.integer}-")
+        whole = f"{self.integer}.const", signed_leb(0), e.of, f"{self.integer}-"
+        self._put(*((e.of, "negate") if e.type == REAL else whole))
 
     def _not(self, e: tree.Not) -> None:
-        self._of(e.of)
-        self._emit("eqz")
+        self._put(e.of, "eqz")
 
     def _binary(self, e: tree.Binary | tree.Compare) -> None:
         operation = f"{'f64' if e.left.type == REAL else self.integer}{e.operator}"
         if operation not in OP:
             raise NotExportableError(self.function.source, None, f"{e.operator} of whole numbers that are not known here")
-        self._of(e.left)
-        self._of(e.right)
-        self._emit(operation)
+        self._put(e.left, e.right, operation)
 
     _compare = _binary
 
     def _logic(self, e: tree.Logic) -> None:
-        self._of(e.parts[0])
+        self._put(e.parts[0])
         for part in e.parts[1:]:
-            self._emit("if", "i32")
-            if e.operator == "or":
-                self._emit("i32.const", signed_leb(1), "else")
-                self._of(part)
-            else:
-                self._of(part)
-                self._emit("else", "i32.const", signed_leb(0))
-            self._emit("end")
+            ways = ("i32.const", signed_leb(1), "else", part) if e.operator == "or" else (part, "else", "i32.const", signed_leb(0))
+            self._put("if", "i32", *ways, "end")
 
     def _select(self, e: tree.Select) -> None:
-        self._of(e.test)
-        self._emit("if", self.types.block(flat(e.type, self.integer)))
-        self._of(e.first)
-        self._emit("else")
-        self._of(e.second)
-        self._emit("end")
+        self._put(e.test)
+        self._put("if", self.types.block(flat(e.type, self.integer)), e.first, "else", e.second, "end")
 
     def _convert(self, e: tree.Convert) -> None:
-        self._of(e.of)
-        if e.type == INTEGER and e.of.type == REAL:
-            self._emit(f"{self.integer}.truncate")
-        elif e.type == REAL:
-            self._emit("i32.real" if e.of.type == TRUTH else f"{self.integer}.real")
-        elif self.integer == "i64":
-            self._emit("widen")
+        operation = "widen" if self.integer == "i64" else b""
+        if e.type == REAL:
+            operation = "i32.real" if e.of.type == TRUTH else f"{self.integer}.real"
+        elif e.type == INTEGER and e.of.type == REAL:
+            operation = f"{self.integer}.truncate"
+        self._put(e.of, operation)
 
     def _call(self, e: tree.Call) -> None:
-        for argument in e.arguments:
-            self._of(argument)
+        self._put(*e.arguments)
         if id(e.function) in self.numbers:
-            self._emit("call", leb(self.numbers[id(e.function)]))
+            self._put("call", leb(self.numbers[id(e.function)]))
         else:
             self._run(e.function)
 
@@ -220,44 +311,35 @@ class Code:
         with self.locals.apart():
             for place in reversed([n for parameter in function.parameters for n in self.locals.numbers(parameter)]):
                 self._set(place)
-            self._emit("block", self.types.block(flat(function.result, self.integer)))
+            self._put("block", self.types.block(flat(function.result, self.integer)))
             self.end = self.depth
-            self._block(function.body)
-            if function.result != VOID:
-                self._emit("unreachable")
-            self._emit("end")
+            self._put(function.body, *["unreachable"] * (function.result != VOID), "end")
         self.end = outside
 
     def _make(self, e: tree.Make) -> None:
-        for part in e.parts:
-            self._of(part)
+        self._put(*e.parts)
 
     def _intrinsic(self, e: tree.Intrinsic) -> None:
         if e.name in ("min", "max"):
             self._least(e)
             return
-        for argument in e.arguments:
-            self._of(argument)
+        self._put(*e.arguments)
         if e.name == "floor":
-            self._emit("floor", f"{self.integer}.truncate")
+            self._put("floor", f"{self.integer}.truncate")
         elif e.name in ("isinf", "isnan"):
             x = leb(self.locals.new(["f64"]))
             largest = ("abs", "f64.const", struct.pack("<d", LARGEST), "f64>")
-            self._emit("tee", x, *(("get", x, "f64!=") if e.name == "isnan" else largest))
-        elif e.name in IN_BITS:
-            self._emit(IN_BITS[e.name])
-        elif e.type == REAL:
-            self._emit(e.name)
-        else:
+            self._put("tee", x, *(("get", x, "f64!=") if e.name == "isnan" else largest))
+        elif e.name not in IN_BITS and e.type != REAL:
             raise NotExportableError(self.function.source, None, f"{e.name} of whole numbers")
+        else:
+            self._put(IN_BITS.get(e.name, e.name))
 
     def _least(self, e: tree.Intrinsic) -> None:
         """Give ``b if b < a else a``, or with ``>``: what Python gives, for NaN and zeros too."""
         kind = flat(e.type, self.integer)
-        a, b = self.locals.new(kind), self.locals.new(kind)
-        for place, argument in zip((a, b), e.arguments, strict=True):
-            self._of(argument)
-            self._set(place)
-        for place in (b, a, b, a):
-            self._get(place)
-        self._emit(f"{'f64' if e.type == REAL else self.integer}{'<' if e.name == 'min' else '>'}", "select")
+        places = a, b = [leb(self.locals.new(kind)) for _ in range(2)]
+        for place, argument in zip(places, e.arguments, strict=True):
+            self._put(argument, "set", place)
+        operation = f"{'f64' if e.type == REAL else self.integer}{'<' if e.name == 'min' else '>'}"
+        self._put("get", b, "get", a, "get", b, "get", a, operation, "select")

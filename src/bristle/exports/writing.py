@@ -1,25 +1,25 @@
 """What is exported is looked at before a target writes it, and what a target wrote before it becomes a result."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from bristle.core.content import Readable
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Experiment, Variant
 from bristle.exports.c_code import RESERVED
-from bristle.exports.described import Source
+from bristle.exports.described import Source, hash_of_law, hash_of_model
+from bristle.exports.effect import SERIOUS, Effect, effect_of_files, effect_of_law, loop_for, samples_ahead
+from bristle.exports.law import law_of
 from bristle.exports.targets import TARGETS, Product, Request, Target
+from bristle.exports.tunable import refuse_beyond_single, single_note
 from bristle.files.owned import is_plain
 from bristle.files.permission import code_at
 from bristle.files.results import SUMMARY
 from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
-
-if TYPE_CHECKING:
-    from bristle.exports.effect import Effect
+from bristle.identification.parameters import Role, acts_in_sliding
 
 MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'
 
@@ -60,7 +60,6 @@ def load_target_file(path: Readable) -> Target:
     return target
 
 
-CLEARLY = 0.95  # of the error with the usual rule at rest: another one is better
 SEEN = ("identified", "held")
 SAID_OF_REST = {
     "held": "at rest (v = 0) the model keeps the force of the direction it came from; --rest middle writes the other rule",
@@ -86,10 +85,6 @@ def target_named(name: str | Target) -> Target:
 
 def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) -> Product:
     """Return the files of a model for a target."""
-    from bristle.exports.described import hash_of_model
-    from bristle.exports.effect_of import ahead_text, loop_for
-    from bristle.exports.tunable import refuse_beyond_single
-
     target = target_named(to)
     operator = request.model.name if request.model.component.family == "hysteresis" else ""
     demands = {"tunable": request.tunable, "single": request.single, "rest": request.rest, "compares": request.log is not None}
@@ -103,7 +98,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     remarks = (
         *_unseen(request),
         *(effect.lines() if effect else ()),
-        *((ahead_text(loop_for(request)),) if feeds else ()),
+        *((_ahead_text(loop_for(request)),) if feeds else ()),
         *(SAID_OF_REST[rule] for rule in (rest_rule(request.sampled),) if rule),
     )
     source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.model))
@@ -111,9 +106,20 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     return replace(product, notes=(*remarks, *product.notes), effect=effect)
 
 
+def _ahead_text(loop: Variant | None) -> str:
+    """Return how the desired motion is fed ahead, in a sentence."""
+    if loop is None:
+        return "feed the desired motion 1 sample ahead at least, and by delay and lag of the drive, which are not known"
+    ahead, run = samples_ahead(loop), loop.run
+    late = run.delay * run.sample_time + run.current_lag
+    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "no delay and no lag are known"
+    samples = "sample" if ahead == 1 else "samples"
+    head = f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead"
+    return f"{head}: 1 for the step to come, {rest}"
+
+
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
     """Return what is asked for with its rule at rest, and the effect: where nobody asked for one, the better rule."""
-    from bristle.exports.effect_of import effect_of_files
 
     def effect(ruled: Request) -> Effect | None:
         if target.reads is None:
@@ -128,15 +134,14 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
     tried = [(ruled, effect(ruled)) for ruled in requests]
     best = tried[0]
     for ruled, with_it in tried[1:]:
-        if with_it is not None and best[1] is not None and with_it.ratio < CLEARLY * best[1].ratio:
+        # Below this share of the error with the usual rule at rest, another rule is better.
+        if with_it is not None and best[1] is not None and with_it.ratio < 0.95 * best[1].ratio:
             best = ruled, with_it
     return best
 
 
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
-    from bristle.exports.effect import SERIOUS
-
     if effect is not None and effect.is_harmful:
         with_memory = "Lower the integral gain of the controller, or feed 90 % of it: write it all the same"
         without = "Export a model with memory (--to c, --law), or write it all the same"
@@ -150,8 +155,6 @@ def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
 
 def _unseen(request: Request) -> tuple[str, ...]:
     """Return which levels of friction no log has shown, a sentence each, from what a model file says of them."""
-    from bristle.identification.parameters import Role, acts_in_sliding
-
     notes = []
     for name, variable in request.model.component.variables.items():
         entry = request.source.uncertainty.get(name, {})
@@ -210,13 +213,6 @@ def law_for(
     to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False, accept_harm: bool = False
 ) -> Product:
     """Return the files of the control law of a variant for a target; its options are those of a `Request`."""
-    import numpy as np
-
-    from bristle.exports.described import hash_of_law
-    from bristle.exports.effect_of import effect_of_law
-    from bristle.exports.law import law_of
-    from bristle.exports.tunable import refuse_beyond_single, single_note
-
     target = target_named(to)
     _refuse_beyond(target, write_law=True, tunable=tunable, single=single)
     if single:

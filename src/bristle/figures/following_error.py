@@ -15,8 +15,7 @@ from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.drawing import label
 from bristle.figures.report_figure import ReportFigure
-from bristle.simulation.result import SimulationResult
-from bristle.simulation.reversals import worst_reversal
+from bristle.simulation.result import SimulationResult, worst_reversal
 
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit

@@ -16,7 +16,7 @@ from bristle.figures.drawing import AT_TICKS, shortened
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from bristle.study.dataset import Runs
+    from bristle.study.store import Runs
 
 
 @style.styled

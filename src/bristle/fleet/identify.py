@@ -26,10 +26,9 @@ from bristle.identification.result import Estimate
 from bristle.logs.formats import reading
 from bristle.logs.readers import read_log
 from bristle.study.block import RAISED, REASON, REFUSED
-from bristle.study.dataset import OK
 from bristle.study.plan import Block
 from bristle.study.run import Progress, Ran, run_within
-from bristle.study.store import RUNS, SCHEMA, STUDY, Store, opened, refuse_another, study_in
+from bristle.study.store import OK, RUNS, SCHEMA, STUDY, Store, opened, refuse_another, study_in
 
 
 class FleetStore(Store):

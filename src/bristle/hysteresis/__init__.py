@@ -26,8 +26,7 @@ from bristle.hysteresis.relay_grid import MODEL as relay_grid
 from bristle.hysteresis.relay_grid import relays_of
 from bristle.hysteresis.reversal_table import MODEL as reversal_table
 from bristle.hysteresis.stop import MODEL as stop
-from bristle.hysteresis.table_of_curves import table_of_curves
-from bristle.hysteresis.tabulate import from_reversal_curves, tabulated
+from bristle.hysteresis.tabulate import from_reversal_curves, table_of_curves, tabulated
 from bristle.hysteresis.transition_branches import transition_branches
 
 OPERATORS: dict[str, HysteresisOperator] = {

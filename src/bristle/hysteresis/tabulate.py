@@ -11,10 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.edge import CURVE, FUNCTION, KIND, Amount, amount, guarded, many, whole
+from bristle.core.edge import CURVE, FUNCTION, KIND, Amount, among, amount, guarded, many, whole
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import KINDS, Kind, Variable
 from bristle.hysteresis.everett_table import MODEL
+from bristle.hysteresis.reversal_table import MODEL as REVERSAL_TABLE
+from bristle.hysteresis.reversal_table import Curves
 
 NODES = 101
 
@@ -59,11 +61,10 @@ def tabulated(
     >>> response(magnet, [1.0, 0.0, -1.0]).round(3)
     array([ 1. ,  0.5, -1. ])
     """
-    nodes = _nodes(extent, rows, columns)
-    table = np.zeros((rows, columns))
+    (alpha, beta, d), table = _nodes(extent, rows, columns), np.zeros((rows, columns))
     for at in np.ndindex(rows, columns):
-        table[at] = everett(float(nodes.alpha[at]), float(nodes.beta[at])) if at[1] else 0.0
-    return _operator(nodes, table, kind, settings)
+        table[at] = everett(float(alpha[at]), float(beta[at])) if at[1] else 0.0
+    return MODEL(kind=kind, extent=extent, E=table.ravel(), upper=_upper(table, d), **settings)
 
 
 @guarded(curves=many(CURVE, least=2), **SIZES)
@@ -94,48 +95,28 @@ def from_reversal_curves(
     InputError
         If there are fewer than two curves, or one does not descend.
     """
-    read = sorted((_curve(u, f, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve[0])
-    alphas = np.array([alpha for alpha, _, _ in read])
-    extent = max(float(alphas[-1]), *(float(drop[-1] - alpha) for alpha, drop, _ in read))
-    nodes = _nodes(extent, rows, columns)
-    drops, table = nodes.alpha - nodes.beta, np.zeros((rows, columns))
-    following = np.clip(np.searchsorted(alphas, nodes.alpha), 1, alphas.size - 1)
+    # Each rises where it is mirrored; in the order of where they turned.
+    read = sorted((_curve(u, f, -1.0, index) for index, (u, f) in enumerate(curves)), key=lambda curve: -curve.u[0])
+    alphas = np.array([-curve.u[0] for curve in read])
+    extent = max(float(alphas[-1]), *(float(curve.u[-1] - curve.u[0] + curve.u[0]) for curve in read))
+    (alpha, beta, d), table = _nodes(extent, rows, columns), np.zeros((rows, columns))
+    drops, following = alpha - beta, np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1)
     for right in range(1, alphas.size):
         # Between curves at the same drop: there E is smooth, and zero where the drop is.
         at = following == right
-        low, high = (np.interp(drops[at], drop, E) for _, drop, E in read[right - 1 : right + 1])
-        share = np.clip((nodes.alpha[at] - alphas[right - 1]) / (alphas[right] - alphas[right - 1]), 0.0, 1.0)
+        low, high = (np.interp(drops[at], u - u[0], 0.5 * (f - f[0])) for u, f in read[right - 1 : right + 1])
+        share = np.clip((alpha[at] - alphas[right - 1]) / (alphas[right] - alphas[right - 1]), 0.0, 1.0)
         table[at] = low + share * (high - low)
-    return _operator(nodes, table, kind, settings)
+    return MODEL(kind=kind, extent=extent, E=table.ravel(), upper=_upper(table, d), **settings)
 
 
-class _Nodes(NamedTuple):
-    """Inputs [m or rad] at the nodes of a table, of shape (rows, columns), and their distances by column."""
-
-    extent: float
-    alpha: np.ndarray
-    beta: np.ndarray
-    d: np.ndarray
-
-
-def _nodes(extent: float, rows: int, columns: int) -> _Nodes:
+def _nodes(extent: float, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return inputs [m or rad] at the nodes of a table, alpha and beta of shape (rows, columns), and their distances by column."""
     if rows % 2 == 0:
         raise InputError("must be odd", path="rows", value=rows, allowed="odd, >= 3", mend=f"Take {rows + 1}")
     d = 2.0 * extent * np.linspace(0.0, 1.0, columns) ** 2
     c = np.linspace(-1.0, 1.0, rows)[:, None] * (2.0 * extent - d)
-    return _Nodes(extent, 0.5 * (c + d), 0.5 * (c - d), d)
-
-
-def _operator(nodes: _Nodes, table: np.ndarray, kind: Kind, settings: dict[str, Any]) -> Model:
-    return MODEL(kind=kind, extent=nodes.extent, E=table.ravel(), upper=_upper(table, nodes.d), **settings)
-
-
-def _curve(u: Any, f: Any, index: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return where a curve turned, how far it has come down, and E there."""
-    path, output = np.asarray(u, dtype=float), np.asarray(f, dtype=float)
-    if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) < 0.0):
-        raise InputError("must descend: inputs that fall, each with its output", path=f"curves[{index}]", mend="Sort by input")
-    return float(path[0]), path[0] - path, 0.5 * (output[0] - output)
+    return 0.5 * (c + d), 0.5 * (c - d), d
 
 
 def _upper(table: np.ndarray, d: np.ndarray) -> np.ndarray:
@@ -145,3 +126,85 @@ def _upper(table: np.ndarray, d: np.ndarray) -> np.ndarray:
     across = (table[middle + 1] - table[middle - 1])[:-1] * (rows - 1) / (4.0 * span)
     across = np.append(across, across[-1])
     return 0.5 * (table[middle] + np.concatenate([[0.0], np.cumsum(0.5 * (across[1:] + across[:-1]) * np.diff(d))]))
+
+
+COLUMNS = 257
+
+
+class Curve(NamedTuple):
+    """A reversal curve, mirrored if need be so that it rises."""
+
+    u: np.ndarray
+    f: np.ndarray
+
+
+@guarded(curves=many(CURVE, least=2), columns=whole(2, 10**5), kind=among(*KINDS, "magnetic", "piezo"))
+def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any) -> Model:
+    """Return the operator that has these first-order reversal curves.
+
+    Every curve comes from saturation on the side that it returns to: the major branch is what the first samples of all
+    curves lie on. The largest input of all is taken for saturation. Nothing is assumed of the sign of the measure.
+
+    Parameters
+    ----------
+    curves : sequence of (u, f)
+        Input [m, rad or T] and output [N, N*m or A*m^2] of each curve, shape (sample,), from its reversal on; all
+        rise or all fall.
+    columns : int
+        Number of nodes along each curve.
+    kind : {"translational", "rotational", "magnetic", "piezo"}
+        What the units are.
+    **settings
+        ``capacity`` and ``tolerance`` of the operator.
+
+    Returns
+    -------
+    Model
+        A `reversal_table` operator; the output that it has along each curve is that of the data.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two curves, one is not monotone, or some rise and some fall.
+    """
+    side = _side(curves[0])
+    read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve.u[0])
+    last = max(read, key=lambda curve: curve.u[-1])
+    top, saturation = float(last.u[-1]), float(last.f[-1])
+    # Two reversals are one within this share of the range of inputs.
+    distinct = _apart([curve for curve in read if curve.u[0] < top], 1e-9 * (top - read[0].u[0]))
+    share = np.linspace(0.0, 1.0, columns)
+    rows = [0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct]
+    table = Curves(
+        reversals=np.array([*(curve.u[0] for curve in distinct), top]),
+        ends=np.array([*(curve.u[-1] for curve in distinct), top]),
+        E=np.concatenate([*rows, np.zeros(columns)]),
+        E_top=np.array([*(0.5 * (saturation - curve.f[0]) for curve in distinct), 0.0]),
+        side=side,
+        offset=0.0,
+    )
+    return REVERSAL_TABLE(kind=kind, **table._asdict() | {"offset": side * (saturation - float(table.E_top[0]))}, **settings)
+
+
+def _side(curve: tuple[Any, Any]) -> float:
+    path = np.asarray(curve[0], dtype=float)
+    return -1.0 if path.size > 1 and path[-1] < path[0] else 1.0
+
+
+def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
+    path, output = side * np.asarray(u, dtype=float), side * np.asarray(f, dtype=float)
+    if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
+        way, mend = "rise" if side > 0.0 else "fall", "Begin each curve at its reversal; leave out curves of one sample"
+        raise InputError(f"must {way} throughout, all curves alike", path=f"curves[{index}]", mend=mend)
+    return Curve(path, output)
+
+
+def _apart(curves: list[Curve], least: float) -> list[Curve]:
+    """Return the curves without those that turned where another one did."""
+    distinct: list[Curve] = []
+    for curve in curves:
+        if not distinct or curve.u[0] - distinct[-1].u[0] > least:
+            distinct.append(curve)
+    if len(distinct) < 2:
+        raise InputError("needs curves that turned at different inputs", path="curves", value=len(curves))
+    return distinct

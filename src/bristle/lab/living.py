@@ -89,10 +89,6 @@ def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     return {name: {"status": estimate.status, "interval": estimate.ends} for name, estimate in fit.parameters.items()}
 
 
-COLUMNS = 1000  # of the line of a following error
-STEPS = 4096.0  # steps of a following error that is shown
-
-
 def followed_part(friction: Model, simulation: SimulationResult | None, following: Following | None) -> dict[str, Any] | None:
     """Return how the loop followed, and what computes it; None where nothing followed."""
     errors = _errors(simulation, following)
@@ -130,8 +126,8 @@ def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
     """Return a following error over time as few points that look the same."""
     from bristle.figures.style import envelope
 
-    samples = envelope(error, COLUMNS)
-    step = float(np.max(np.abs(error))) / STEPS or 1.0
+    samples = envelope(error, 1000)  # columns of its line
+    step = float(np.max(np.abs(error))) / 4096.0 or 1.0  # so many steps to its largest value
     numbers = [differences(samples.astype(float), 2), differences(np.round(error[samples] / step), 1)]
     return {
         "name": name,

@@ -25,8 +25,6 @@ from bristle.simulation.result import relative_error_percent
 
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
 FINE = 2**20  # steps in the longest way of an interval
-STEPS = 64.0  # steps in the root mean square of what the model leaves over
-TAIL = 1e-4  # share of the response of the filters that is left out on either side
 NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
 
 
@@ -128,14 +126,14 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
     selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]
     summed, middle = np.cumsum(dataset.response), dataset.response.size // 2
-    left = np.flatnonzero(np.abs(summed[:middle]) > TAIL)
+    left = np.flatnonzero(np.abs(summed[:middle]) > 1e-4)  # share of the response of the filters that is left out on either side
     reach = middle - int(left[0]) if left.size else 0
     response = summed[middle - reach : middle + reach + 1]  # summed up from its first sample on, without its tails
     stretches, step = _stretches(dataset, fit, selection, response)
     chosen = np.concatenate(selection)
     residual, measured = traces.residual[:count], traces.measured[:count]
     rms = float(np.sqrt(np.mean(residual**2)))
-    finest = rms / STEPS or NEGLIGIBLE * float(np.max(np.abs(measured)))
+    finest = rms / 64.0 or NEGLIGIBLE * float(np.max(np.abs(measured)))  # 64 steps in what the model leaves over
     return FittedRows(
         dataset.sample_time,
         step,

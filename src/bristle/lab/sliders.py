@@ -181,11 +181,6 @@ def slider_for(
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)
 
 
-PULL = 0.25  # velocity of the far end of the spring over that at which friction falls
-PERIODS = 30.0  # natural periods that a mass on the spring sticks for
-DROP = 0.3  # share of friction that the spring gains meanwhile
-
-
 class Scales(NamedTuple):
     """Distance of pre-sliding [m or rad], velocity at which friction falls [m/s or rad/s], and force [N or N*m]."""
 
@@ -212,9 +207,10 @@ def scales_of(subject: Subject) -> Scales:
 
 def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
     """Return a mass on a spring that this friction lets stick and slip, its far end moving slowly."""
-    m, v_e = mass or 1.0, float(f"{PULL * scales.speed:.2g}")  # [kg or kg*m^2]
-    # It sticks for 2 * drop / (k * v_e), which is so many times 2 * pi * sqrt(m / k).
-    root = DROP * scales.force / (v_e * PERIODS * math.pi * math.sqrt(m))
+    # The far end moves at a quarter of the velocity at which friction falls.
+    m, v_e = mass or 1.0, float(f"{0.25 * scales.speed:.2g}")  # [kg or kg*m^2]
+    # The mass sticks for 30 natural periods, 2 * pi * sqrt(m / k), while the spring gains a share of 0.3 of friction.
+    root = 0.3 * scales.force / (v_e * 30.0 * math.pi * math.sqrt(m))
     return pulled_inertia(M=m, k=float(f"{root**2:.2g}"), v_e=v_e, kind=model.kind)
 
 

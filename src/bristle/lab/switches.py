@@ -34,10 +34,9 @@ from bristle.friction.level import RISES_WITH as RISING
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
 from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
-from bristle.lab.described import described, example_named, module_described, variables_of, walks_of
+from bristle.lab.described import described, example_named, module_described, variables_of, walked_together, walks_of
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
-from bristle.lab.walks import walked_together
 
 
 class Surroundings(NamedTuple):

@@ -20,7 +20,7 @@ from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.loop import linear_system as linear
-from bristle.loop.sampled_loop import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
+from bristle.loop.linear_system import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
 FINER, GAINS = 0.98, 400  # from one gain that is tried to the next, and how many are
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
 from bristle.core.edge import PROGRESS, TEXT, Amount, Progress, amount, guarded, optional
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
@@ -23,6 +22,7 @@ from bristle.loop.linear_system import sliding_force
 from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, lagging, proposals_for
 from bristle.references import circle
 from bristle.simulation import simulate
+from bristle.simulation.run import seeded
 
 SAMPLES_LEAST = 400  # in a revolution
 
@@ -239,23 +239,17 @@ def run_circles(
 
 
 def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
-    revolution = 2.0 * math.pi * radius / feed
+    # The second axis has noise of its own.
+    revolution, run = 2.0 * math.pi * radius / feed, int(axis == "y")
     return replace(
         variant,
         name=f"{variant.name}, {axis}",
         reference=circle(kind=variant.plant.kind, radius=radius, feed=feed, axis=axis),
-        friction=_seeded(variant.friction, axis),
-        table=None if variant.table is None else _seeded(variant.table, axis),
-        sensor=_seeded(variant.sensor, axis),
+        friction=seeded(variant.friction, run),
+        table=None if variant.table is None else seeded(variant.table, run),
+        sensor=seeded(variant.sensor, run),
         disturbance=None,
         injected=None,
         learning=None,
         run=replace(variant.run, duration=2.0 * revolution, settle=revolution, seeds=1),
     )
-
-
-def _seeded(model: Model, axis: str) -> Model:
-    """Return a model with noise of its own on the second axis."""
-    if axis == "x" or "seed" not in model.values:
-        return model
-    return model.with_values(seed=model.values["seed"] + 1)

@@ -29,13 +29,11 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
 from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
-from bristle.loop.linear_system import LARGE, SMALL, linear_law, linear_plant
-from bristle.loop.sampled_loop import GAIN_ENOUGH, HALVINGS, PHASE_ENOUGH, SampledLoop, margins_of
+from bristle.loop.linear_system import GAIN_ENOUGH, HALVINGS, LARGE, PHASE_ENOUGH, SMALL, SampledLoop, linear_law, linear_plant, margins_of
 from bristle.simulation import Statistics, simulate
 
 PHASE = 40.0  # margin that the loop is to keep [deg]
 UNSTATED = (2e-4, 1e-3)  # lags of a current loop that nobody stated: the least and the largest [s]
-FURTHER = 5e-4  # more lag than is stated, at which the usual phase margin is left [s]
 WIDEST, NARROWEST = 3.0, 1e-4  # bandwidths that are tried, in 1/sample time
 RUNS_MAX = 2  # simulations of each loop
 AS_IT_IS, TUNED, OBSERVER = "as it is", "tuned", "with an observer"
@@ -66,7 +64,8 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     run = variant.run
     # No current loop is without a lag: each lag [s] with the phase margin [deg] that the loop must keep there.
     stated = run.current_lag
-    lags = ((stated, PHASE), (stated + FURTHER, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
+    # More lag than is stated, at which the usual phase margin is left [s].
+    lags = ((stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
     plants = [(amplitude, phase, linear_plant(lagging(variant, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
 
     def keeps_margins(omega: float) -> bool:

@@ -24,8 +24,6 @@ from bristle.prediction.predict import rows_as_fitted
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
 SLOWEST = 1e-9  # of the largest speed: what stands for rest
 REMEMBERED = 16  # curves and distances: a report asks for the same ones again and again
-STRAIGHT = 1e-6  # of the largest force: a deviation that is none
-RESOLVED = 2e-5  # of the largest force: so far a point between two others may be off the line through them
 BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
 SETTLED_SHARE = 0.95  # of the change after a reversal: friction has turned
 WAY = np.geomspace(1e-9, 1e-1, 160)  # after a reversal [m or rad]
@@ -184,7 +182,8 @@ def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np
 def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
     """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most."""
     forces = dict(steady_side(model, direction, fastest, COARSE).tolist())
-    allowed = RESOLVED * max(map(abs, forces.values()))
+    # So far, over the largest force, a point between two others may be off the line through them.
+    allowed = 2e-5 * max(map(abs, forces.values()))
     speeds = sorted(forces)
     apart = list(pairwise(speeds))
     off = 0.0
@@ -207,7 +206,7 @@ def placed(curve: np.ndarray, count: int) -> list[int]:
 
     Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
     """
-    low, high = STRAIGHT * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))
+    low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a deviation below is none
     best = _reached(curve, low, count)
     if best is not None:
         return best
@@ -256,17 +255,10 @@ def reversal_distance(model: Model, fastest: float) -> float:
     return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0
 
 
-class TableError(NamedTuple):
-    """What a table errs by along a log: at most, and its root mean square [N or N*m]."""
-
-    largest: float
-    rms: float
-
-
 def table_error(
     friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray], treatment: Mapping[str, float]
-) -> TableError:
-    """Return how far a table is from the model along the motion of a log, as the identification sees that motion."""
+) -> tuple[float, float]:
+    """Return by how much a table errs along the motion of a log as it is identified: at most, and in root mean square [N or N*m]."""
     if friction.kind != log.kind:
         raise InputError("is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give its axis file")
     if log.effort is None:
@@ -280,4 +272,4 @@ def table_error(
         # At rest, the table gives the force of the side that the motion came to rest on.
         gaps.append(rows.without_edges(force - np.where(np.signbit(segment.velocity), -backward, forward)))
     gap = finite(np.concatenate(gaps), friction, "friction")
-    return TableError(float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2))))
+    return float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2)))

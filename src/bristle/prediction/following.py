@@ -30,7 +30,6 @@ from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, re
 from bristle.simulation.result import SimulationResult, Statistics, statistics_of
 
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
-MOST = 30_000  # samples that are simulated for each factor
 ALIKE = 1.1  # ratio of two differences that tell nothing apart
 
 
@@ -178,7 +177,7 @@ class _Trial(NamedTuple):
     @classmethod
     def of(cls, variant: Variant, error: np.ndarray) -> _Trial:
         """Return the first samples of a loop."""
-        run, count = variant.run, min(error.size, MOST)
+        run, count = variant.run, min(error.size, 30_000)  # samples that are simulated for each factor
         time = run.sample_time * np.arange(count)
         desired = variant.reference.component.sample(time, variant.reference.parameters)[0]
         return cls(variant.first(count), error[:count], time >= run.settle, desired)

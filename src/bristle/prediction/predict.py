@@ -30,9 +30,7 @@ from bristle.simulation.result import Prediction, relative_error_percent
 
 MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
-FAR = 1.5  # times the largest speed that the model was fitted to
 SPAN = 20  # samples over which a speed is taken
-MOST = 0.4  # of the sampling frequency, for a cut-off
 
 CHANNELS = {
     "delay": optional(amount(Variable("time", "delay of the effort"))),
@@ -125,7 +123,7 @@ def predict(
         frequency, stride = treatment_of(cutoff, decimation, log.kind)
         remarks, limit = (), frequency if frequency is not None else axis.cutoff if axis is not None else None
         if limit is not None and limit * log.sample_time >= 0.5:  # sampled too slowly for the filter of the identification
-            frequency, stride = MOST / log.sample_time, 1
+            frequency, stride = 0.4 / log.sample_time, 1  # a cut-off that fits the sampling
             remarks = (Diagnostic("filtered", severity="note", numbers={"wanted": limit, "cutoff": frequency}),)
         channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
         dataset = rows_as_fitted(log, axis, {"cutoff": frequency, **channels}, stride)
@@ -271,6 +269,6 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     positions = [log.position.values[part] for part in log.segments or (slice(None),)]
     travels = [np.max(np.abs(position[SPAN:] - position[:-SPAN])) for position in positions if position.size > SPAN]
     top = float(max(travels, default=0.0)) / (SPAN * log.sample_time)
-    if velocity_max is not None and top > FAR * velocity_max:
+    if velocity_max is not None and top > 1.5 * velocity_max:
         doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))
     return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))

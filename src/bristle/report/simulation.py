@@ -13,8 +13,7 @@ from bristle.report.loops import component_table, direction_table, law_lines, lo
 from bristle.report.messages import as_data
 from bristle.report.page import Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text
-from bristle.simulation.result import SimulationResult, VariantResult
-from bristle.simulation.reversals import swing_at_worst_reversal
+from bristle.simulation.result import SimulationResult, VariantResult, swing_at_worst_reversal
 
 ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
 

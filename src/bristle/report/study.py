@@ -13,11 +13,11 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
 from bristle.core.typography import interval_text, number, scale_of, with_unit
 from bristle.report.page import Figures, Front, Section, report_page
 from bristle.report.table import Quantity, Table
-from bristle.study.dataset import OK, Runs
+from bristle.study.store import OK, Runs
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
-    from bristle.study.dataset import Runs
+    from bristle.study.store import Runs
 
 
 FAILURES_SHOWN = 20

@@ -12,10 +12,9 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from bristle.server.cases import ROLES, Case, Cases, Part, RefusedRequestError, StoredFile, json_of, label_of, stored
+from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
-from bristle.server.job import Job
 from bristle.server.limits import Limits
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]

@@ -17,9 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
-
-from starlette.types import ASGIApp
-from uvicorn import Server
+from typing import Any
 
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.files.owned import lock
@@ -129,9 +127,9 @@ def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, an
         server_of(app, bounds).run(sockets=[listening])
 
 
-def server_of(app: ASGIApp, limits: Limits) -> Server:
+def server_of(app: Any, limits: Limits) -> Any:
     """Return what serves an application to a socket, and has no patience with clients that are silent."""
-    import uvicorn
+    import uvicorn  # which is told in words where it is missing
 
     from bristle.server.application import protocol_with_limits
 

@@ -14,6 +14,7 @@ from bristle.core.status import Status
 from bristle.core.tabular import Card, Tabular, WithCard, library, plain
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.logs.turns import reversals
 
 HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
 MODES = {
@@ -364,3 +365,20 @@ def _inside_percent(signal: np.ndarray | None, predicted: np.ndarray | None, hal
     if signal is None or predicted is None or half_width is None:
         return None
     return 100.0 * float(np.mean(np.abs(signal - predicted) <= half_width))
+
+
+def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
+    """Return the samples around the reversal of a reference with the widest swing of the error."""
+    count = min(max(round(0.05 * error.size), 40), error.size)
+    starts = np.clip(reversals(np.diff(reference)) - count // 3, 0, error.size - count)
+    if not starts.size:
+        return None
+    swings = [np.ptp(error[start : start + count]) for start in starts]
+    start = int(starts[int(np.argmax(swings))])
+    return slice(start, start + count)
+
+
+def swing_at_worst_reversal(reference: np.ndarray, error: np.ndarray) -> float | None:
+    """Return the swing of the error there, peak to peak [m or rad]; None where the reference never reverses."""
+    at = worst_reversal(reference, error)
+    return None if at is None else float(np.ptp(error[at]))

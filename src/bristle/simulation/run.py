@@ -18,7 +18,7 @@ from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, sett
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
-from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
+from bristle.simulation.compensation import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 
 RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
@@ -79,7 +79,7 @@ def _run_of(variant: Variant) -> Callable[[np.ndarray, int], VariantResult]:
     return once if variant.learning is None else partial(learn, variant.learning, variant.run.sample_time, once)
 
 
-def _seeded(model: Model, run: int) -> Model:
+def seeded(model: Model, run: int) -> Model:
     """Return a component whose random numbers are those of this run."""
     return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
@@ -136,7 +136,7 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
 def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     """Return a run with steps of one length, of a loop or of what is driven without one."""
     run, (position, velocity, acceleration, _) = variant.run, desired
-    friction = _seeded(variant.friction, number)
+    friction = seeded(variant.friction, number)
     feedforward, carried = variant.feedforward, None
     if feedforward.friction is not None and feedforward.along == "measured" and rises_with_effort(feedforward.friction):
         # What the desired motion passes on, as far ahead as what is fed forward. What is learned on a motion is no part of
@@ -150,10 +150,10 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         variant.plant,
         friction,
         within_drive(variant.controller, run.effort_limit, variant.injected),
-        _seeded(variant.sensor, number),
+        seeded(variant.sensor, number),
         desired,
         run.sample_time,
-        table=_seeded(variant.table, number) if variant.table is not None else None,
+        table=seeded(variant.table, number) if variant.table is not None else None,
         sensor_at=variant.sensor_at,
         steps=run.substeps,
         compensator=compensator_of(feedforward, carried),
@@ -178,9 +178,9 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
     effort = np.clip(desired[3], -run.effort_limit, run.effort_limit)
     unseen = 0.0 if variant.disturbance is None else variant.disturbance
     trace = run_adaptive(
-        variant.plant, _seeded(variant.friction, number), effort - unseen, run.sample_time, tolerance=run.tolerance, hold="zero"
+        variant.plant, seeded(variant.friction, number), effort - unseen, run.sample_time, tolerance=run.tolerance, hold="zero"
     )
-    reading = sensed(_seeded(variant.sensor, number), trace.position, run.sample_time)
+    reading = sensed(seeded(variant.sensor, number), trace.position, run.sample_time)
     return replace(trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size])
 
 

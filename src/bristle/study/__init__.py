@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 from bristle.core.lazy import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.study.dataset import read_study
     from bristle.study.plan import Study
     from bristle.study.read import read_study_file
     from bristle.study.run import run_study
+    from bristle.study.store import read_study
 
 __all__ = ["Study", "read_study", "read_study_file", "run_study"]
 
-__getattr__ = loaded_from(__name__, {"read_study": "dataset", "Study": "plan", "read_study_file": "read", "run_study": "run"})
+__getattr__ = loaded_from(__name__, {"read_study": "store", "Study": "plan", "read_study_file": "read", "run_study": "run"})

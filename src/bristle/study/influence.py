@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bristle.study.block import FAILED
-from bristle.study.dataset import Runs
+from bristle.study.store import Runs
 
 RESAMPLES = 400
 SEED = 20_110_517

@@ -199,8 +199,6 @@ def seed_of_run(seed: int, number: int) -> int:
 
 
 BLOCK_MOST = 4096
-BLOCK_STEPS = 10_000_000  # of the integration: about a second or two
-BLOCKS_LEAST = 32  # so that cores have something to share, and little is lost with one
 
 
 @dataclass(frozen=True)
@@ -309,7 +307,8 @@ class Study:
 
 def block_for(runs: int, experiment: Experiment) -> int:
     """Return how many runs make a block: a function of the study alone, so that any number of workers makes the same."""
-    return max(1, min(BLOCK_MOST, BLOCK_STEPS // max(steps_of(experiment), 1), -(-runs // BLOCKS_LEAST)))
+    # So many steps take a second or two; of 32 blocks cores have something to share, and little is lost with one.
+    return max(1, min(BLOCK_MOST, 10_000_000 // max(steps_of(experiment), 1), -(-runs // 32)))
 
 
 def steps_of(experiment: Experiment) -> int:

@@ -12,11 +12,9 @@ import numpy as np
 from bristle.core.cores import core_count
 from bristle.core.errors import InputError
 from bristle.simulation import SimulationResult
-from bristle.study.block import FAILED, Simulator
-from bristle.study.dataset import Runs
+from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study
-from bristle.study.store import Store, opened
-from bristle.study.varied import row_of
+from bristle.study.store import Runs, Store, opened
 from bristle.study.workers import Cluster, Crew, Here
 
 Progress = Callable[[float, str], None]

@@ -18,7 +18,7 @@ from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, run_open_loop, settled
-from bristle.exports.proof import compiler, proved
+from bristle.exports.c import compiler, proved
 from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import kernels_of
 from bristle.friction import find

@@ -22,7 +22,7 @@ from bristle.logs.log import Log
 from bristle.loop import design
 from bristle.prediction import predict
 from bristle.simulation import simulate
-from bristle.study.dataset import Runs
+from bristle.study.store import Runs
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import unit_of
 from bristle.engine import force_along, interpreted, run_closed_loop
 from bristle.exports.build import Builder
-from bristle.exports.proof import compiler, proved
+from bristle.exports.c import compiler, proved
 from bristle.exports.scope import NotExportableError, is_kernel
 from bristle.exports.tree import REAL, struct_of, type_of
 from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots

@@ -172,7 +172,6 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)
 
 
-CURVES_MOST = 25
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
 
 
@@ -185,7 +184,7 @@ def fit_closed_form(recorded: Curves, *, kernels: Sequence[str] = KERNELS, rows:
         If input or output does not move.
     """
     # Two or three numbers need no more than some curves, evenly chosen.
-    step = -(-len(recorded.curves) // CURVES_MOST)
+    step = -(-len(recorded.curves) // 25)
     recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):

@@ -24,7 +24,6 @@ from bristle.logs.turns import reversals
 
 Features = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Rows = Sequence[np.ndarray] | None
-RIDGE = 1e-13  # of the mean square of a column: keeps columns that are alike apart in rounding
 UNSEEN = 1e-12  # of the largest column: what is smaller is rounding
 
 
@@ -157,7 +156,8 @@ class NormalEquations:
         side = np.concatenate([np.where(signs[active] == 0.0, 1.0, signs[active]), -np.ones(free.size)])
         active = np.concatenate([active, free])
         gram = self.gram[np.ix_(active, active)] * np.outer(side, side)
-        root = np.linalg.cholesky(gram + RIDGE * max(active.size, 1) * np.eye(active.size))
+        # A share of the mean square of a column keeps columns that are alike apart in rounding.
+        root = np.linalg.cholesky(gram + 1e-13 * max(active.size, 1) * np.eye(active.size))
         target = np.linalg.solve(root, side * self.right[active])
         unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
         weights = np.bincount(active, side * unit / self.scale[active], minlength=self.scale.size)
@@ -166,7 +166,6 @@ class NormalEquations:
 
 
 RESOLUTION = 30  # stops, or cells along a side of a grid
-ROWS_MOST = 10_000  # of a regressor: beyond, samples are left out evenly
 
 
 class Fitted(NamedTuple):
@@ -188,7 +187,8 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     features = _Cells(low, high, cells)
     traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
     samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
-    thinned = [part[:: max(sum(part.size for part in samples) // ROWS_MOST, 1)] for part in samples]
+    # Beyond 10 000 rows samples are left out evenly.
+    thinned = [part[:: max(sum(part.size for part in samples) // 10_000, 1)] for part in samples]
     equations = NormalEquations.of(stacked(traces, features, thinned), outputs_of(recorded, thinned))
     tried = {name: equations.solve(features.signs(name)) for name in signs}
     chosen = min(tried, key=lambda name: tried[name].rms)

@@ -19,8 +19,6 @@ from bristle.logs.log import Log
 FINE = 20  # steps for one sample of a band-limited effort
 SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
 LEADS = (1, 2, 4, 8, 16)  # periods to run in
-EQUAL = 1e-9  # of the largest value: a difference of two periods that is none
-BEYOND = 4096  # samples that a record is continued by before it is interpolated
 ORDER = 24  # samples that the next one is predicted from
 SHORT = 12_000  # steps of a run: a batch saves the calls from Python, which are lost in longer ones
 
@@ -135,7 +133,7 @@ def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
 
     if periodic:
         return np.asarray(resample(effort, effort.size * steps))
-    beyond = min(effort.size - 1, BEYOND)
+    beyond = min(effort.size - 1, 4096)  # samples that a record is continued by before it is interpolated
     before = 2.0 * effort[0] - effort[beyond:0:-1]
     after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
     fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
@@ -148,7 +146,7 @@ def period_of(effort: np.ndarray) -> int | None:
     size = effort.size
     if size < 4 or not np.any(effort != effort[0]):
         return None
-    tolerance = EQUAL * float(np.max(np.abs(effort)))
+    tolerance = 1e-9 * float(np.max(np.abs(effort)))  # between two periods that are equal
     swing = effort - effort.mean()
     spectrum = np.fft.rfft(swing, 2 * size)
     overlap = np.arange(size, 0, -1)
