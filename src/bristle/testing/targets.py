@@ -10,7 +10,7 @@ from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.exports.described import Source
-from bristle.exports.effect_of import effect_of_files
+from bristle.exports.effect import effect_of_files
 from bristle.exports.targets import Product, Request, Target
 from bristle.exports.writing import checked_product
 from bristle.files.axis import axis_from
