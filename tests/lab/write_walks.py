@@ -6,9 +6,8 @@ from pathlib import Path
 
 import bristle.lab
 from bristle.friction import MODELS
-from bristle.lab.described import example_named
+from bristle.lab.described import example_named, stored
 from bristle.lab.switches import all_walks
-from bristle.lab.walks import stored
 
 FILE = Path(bristle.lab.__file__).parent / "walks.json"
 
