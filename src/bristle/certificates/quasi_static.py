@@ -151,10 +151,8 @@ class Path:
         return False
 
     def _below(self, before: Contact, target: float, steps: int) -> tuple[Contact, np.ndarray]:
-        """Return the contact moved on by so many steps, or fewer until its force at rest is below; and mean forces.
-
-        After steps whose mean forces are below the target, what is held at rest may be above it.
-        """
+        """Return the contact moved on by so many steps, or fewer until its force at rest is below; and mean forces."""
+        # After steps whose mean forces are below the target, what is held at rest may be above it.
         for count in range(steps, 0, -1):
             contact = before.copy()
             forces = contact.move(self._side * count * self._step, CREEP, count)

@@ -21,8 +21,7 @@ from bristle.core.errors import InputError, close_names, told_by
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
-SIZE_LIMIT = 512 * 2**20
-"""Largest file, and largest content that a file announces, unless another limit is given [byte]."""
+SIZE_LIMIT = 512 * 2**20  # Largest file, and largest content that a file announces, unless another limit is given [byte]
 
 
 class FixedLimit(int):
@@ -41,8 +40,7 @@ _KINDS = (
     (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
 )
 
-Readable = Any
-"""What can be read: a path, bytes, an open file, or a `Content` that was read before."""
+Readable = Any  # What can be read: a path, bytes, an open file, or a `Content` that was read before
 
 
 _read: ContextVar[set[str] | None] = ContextVar("_read", default=None)
@@ -73,8 +71,7 @@ class Origin:
     checksum: str
 
 
-NOWHERE = Origin("", "")
-"""Of what was not read from a file."""
+NOWHERE = Origin("", "")  # Of what was not read from a file
 
 
 @dataclass(frozen=True, eq=False)

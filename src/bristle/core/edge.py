@@ -34,8 +34,7 @@ from bristle.core.units import quantity
 from bristle.core.values import LARGEST_COUNT, Converter, looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable
 
-Amount = Any
-"""A number in SI, or text with a unit."""
+Amount = Any  # A number in SI, or text with a unit
 
 T = TypeVar("T", bound=Callable[..., Any])
 
@@ -259,8 +258,7 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 
 FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")
-NAMES: Converter = _names
-"""Names, in a list or separated by commas."""
+NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]
 PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]

@@ -157,8 +157,7 @@ def _short(value: object, width: int = 60) -> str:
         return f"a value of the kind {type(value).__name__}"
 
 
-OWN_CODE = "bristle_user_"
-"""What the name of a module begins with that was made of a file of a user's own."""
+OWN_CODE = "bristle_user_"  # What the name of a module begins with that was made of a file of a user's own
 
 
 def place_in_own_code(error: BaseException) -> str:

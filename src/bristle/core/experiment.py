@@ -23,8 +23,7 @@ SAMPLES_MAX = 10_000_000
 LONGEST_DELAY = 64.0  # samples: each is a state of the loop, whose poles are looked for with every shorter delay, too
 SIDES = ("load", "motor")
 ALONG = ("desired", "measured")
-RESTS = ("held", "middle")
-"""Rules for the force of a memoryless friction model at rest; the first one is that of feedforward."""
+RESTS = ("held", "middle")  # Rules for the force of a memoryless friction model at rest; the first one is that of feedforward
 
 OF_A_SAMPLE = 1e-6  # within which times are the same: those told in decimals, or as a mean of differences, are not exact
 FEWEST_STEPS = 4  # in a sample

@@ -23,8 +23,7 @@ ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
 _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
-LARGEST = 1e100
-"""No quantity of an axis is larger: products of a few of them are still numbers."""
+LARGEST = 1e100  # No quantity of an axis is larger: products of a few of them are still numbers
 AMBIGUOUS = ("mil", "mils")  # of an inch a thousandth, of a turn the 6400th
 LONGEST_UNIT = 64
 _GRAMMAR = grammar(r"(?:[^\W\d_]\w*|%|‰|1)")

@@ -8,8 +8,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (asked for here)
 from bristle.core.errors import InputError, did_you_mean
 
-OF_SLOTS = ("place", "load", "temperature", "channel")
-"""What a log must contain for what only a slot has; the last of one's own."""
+OF_SLOTS = ("place", "load", "temperature", "channel")  # What a log must contain for what only a slot has; the last of one's own
 EXCITATIONS = ("", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", *OF_SLOTS, "drive")
 """What a log may have to contain for a parameter to be identified from it."""
 

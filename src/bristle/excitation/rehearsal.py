@@ -121,10 +121,8 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
 
 
 def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
-    """Return the run in the loop of the controller; None where there is none, or where it is not stable.
-
-    A controller is tuned to the mass of its axis: with a mass that is a guess, its loop would tell nothing.
-    """
+    """Return the run in the loop of the controller; None where there is none, or where it is not stable."""
+    # A controller is tuned to the mass of its axis: with a mass that is a guess, its loop would tell nothing.
     if axis.controller is None or not prior.mass_known:
         return None
     trace = run_closed_loop(

@@ -14,8 +14,7 @@ from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tree import REAL, Array, Struct, Type
 from bristle.exports.tunable import Tunable, bounds_of
 
-Fields = Sequence[tuple[str, Type, str, Any]]
-"""What lasts: the name of each field, its type, its meaning, and its first value."""
+Fields = Sequence[tuple[str, Type, str, Any]]  # What lasts: the name of each field, its type, its meaning, and its first value
 # Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.
 BITS: dict[str, dict[str, Any]] = {
     "double": {"width": 64, "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "top": "0x8000000000000000", "root": "sqrt"}
@@ -111,8 +110,7 @@ def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str 
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
 
 
-CONSTANT = "parameters"
-"""What the constant is called that kernels receive where no parameter may be changed."""
+CONSTANT = "parameters"  # What the constant is called that kernels receive where no parameter may be changed
 
 
 def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:

@@ -134,8 +134,7 @@ def _environment() -> jinja2.Environment:
     )
 
 
-LICENCE = "BSD-3-Clause"
-"""Of the text that bristle writes, as SPDX names it."""
+LICENCE = "BSD-3-Clause"  # Of the text that bristle writes, as SPDX names it
 COMMENTS = {".st": ("(* ", " *)"), ".mjs": ("// ", ""), ".txt": ("# ", "")}
 COMMENTS |= dict.fromkeys((".c", ".h", ".cu"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
 DIGITS = 12  # of a hash, where it tells versions apart

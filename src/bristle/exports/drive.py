@@ -248,10 +248,8 @@ def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
 
 
 def _values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str]) -> str:
-    """Return gravity, level and viscous friction for each direction and, where it is known, the inertia, as CSV.
-
-    Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
-    """
+    """Return gravity, level and viscous friction for each direction and, where it is known, the inertia, as CSV."""
+    # Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
     forward = column_signs(request.axis)[0] > 0.0
     level, viscous = (levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward)
     (plus, minus), (rising, falling) = (level, viscous) if forward else (level[::-1], viscous[::-1])

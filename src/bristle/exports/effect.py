@@ -38,10 +38,8 @@ Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
 """``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""
 
-TIMES = (1.0, 3.0, 10.0, 30.0)
-"""Distances of the moves, over that in which friction turns."""
-SERIOUS = 10.0
-"""Worse from this distance on, or along the motion of the log, an export is refused."""
+TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves, over that in which friction turns
+SERIOUS = 10.0  # Worse from this distance on, or along the motion of the log, an export is refused
 WORSE = 1.05  # ratio of two errors that no longer count as the same
 ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance of an axis that does not tell its own
 SHORTEST = 0.1  # of a move [s]

@@ -97,10 +97,8 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
 
 
 def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[int, ...]:
-    """Add the variables that an importer integrates and that are not yet there, and return the places of the states.
-
-    Position and velocity of a plant are outputs, which get the size that matters to the contact.
-    """
+    """Add the variables that an importer integrates and that are not yet there, and return the places of the states."""
+    # Position and velocity of a plant are outputs, which get the size that matters to the contact.
     taken = {port.name: i for i, port in enumerate(listed)}
     places: list[int] = []
     for state, variable in exchange.varying.items():

@@ -130,11 +130,9 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
 
 
 def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[float, list[Variable]]:
-    """Return the pre-sliding distance, and what varies, each with the size at which it matters to the contact.
-
-    A length matters where the contact reaches half of its largest force, a force at that; a velocity where the mass
-    has the energy that this takes.
-    """
+    """Return the pre-sliding distance, and what varies, each with the size at which it matters to the contact."""
+    # A length matters where the contact reaches half of its largest force, a force at that; a velocity where the mass
+    # has the energy that this takes.
     force = np.abs(subject.forces(np.concatenate(([0.0], FARTHER[1:])), SLOW))
     largest = float(np.max(force))
     sizes = {"force": largest, "length": float(FARTHER[np.argmax(force >= 0.5 * largest)])}

@@ -330,8 +330,7 @@ def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) 
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
 
 
-PER_VELOCITY = 100.0
-"""Acceleration of the self-test over its velocity [1/s]."""
+PER_VELOCITY = 100.0  # Acceleration of the self-test over its velocity [1/s]
 INPUTS = {
     "position": ("desired position", "length"),
     "velocity": ("desired velocity", "length/time"),

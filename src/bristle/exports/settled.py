@@ -18,8 +18,7 @@ from bristle.exports import tree
 from bristle.exports.expressions import COMPUTED
 from bristle.exports.printing import free_name
 
-Fact = Any
-"""What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
+Fact = Any  # What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text
 EXACT: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "copysign": math.copysign,

@@ -206,8 +206,7 @@ def _declarations(variables: Iterable[Variable]) -> Iterator[str]:
 LARGEST_POWER, USUAL_POWER = {LREAL: 512, REAL: 64}, 32
 WHOLE_POWERS = {LREAL: (-1022, 1023), REAL: (-126, 127)}
 NUMBER = re.compile(r"(?<![\w.#])\d+\.\d+(?:E-?\d+)?")
-WITHIN = "within"
-"""The helper that tells whether a number is one, and no larger than another."""
+WITHIN = "within"  # The helper that tells whether a number is one, and no larger than another
 
 SIZE = """IF number < 0.0 THEN
     {to} := -number;

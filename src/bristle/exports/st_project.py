@@ -75,15 +75,13 @@ class Tuned:
                 yield from (f"{at}{'' if i is None else f'[{i}]'} := {self.names[parameter, i]};" for i in numbers)
 
 
-FARTHEST = 1e30
-"""What goes out beyond it, or comes in, is taken for no number."""
+FARTHEST = 1e30  # What goes out beyond it, or comes in, is taken for no number
 PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}  # time steps that are taken, in double and single precision [s]
 # The square of a velocity over that of Stribeck stays within single precision: velocities, and what leads to them.
 FASTEST, FARTHEST_OF_OPERATOR, FARTHEST_OF_LAW = 1e9, 1e9, 1e5
 Path = tuple[str, ...]
 TURN = real_literal(2.0**32)
-PER_CYCLE = 20
-"""Steps of a self-test in one cycle of a task."""
+PER_CYCLE = 20  # Steps of a self-test in one cycle of a task
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from bristle.exports.tree import REAL, Array, Function, Struct, Unit, struct_of,
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""
-COMMIT = ("state", "memory", "move", "p")
-"""What a commit takes."""
+COMMIT = ("state", "memory", "move", "p")  # What a commit takes
 
 
 @dataclass(frozen=True)
@@ -170,8 +169,7 @@ def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
 
 
 COUNT, SEED, FACTOR, TERM = 2000, 20260, 1664525, 1013904223
-SCALES = (0.05, 0.5, 5.0, 50.0)
-"""The longest steps of each part of the walk, over the distance at which pre-sliding ends."""
+SCALES = (0.05, 0.5, 5.0, 50.0)  # The longest steps of each part of the walk, over the distance at which pre-sliding ends
 PART, RESTS = 125, 16  # steps of one scale on end; one step in so many has length 0
 FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
 FARTHEST = {False: 1.0, True: 1e6}  # input of an operator: a force of an inverse, a field of a magnet

@@ -230,5 +230,4 @@ _LISTED = (
     _target("mjcf", "MuJoCo", "", "", "write=mjcf.write", "a scene of MuJoCo with what it has of friction"),
     *(_target(f"fmu{fmi}", f"FMU {fmi}", "middle", "tunable", _OF_FMU, _FMU.format(fmi), needs="a compiler", fmi=fmi) for fmi in (2, 3)),
 )
-TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}
-"""Every target of bristle, by name."""
+TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}  # Every target of bristle, by name

@@ -22,10 +22,8 @@ from bristle.hysteresis import everett
 if TYPE_CHECKING:
     from bristle.exports.law import Law
 
-TOLERANCE = 1e-3
-"""How far the output may be off that of double precision, over the largest one, in the self-test."""
-CHECKPOINT = 25
-"""Steps between two outputs that single precision is compared with."""
+TOLERANCE = 1e-3  # How far the output may be off that of double precision, over the largest one, in the self-test
+CHECKPOINT = 25  # Steps between two outputs that single precision is compared with
 
 _OF_MATHEMATICS = (
     {"EXP_MAX": 88.0, "EXP_OF_MAX": 1.6516362549940018e38, "EXP_MIN": -87.0, "ROUNDER": 12582912.0, "TANH_MAX": 10.0}

@@ -157,10 +157,8 @@ def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind
 
 
 def _turn(loop: _Loop) -> np.ndarray:
-    """Return the times around a reversal of the reference, the one with the widest swing of the error.
-
-    Where the reference never reverses, around the largest error.
-    """
+    """Return the times around a reversal of the reference, the one with the widest swing of the error."""
+    # Where the reference never reverses, around the largest error.
     at = worst_reversal(loop.reference, loop.error)
     return loop.time[style.window(loop.time, loop.error, 0.05) if at is None else at]  # where nothing reverses
 

@@ -14,8 +14,7 @@ from bristle.core.motion import Side, Transmission
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.files.schema import AxisFile, ColumnEntry
 
-MOVEMENTS: dict[str, Kind] = {"m": KINDS[0], "rad": KINDS[1]}
-"""Unit of a movement -> the kind of axis that it speaks of."""
+MOVEMENTS: dict[str, Kind] = {"m": KINDS[0], "rad": KINDS[1]}  # Unit of a movement -> the kind of axis that it speaks of
 EFFORTS: dict[str, Kind] = {"N": KINDS[0], "N*m": KINDS[1]}
 DRIVE_UNITS = ("V", "A", "rated", "count")
 

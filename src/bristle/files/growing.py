@@ -33,8 +33,7 @@ from bristle.files.owned import (
     write_line,
 )
 
-DAMAGED = ".damaged"
-"""What stands behind the name of a file whose content is not the one that was written: it is kept."""
+DAMAGED = ".damaged"  # What stands behind the name of a file whose content is not the one that was written: it is kept
 _NO_FOLDER = {errno.ENOTDIR, errno.ELOOP}
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.EACCES, errno.EPERM}
 

@@ -39,8 +39,7 @@ from bristle.files.owned import (
     write_line,
 )
 
-SUMMARY = "summary.json"
-"""The file that every folder of results of a command holds."""
+SUMMARY = "summary.json"  # The file that every folder of results of a command holds
 
 _UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}

@@ -34,8 +34,7 @@ def by_number(value: Any) -> Any:
     return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
 
 
-ColumnName = Annotated[str, BeforeValidator(by_number)]
-"""The name of a column, or its number, counted from 1."""
+ColumnName = Annotated[str, BeforeValidator(by_number)]  # The name of a column, or its number, counted from 1
 
 
 # By the kind of error of the library, which speaks of its own classes.

@@ -65,10 +65,8 @@ def _parsed(content: Content) -> dict[str, Any]:
 
 
 def _mend(content: Content, text: str, message: str) -> str:
-    """Return what to do about the line that the parser names, for the two mistakes that people make most.
-
-    Nothing is quoted of a file that is none of settings, which another one may have named.
-    """
+    """Return what to do about the line that the parser names, for the two mistakes that people make most."""
+    # Nothing is quoted of a file that is none of settings, which another one may have named.
     is_settings = content.source.suffix.lower() == ".toml" or content.source.name.startswith("<")
     number, lines = message.partition("at line ")[2].partition(",")[0], text.splitlines() if is_settings else []
     line = lines[int(number) - 1].strip()[:200] if number.isdigit() and int(number) <= len(lines) else ""

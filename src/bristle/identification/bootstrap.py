@@ -285,10 +285,9 @@ class Level(NamedTuple):
 
 
 class _Drawn(NamedTuple):
-    """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual.
+    """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual."""
 
-    The scatter is the one that is visible, in units of that to be expected; the `change` that of the contrast.
-    """
+    # The scatter is the one that is visible, in units of that to be expected; the `change` that of the contrast.
 
     theta: np.ndarray
     change: np.ndarray
@@ -303,11 +302,10 @@ def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
 
 @dataclass(frozen=True)
 class _Fits:
-    """What fits a model to its replicates.
+    """What fits a model to its replicates."""
 
-    Nobody knows the scatter exactly: that of a replicate is one that may have been seen as the `level` of the log was.
-    Replicates are those of the coordinates `centre`.
-    """
+    # Nobody knows the scatter exactly: that of a replicate is one that may have been seen as the `level` of the log was.
+    # Replicates are those of the coordinates `centre`.
 
     replicates: Replicates
     disturbance: Disturbance

@@ -266,10 +266,8 @@ class Elements:
         return self.dataset.sampled(marks)
 
     def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the derivative of the effort by the free parameters, what the shape of the elements can take left out.
-
-        Level and stiffness are two numbers of the forces of all elements; the rest is the shape.
-        """
+        """Return the derivative of the effort by the free parameters, what the shape of the elements can take left out."""
+        # Level and stiffness are two numbers of the forces of all elements; the rest is the shape.
         elements = weights.columns[:, pressed]
         named = np.vstack([r, np.ones_like(r)])
         if pressed.size < named.shape[0]:

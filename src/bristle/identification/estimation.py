@@ -79,8 +79,7 @@ class Estimation:
         return self.problem is not self.inverse
 
 
-FLAT = 1e-4
-"""Share by which a sum of squares may rise with a parameter held that the log does not show."""
+FLAT = 1e-4  # Share by which a sum of squares may rise with a parameter held that the log does not show
 
 Estimator = Callable[[Context, FrictionModel, Report], Estimation]
 
@@ -101,12 +100,10 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
 def _without_flat(
     context: Context, problem: InverseDynamics, search: Search, solution: Solution
 ) -> tuple[InverseDynamics, Search, Solution]:
-    """Return the same fit with a velocity of the Stribeck fall held where the log does not show it.
-
-    Where friction does not fall, the sum of squares is the same for every such velocity: rounding decides where in that
-    flat valley a search ends, and with it the status and all standard errors. So the velocity is held at the smallest
-    that the log could show wherever the fit is as good there.
-    """
+    """Return the same fit with a velocity of the Stribeck fall held where the log does not show it."""
+    # Where friction does not fall, the sum of squares is the same for every such velocity: rounding decides where in that
+    # flat valley a search ends, and with it the status and all standard errors. So the velocity is held at the smallest
+    # that the log could show wherever the fit is as good there.
     parameters = problem.parameters
     for name in names_of(Role.FALL, parameters.component.variables):
         if solution.unfinished or name not in solution.space.logarithmic:
@@ -167,10 +164,8 @@ def sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
 
 
 def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
-    """Return the period over the position of what a simple model without the slot leaves of a log [m or rad].
-
-    The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
-    """
+    """Return the period over the position of what a simple model without the slot leaves of a log [m or rad]."""
+    # The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
     dataset = problem.dataset
     x, residual = dataset.position, dataset.effort - problem.predicted(values)
     stroke = float(np.ptp(x))

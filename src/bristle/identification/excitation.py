@@ -210,10 +210,8 @@ TRADED = {
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }
 """By code, what it takes to tell the parameters that trade places in such a log."""
-BY_THE_LOG = ("held_one_direction", "held_one_speed")
-"""Why a parameter is held that such a log does not tell."""
-TOLD_MORE_FULLY = {"motion_repeats": ("motion_repeats", "one_amplitude")}
-"""Codes of a fit that say the same with more."""
+BY_THE_LOG = ("held_one_direction", "held_one_speed")  # Why a parameter is held that such a log does not tell
+TOLD_MORE_FULLY = {"motion_repeats": ("motion_repeats", "one_amplitude")}  # Codes of a fit that say the same with more
 
 
 def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings) -> tuple[Diagnostic, ...]:

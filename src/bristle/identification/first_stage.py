@@ -171,11 +171,9 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
 
 
 def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool) -> _Channels | None:
-    """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors.
-
-    A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
-    nothing of parts of the log by the others is none, however small its error: what is left of friction is no chance.
-    """
+    """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors."""
+    # A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
+    # nothing of parts of the log by the others is none, however small its error: what is left of friction is no chance.
     least = 0.5 * rows.dt**2
 
     def seen(fit: InstrumentFit, errors: float) -> bool:
@@ -199,10 +197,8 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale
 
 
 def _without_filter(rung: Rung, narrower: Rung, *, sought: bool) -> _Channels:
-    """Return what the rows say where no filter is seen: what is known of one beforehand and what they say, together.
-
-    The narrower cut-off says it, for noise looks like a filter that grows with the cut-off.
-    """
+    """Return what the rows say where no filter is seen: what is known of one beforehand and what they say, together."""
+    # The narrower cut-off says it, for noise looks like a filter that grows with the cut-off.
     plain, free, other = rung.plain, rung.free, narrower.plain
     std = narrower.free.std(-1)
     share = FILTER**2 / (FILTER**2 + std**2)

@@ -193,11 +193,9 @@ class Judgement:
         return dict(zip(self.solution.values, deviations, strict=True))
 
     def _unsure_beside(self, name: str) -> Diagnostic | None:
-        """Return why a parameter that is sure alone is not beside others; None where it is.
-
-        A velocity that friction falls with needs the force that it falls from, and a force the velocity. A fall that only
-        rows near reversals show is as unsure as the stiffness there.
-        """
+        """Return why a parameter that is sure alone is not beside others; None where it is."""
+        # A velocity that friction falls with needs the force that it falls from, and a force the velocity. A fall that only
+        # rows near reversals show is as unsure as the stiffness there.
         variables, names = self.excitation.variables, self.solution.space.names
         role = next((role for role in PARTNER if role.fits(variables[name])), None)
         if role is None:

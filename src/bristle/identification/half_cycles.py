@@ -211,7 +211,7 @@ def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) 
     All that does not average out over a block is put down to it; longer than a block it is not followed. `unexplained`
     is the root mean square of what the model lacks, in the unit of the residual.
     """
-    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
+    slow = float(np.mean([float(np.mean(part)) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
     return share * row_time * residual.size / SIGN_BLOCKS
 

@@ -230,11 +230,9 @@ def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, sett
 
 
 def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:
-    """Return the context of a log with its filter in the channel in which LuGre friction then explains more.
-
-    An effort that passed less of a filter than the position was recorded before it acted, or the position was filtered.
-    The equations before the fit do not tell which; friction where it turns does.
-    """
+    """Return the context of a log with its filter in the channel in which LuGre friction then explains more."""
+    # An effort that passed less of a filter than the position was recorded before it acted, or the position was filtered.
+    # The equations before the fit do not tell which; friction where it turns does.
     alignment = context.dataset.alignment
     if alignment is None or (alignment.smoothing or 0.0) >= 0.0:
         return context

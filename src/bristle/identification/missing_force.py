@@ -48,8 +48,7 @@ WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
 ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
-AROUND = ("lag", "play")
-"""Causes that act everywhere, and those that act around reversals."""
+AROUND = ("lag", "play")  # Causes that act everywhere, and those that act around reversals
 MOST_OF_ONE = 0.5  # of what changes of sides leave over
 BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows ahead of a change of sides; after it that many at least, and so long [s]
 FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of sides, rows of a kind to compare with, rows around them
@@ -267,10 +266,9 @@ def slow_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], fl
 
 
 class _Least(NamedTuple):
-    """From which share of what is left, level by chance and force [N or N*m] on a cause counts.
+    """From which share of what is left, level by chance and force [N or N*m] on a cause counts."""
 
-    A ripple, whose period is looked for, counts from a `ripple` of its own on; none is looked for without.
-    """
+    # A ripple, whose period is looked for, counts from a `ripple` of its own on; none is looked for without.
 
     share: float
     level: float

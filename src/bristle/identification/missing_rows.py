@@ -194,10 +194,8 @@ class Weighed:
         return left, force - own @ (own.T @ force), coefficients
 
     def _fitted(self, columns: np.ndarray, certain: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is left of each part by a fit to the others, and the coefficients of a fit to all.
-
-        All but the first columns, which are `certain`, are held back a little.
-        """
+        """Return what is left of each part by a fit to the others, and the coefficients of a fit to all."""
+        # All but the first columns, which are `certain`, are held back a little.
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
         scaled, residual = columns / scale, self.residual

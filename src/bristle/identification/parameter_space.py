@@ -260,11 +260,9 @@ def _hangs_on(name: str, base: str, bases: Mapping[str, tuple[str, ...]]) -> boo
 
 
 def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor], bases: dict[str, tuple[str, ...]]) -> dict[str, Ceiling]:
-    """Return the ceiling of each free parameter whose multiple a relation keeps below another one.
-
-    None of a parameter that may be negative or has a floor, and none that hangs on itself: those are left to the
-    finished model. `bases` takes in what each is computed from.
-    """
+    """Return the ceiling of each free parameter whose multiple a relation keeps below another one."""
+    # None of a parameter that may be negative or has a floor, and none that hangs on itself: those are left to the
+    # finished model. `bases` takes in what each is computed from.
     component, variables = parameters.component, parameters.variables
     ceilings: dict[str, Ceiling] = {}
     for relation in component.relations:

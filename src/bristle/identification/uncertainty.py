@@ -105,10 +105,8 @@ def with_uncertainty(
 
 
 def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[str, ...]:
-    """Return the parameters that show where friction turns, where it is in doubt how a log is to be treated.
-
-    A replicate is treated as it is made, so that replicates know nothing of such a doubt.
-    """
+    """Return the parameters that show where friction turns, where it is in doubt how a log is to be treated."""
+    # A replicate is treated as it is made, so that replicates know nothing of such a doubt.
     problem, solution = estimation.resampled
     variables, doubts = problem.parameters.variables, TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics)
     turning = (name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
@@ -120,10 +118,8 @@ def _identified(estimates: Sequence[Estimate]) -> list[str]:
 
 
 def _blurred(estimates: Sequence[Estimate], lost: Mapping[str, Diagnostic], estimation: Estimation, settings: Settings) -> list[str]:
-    """Return the stiffnesses that seem to be identified though their pre-sliding is few steps of the encoder.
-
-    They are those that were sought one by one along a measured motion.
-    """
+    """Return the stiffnesses that seem to be identified though their pre-sliding is few steps of the encoder."""
+    # They are those that were sought one by one along a measured motion.
     problem, solution = estimation.resampled
     if estimation.simulates or solution.space.linear:
         return []
@@ -178,10 +174,8 @@ def _inflation(bands: Bands, fit: Fit, estimation: Estimation, free: np.ndarray,
 
 
 def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
-    """Return an estimate with its 95 % interval, where it was fitted to replicates.
-
-    That of an inertia reaches over that of the first stage where both have nothing in common.
-    """
+    """Return an estimate with its 95 % interval, where it was fitted to replicates."""
+    # That of an inertia reaches over that of the first stage where both have nothing in common.
     low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
     # Where all replicates end on the edge where the fit ended, there is no interval.
     estimate = estimate if low == high else replace(estimate, interval=(low, high))

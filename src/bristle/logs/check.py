@@ -29,10 +29,8 @@ GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.valu
 
 
 def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
-    """Yield what a log is asked, in the order in which it is said, each with what was measured; None: nothing to say.
-
-    `bristle.report.sentences.checks` has the sentence and the mend of each.
-    """
+    """Yield what a log is asked, in the order in which it is said, each with what was measured; None: nothing to say."""
+    # `bristle.report.sentences.checks` has the sentence and the mend of each.
     settings, effort, lost, x = look.settings, look.log.effort, look.lost, look.log.position.values
     if lost.size:
         step = float(np.max(np.abs(x[lost + 1] - x[lost])))
@@ -134,11 +132,9 @@ def _never_slides(look: Look) -> Numbers | None:
 
 
 def _builds_up(look: Look) -> bool:
-    """Return whether friction builds up over the ways of a log, rather than to turn at once beside a spring.
-
-    Loops before sliding may be as wide as those of an axis that slides and is pulled back. What such an axis is pulled
-    by depends on the place; its friction is there right behind each reversal.
-    """
+    """Return whether friction builds up over the ways of a log, rather than to turn at once beside a spring."""
+    # Loops before sliding may be as wide as those of an axis that slides and is pulled back. What such an axis is pulled
+    # by depends on the place; its friction is there right behind each reversal.
     rows, x = look.rows, look.rows.position
     if x.size < CHUNKS:
         return False
@@ -160,11 +156,9 @@ def _builds_up(look: Look) -> bool:
 
 
 def _one_speed(look: Look) -> Numbers | None:
-    """Measure the 10 % and 90 % quantiles of steady speeds over the way.
-
-    A way is steady where most of its parts are as fast as the fastest of them; those in which the axis waits tell
-    nothing.
-    """
+    """Measure the 10 % and 90 % quantiles of steady speeds over the way."""
+    # A way is steady where most of its parts are as fast as the fastest of them; those in which the axis waits tell
+    # nothing.
     every, steady = [np.zeros(1)], [np.empty((2, 0))]
     for x in look.segments:
         ends = look.turns(x)

@@ -331,10 +331,8 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
 def _deviation(
     stamps: np.ndarray, places: np.ndarray, raws: list[slice], period: float, uneven: bool, position: np.ndarray | None
 ) -> tuple[np.ndarray, Jitter | None, list[str]]:
-    """Return the time of the samples, how far it is from even, and what is to be said of it.
-
-    `places` are the samples counted, those that were lost and are bridged among them.
-    """
+    """Return the time of the samples, how far it is from even, and what is to be said of it."""
+    # `places` are the samples counted, those that were lost and are bridged among them.
     errors = [stamps[raw] - period * (places[raw] - places[raw.start]) for raw in raws]
     errors = [(error - error.mean()) / period for error in errors]
     if max((float(np.ptp(error)) for error in errors), default=0.0) <= 2 * UNIFORM:

@@ -185,11 +185,9 @@ COINCIDES = 1e-6  # of the sample time: stamps this close are one
 
 
 def _onto_one_time(table: Table, gathered: Gathered) -> None:
-    """Bring all channels to the times at which the position was recorded, or without one the velocity.
-
-    Where a channel has a sample at such a time it is taken as it is, else it is interpolated; what lies before the
-    first sample or after the last one of any channel is left out.
-    """
+    """Bring all channels to the times at which the position was recorded, or without one the velocity."""
+    # Where a channel has a sample at such a time it is taken as it is, else it is interpolated; what lies before the
+    # first sample or after the last one of any channel is left out.
     motion = gathered.motion
     if motion is None:
         return

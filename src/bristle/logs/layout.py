@@ -18,8 +18,7 @@ COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
 """What follows a `COMMENT` at the start of a line or behind a blank: one within a cell is part of it."""
 LONGEST_CELL = 131_072  # what the reader of quoted cells takes
 TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
-CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)
-"""A date with a time, or a time of day."""
+CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)  # A date with a time, or a time of day
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?", re.ASCII)
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)

@@ -97,10 +97,8 @@ def rows_of(log: LogData, resolution: float) -> Rows:
 
 
 def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
-    """Return the `order`-th difference over the window of a signal behind what is left of three moving means.
-
-    Each mean shortens the signal by its window less one.
-    """
+    """Return the `order`-th difference over the window of a signal behind what is left of three moving means."""
+    # Each mean shortens the signal by its window less one.
     if values.size < 3 * window + 1:
         return np.empty(0)
     for _ in range(3 - order):

@@ -140,12 +140,10 @@ class Stretch:
         return "break_away" if leg.from_rest and self._breaks_away(leg) else "constant_velocity"
 
     def _slides(self, leg: Leg) -> bool:
-        """Return whether friction has saturated in a leg: its effort has settled, or it is long enough.
-
-        It may settle apart from what depends on the place, gravity, cogging, a cable, which is the same on the way back.
-        Half of what both ways differ by is friction: constant along a leg that slides, and a lens where each way builds up
-        from its own end.
-        """
+        """Return whether friction has saturated in a leg: its effort has settled, or it is long enough."""
+        # It may settle apart from what depends on the place, gravity, cogging, a cable, which is the same on the way back.
+        # Half of what both ways differ by is friction: constant along a leg that slides, and a lens where each way builds up
+        # from its own end.
         settled = None if self.effort is None else self._settled(leg)
         if settled is None:
             is_long = self.presliding is not None and abs(leg.distance) > 2.0 * self.presliding
@@ -239,11 +237,9 @@ class Stretch:
 
 
 def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
-    """Name a leg as those that it turns to or comes from, where by itself it is something else.
-
-    That is a single loop, a slide amid moves, and a move among loops that is no longer than they are: close to the
-    grain of the position, and of how well a loop follows its reference, no speed is constant.
-    """
+    """Name a leg as those that it turns to or comes from, where by itself it is something else."""
+    # That is a single loop, a slide amid moves, and a move among loops that is no longer than they are: close to the
+    # grain of the position, and of how well a loop follows its reference, no speed is constant.
     joined = [False, *(first.last == second.first for first, second in pairwise(legs)), False]
     for k, kind in enumerate(kinds):
         beside = [kinds[j] for j, joins in ((k - 1, joined[k]), (k + 1, joined[k + 1])) if joins]

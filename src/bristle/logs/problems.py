@@ -152,11 +152,9 @@ def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN)
 
 
 def _saturated(gathered: Gathered, channel: Channel) -> str:
-    """Say where a position stops at its extreme within one sample out of full motion.
-
-    An axis that rests there arrives slowly, or brakes; a reading that is cut off does neither, while the reference goes
-    on.
-    """
+    """Say where a position stops at its extreme within one sample out of full motion."""
+    # An axis that rests there arrives slowly, or brakes; a reading that is cut off does neither, while the reference goes
+    # on.
     values, reference = channel.values, gathered.channels.get("reference")
     speeds = np.abs(np.diff(values))
     # 0.05 of the largest speed: nothing stops from it within one sample

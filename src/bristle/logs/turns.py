@@ -215,10 +215,8 @@ def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time:
 
 
 def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
-    """Return ends of legs without those of legs that are nothing, in length and in time, beside the one next to them.
-
-    Around a turning point, where the motion is slow, noise turns it more than once.
-    """
+    """Return ends of legs without those of legs that are nothing, in length and in time, beside the one next to them."""
+    # Around a turning point, where the motion is slow, noise turns it more than once.
     remaining = np.array(marks)
     while remaining.size > 3:
         lengths, times = np.abs(np.diff(position[remaining])), np.diff(remaining)

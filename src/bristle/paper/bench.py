@@ -148,10 +148,8 @@ def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float)
 
 
 def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Return sample time [s], positions [m], speeds [m/s], and the steps that end at the turning points.
-
-    Each leg is stretched to whole samples, by less than one, so that the table turns exactly where it is to.
-    """
+    """Return sample time [s], positions [m], speeds [m/s], and the steps that end at the turning points."""
+    # Each leg is stretched to whole samples, by less than one, so that the table turns exactly where it is to.
     legs = [legs_through([b - a], speed, acceleration) for a, b in zip([0.0, *turns], turns, strict=False)]
     fastest = max((float(np.max(np.abs(leg.velocity))) for leg in legs), default=0.0)
     # What a change of speed does is read in some samples, however short it is.

@@ -219,10 +219,8 @@ def _breaks_away(name: str, path: Walk, break_away: float, at: float) -> str:
 
 
 def _apart(model: Walk, rig: Walk) -> dict[str, float]:
-    """Return how far a model is from the rig along its path: root mean square [N*m], and with one `offset` [N*m] added.
-
-    Both are over the position, leg by leg, as an eye compares them.
-    """
+    """Return how far a model is from the rig along its path: root mean square [N*m], and with one `offset` [N*m] added."""
+    # Both are over the position, leg by leg, as an eye compares them.
     left = []
     for leg in range(rig.turns.size):
         (x, torque), (at, modelled) = rig.leg(leg), model.leg(leg)

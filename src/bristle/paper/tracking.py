@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
-PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)
-"""The loops that figures show."""
+PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)  # The loops that figures show
 NAMES = {
     BEFORE: "no compensator",
     PRINTED: "(5)–(7) as printed",

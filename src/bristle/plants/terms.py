@@ -32,8 +32,7 @@ from bristle.core.variable import Variable
 
 TWO_PI = 2.0 * math.pi
 GRAVITY, COGGING, COLUMNS = "gravity", "cogging", "known"
-TERMS = (GRAVITY, COGGING, COLUMNS)
-"""What a plant can be given behind its name, as in ``inertia+gravity``."""
+TERMS = (GRAVITY, COGGING, COLUMNS)  # What a plant can be given behind its name, as in `inertia+gravity`
 TURNS = {"motor": "motor_turn", "screw": "screw_turn"}
 """What cogging counts the turns of, and the parameter that tells the movement for one."""
 TURN = {turner: Variable("length", f"movement for one turn of the {turner}", min=1e-12) for turner in TURNS}
@@ -68,8 +67,7 @@ class Place(NamedTuple):
     sines: np.ndarray
 
 
-NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))
-"""That of a plant without terms."""
+NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))  # That of a plant without terms
 
 
 class Termed(NamedTuple):

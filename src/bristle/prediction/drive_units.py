@@ -143,10 +143,8 @@ def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, .
 
 
 def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
-    """Return what a product is in: effort and position of the log; percent of rated, or torque, and turns of the motor.
-
-    A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
-    """
+    """Return what a product is in: effort and position of the log; percent of rated, or torque, and turns of the motor."""
+    # A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
     own, drive, distance = log_units(axis, kind), drive_units(axis, kind), length_units(axis, kind)
     speeds = length == -time and length != 0.0
     logged = own.velocity if speeds else (distance[0] if distance else DriveUnit(unit_of("length", kind), 1.0))

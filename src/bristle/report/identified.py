@@ -40,8 +40,7 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 ENTRIES = 20  # of the table for the drive
-EXPERIMENT = "experiment.toml"
-"""What the experiment file is called that an identification leaves."""
+EXPERIMENT = "experiment.toml"  # What the experiment file is called that an identification leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +125,8 @@ class Identified(Identification, ModelInHand, Result):
         return loop_of(self.plant, self.model, self.log, self.axis or Axis(), lag=self.best.lag, **treatment)
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
-        """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop.
-
-        What was fitted to the position is told by the position, and that takes no loop.
-        """
+        """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop."""
+        # What was fitted to the position is told by the position, and that takes no loop.
         from bristle.prediction.following import following_of
         from bristle.prediction.predict import predict
         from bristle.simulation import simulate

@@ -118,12 +118,11 @@ def _formatted(template: str, diagnostic: Diagnostic) -> str:
 
 
 class _Words(Formatter):
-    """Formats numbers by what they are.
+    """Formats numbers by what they are."""
 
-    Behind the colon stands a generalised quantity (``length/time``), ``unit`` for the unit that the numbers name,
-    ``lead`` for a travel as an axis file has it, ``list`` or ``and`` for names, ``whole numbers``, ``samples`` for a
-    count in words, ``2 digits``, or what Python knows. ``!m`` is the magnitude.
-    """
+    # Behind the colon stands a generalised quantity (`length/time`), `unit` for the unit that the numbers name,
+    # `lead` for a travel as an axis file has it, `list` or `and` for names, `whole numbers`, `samples` for a
+    # count in words, `2 digits`, or what Python knows. `!m` is the magnitude.
 
     def __init__(self, kind: Kind, unit: str) -> None:
         self.kind: Kind = kind

@@ -92,10 +92,8 @@ def _planned_motion(variant: Variant) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def _desired(variant: Variant) -> np.ndarray:
-    """Return the desired motion and what is fed forward along it, shape (4, sample).
-
-    What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
-    """
+    """Return the desired motion and what is fed forward along it, shape (4, sample)."""
+    # What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
     motion, delay = _planned_motion(variant), variant.run.delay
     count = motion[0].size - delay
     if variant.effort is None:

@@ -34,10 +34,8 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any
 
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
-    """Return the 95 % interval of a quantile: as many as fall below it are binomially distributed.
-
-    NaN at an end that so few numbers do not tell.
-    """
+    """Return the 95 % interval of a quantile: as many as fall below it are binomially distributed."""
+    # NaN at an end that so few numbers do not tell.
     from scipy.stats import binom
 
     count = len(ordered)

@@ -161,10 +161,8 @@ class Sampling:
         return (*self.names, *(f"{name} of the second point" for name in self.names if self.indices))
 
     def _points(self, first: int, last: int) -> np.ndarray:
-        """Return points, random ones from a stream of its own for each seed and name.
-
-        So a further cause leaves the others as they are, and each block of runs draws its own numbers.
-        """
+        """Return points, random ones from a stream of its own for each seed and name."""
+        # So a further cause leaves the others as they are, and each block of runs draws its own numbers.
         if self.method != "random":
             return self._all[first:last]
         points, begin = np.empty((last - first, len(self._dimensions))), first // PER_COUNT

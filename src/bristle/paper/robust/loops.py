@@ -21,8 +21,7 @@ from bristle.simulation import simulate
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
 VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer", "observer_feedforward": "observer_feedforward"}
 """Variants of both sets by what they are called here."""
-SUBSTEPS = 4
-"""Steps of the integration in a sample; with the 25 of the sets means over runs stay within their intervals."""
+SUBSTEPS = 4  # Steps of the integration in a sample; with the 25 of the sets means over runs stay within their intervals
 
 
 def setting(name: str) -> dict[str, Variant]:
@@ -54,8 +53,7 @@ def peak_to_peak(variant: Variant, number: int) -> float:
 PRINTED, GATED = "printed", "preisach_lugre"
 """Equations (5) to (7) of the paper as printed, and the same with a gate: below nine tenths of break-away z is x."""
 FAMILIES = ("coulomb_viscous", "dahl", "reformed_dahl", "bouc_wen", "lugre", "maxwell_slip", "gms", GATED, PRINTED)
-CHOSEN = "maxwell_slip"
-"""The family of the compensator of the bench: it is taken for every truth and under every condition."""
+CHOSEN = "maxwell_slip"  # The family of the compensator of the bench: it is taken for every truth and under every condition
 LOG = EXPERIMENTS / "set_a_log.toml"
 SEED = 501  # of the scatter in that log
 
