@@ -37,7 +37,7 @@ void run_{name}(const double *x, int count, double dt, double *force)
 """
 
 
-def asked(request, *keys):
+def selected_cases(request, *keys):
     """Return the values of some parameters that tests of this file run with: what no test asks for is not compiled."""
     items = [item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")]
     return {tuple(item.callspec.params[key] for key in keys) for item in items if all(key in item.callspec.params for key in keys)}

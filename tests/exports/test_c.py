@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, asked, differing, walk
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, selected_cases, walk
 
 import bristle as br
 from bristle.engine import force_along, interpreted
@@ -31,7 +31,7 @@ def models(request):
     plain = {f"plain_{name}": example(name) for name in ("lugre", "coulomb", "maxwell_slip")}
     varied = {f"varied_{name}": example(name, ALL) for name in ("lugre", "gms", "preisach_lugre")}
     every = {f"sided_{name}": example(name, ("asymmetry",)) for name in MODELS} | plain | varied
-    return {name: model for name, model in every.items() if (name,) in asked(request, "model") | {("sided_preisach_lugre",)}}
+    return {name: model for name, model in every.items() if (name,) in selected_cases(request, "model") | {("sided_preisach_lugre",)}}
 
 
 @pytest.fixture(scope="module")

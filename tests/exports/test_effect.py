@@ -35,7 +35,7 @@ LUGRE = br.friction.lugre(F_C=40.0, F_S=50.0, v_S=5e-3, sigma_0=5e6, sigma_1=2e3
 STRIBECK = br.friction.stribeck(F_C=40.0, F_S=50.0, v_S=5e-3, F_v=200.0)
 
 
-def asked(model=LUGRE, axis=AXIS, **options):
+def export_request(model=LUGRE, axis=AXIS, **options):
     return Request(
         model, "axis_x", DT, Source({"command": "bristle export"}), axis=axis, speed=0.1, plant=br.plants.inertia(M=MASS), **options
     )
@@ -51,7 +51,7 @@ def written():
     cogging = with_terms(br.plants.inertia, cogging={"motor": [6]})(M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0)
     result = {}
     for name in ("c", "st", "wasm", "cuda", "fmu3", "table", "tf5200", "ax8000", "cogging", "sinumerik"):
-        request = replace(asked(), plant=cogging) if name == "cogging" else asked()
+        request = replace(export_request(), plant=cogging) if name == "cogging" else export_request()
         result[name] = files_for(name, request, accept_harm=True)
     return result
 
@@ -95,18 +95,18 @@ def test_below_the_distance_that_helps_the_file_says_switch_off(written):
 
 
 def test_what_makes_long_moves_worse_is_refused_and_can_be_accepted():
-    wrong = loop_for(asked())
+    wrong = loop_for(export_request())
     loop = replace(wrong, friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
     with pytest.raises(br.core.InputError, match=r"makes an error larger: following error.*--accept-harm"):
-        files_for("table", asked(loop=loop))
-    product = files_for("table", asked(loop=loop), accept_harm=True)
+        files_for("table", export_request(loop=loop))
+    product = files_for("table", export_request(loop=loop), accept_harm=True)
     assert product.effect.is_harmful
     assert product.effect.as_data()["harmful"] is True
 
 
 def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
     axis = axis_from({key: value for key, value in SCREW.items() if key != "controller"})
-    product = files_for("table", asked(axis=axis))
+    product = files_for("table", export_request(axis=axis))
     assert not product.effect.in_loop
     first, *rest = product.effect.lines()
     assert first.startswith("residual friction force")
@@ -114,24 +114,24 @@ def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
     assert any("write [controller]" in line for line in rest)
     assert product.effect.as_data()["unit"] == "%"
     # The model itself leaves nothing: there is no residual to state.
-    assert files_for("c", asked(axis=axis)).effect is None
+    assert files_for("c", export_request(axis=axis)).effect is None
 
 
 def test_a_static_model_says_that_its_distance_is_assumed():
-    assert any("10.0 um assumed" in note for note in files_for("c", asked(STRIBECK), accept_harm=True).notes)
+    assert any("10.0 um assumed" in note for note in files_for("c", export_request(STRIBECK), accept_harm=True).notes)
     message = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
-    product = files_for("c", asked(STRIBECK, axis=message), accept_harm=True)
+    product = files_for("c", export_request(STRIBECK, axis=message), accept_harm=True)
     assert product.effect.distance == pytest.approx(30e-6)
     assert not any("assumed" in note for note in product.notes)
 
 
 @pytest.mark.parametrize(("lag", "delay"), [(0.0, 0), (2e-3, 0), (1.4e-3, 2)])
 def test_the_preview_is_one_sample_and_delay_and_lag(lag, delay):
-    loop = loop_for(asked())
+    loop = loop_for(export_request())
     loop = replace(loop, run=replace(loop.run, current_lag=lag, delay=delay))
     ahead = 1 + delay + round(lag / DT)
     assert samples_ahead(loop) == ahead
-    product = files_for("tf5200", asked(loop=loop), accept_harm=True)
+    product = files_for("tf5200", export_request(loop=loop), accept_harm=True)
     assert any(f"feed the desired motion {ahead} sample" in note for note in product.notes)
     values = {
         key: float(value)
@@ -143,9 +143,9 @@ def test_the_preview_is_one_sample_and_delay_and_lag(lag, delay):
 
 
 def test_feeding_ahead_by_the_stated_samples_is_the_best_of_all():
-    loop = loop_for(asked())
+    loop = loop_for(export_request())
     loop = replace(loop, run=replace(loop.run, delay=2))
-    request = replace(asked(loop=loop), rest="held")
+    request = replace(export_request(loop=loop), rest="held")
     stated = effect_of_files(request, None)
     errors = {}
     for ahead in (0, stated.ahead, stated.ahead + 3):
@@ -163,7 +163,7 @@ def test_what_is_read_back_is_the_friction_along_the_axis(name, points, turned):
     """The file alone, in its own units and signs, gives the steady friction of the model to the digits it has."""
     columns = SCREW["columns"] | {"position": {"column": "q", "unit": "mm", "sign": -1}}
     axis = axis_from(SCREW | {"columns": columns}) if turned else AXIS
-    request = asked(STRIBECK, axis=axis, points=points, rest="held" if name == "table" else "")
+    request = export_request(STRIBECK, axis=axis, points=points, rest="held" if name == "table" else "")
     target = TARGETS[name]
     drive = target.reads(target.write(request).files, request)
     t = DT * np.arange(400)
@@ -176,7 +176,7 @@ def test_what_is_read_back_is_the_friction_along_the_axis(name, points, turned):
 
 
 def test_a_wrong_unit_in_a_file_is_seen(written):
-    request = replace(asked(), rest="held", points=20)
+    request = replace(export_request(), rest="held", points=20)
     target = TARGETS["table"]
     files = target.write(request).files
     name = next(each for each in files if each.endswith("_drive.csv"))
@@ -195,26 +195,26 @@ def test_objects_of_an_ax8000_are_those_of_the_motor(written):
         assert static + dynamic * speed <= steady_force(LUGRE, speed) * (1.0 + 1e-6)
     assert static + dynamic * 0.1 > 0.9 * steady_force(LUGRE, 0.1)
     assert float(rows["0x3144:01"]) / arm**2 > static / 1e-4  # turns within 0.1 mm
-    memoryless = files_for("ax8000", asked(STRIBECK), accept_harm=True)
+    memoryless = files_for("ax8000", export_request(STRIBECK), accept_harm=True)
     assert "0x3144:01," not in text_of(memoryless, ".csv")
 
 
 def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
-    header = text_of(files_for("c", asked()), ".h")
+    header = text_of(files_for("c", export_request()), ".h")
     assert "double axis_x_command(axis_x *axis, double position, double dt);" in header
     assert re.search(r"#define AXIS_X_PERCENT_OF_RATED\s", header)
-    block = text_of(files_for("st", asked()), "axis_x.st")
+    block = text_of(files_for("st", export_request()), "axis_x.st")
     arm = 0.010 / (2.0 * math.pi) / 2.0
     result = re.search(r"command := force / ([\d.]+);", block)
     assert float(result[1]) == pytest.approx(1.0 / arm, rel=1e-12)
     assert re.search(r"command .*N\*m at the motor", block)
-    without = text_of(files_for("c", asked(axis=None)), ".h")
+    without = text_of(files_for("c", export_request(axis=None)), ".h")
     assert "axis_x_command" not in without
 
 
 def test_a_value_beyond_single_precision_is_refused():
     with pytest.raises(br.core.InputError, match=r"sigma_0: is larger than any number of single precision.*float32"):
-        files_for("c", asked(LUGRE.with_values(sigma_0=1e39), single=True))
+        files_for("c", export_request(LUGRE.with_values(sigma_0=1e39), single=True))
 
 
 def test_the_command_line_states_it_and_writes_it(tmp_path, capsys):

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, asked, differing
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing, selected_cases
 
 import bristle as br
 from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
@@ -106,7 +106,7 @@ CASES = [*FIRST, *(case for case in CASES if case not in FIRST)]
 
 def compiled_cases(request):
     """Return the cases that tests ask for."""
-    cases = asked(request, "controller", "fed") | {("cascade", fed) for (fed,) in asked(request, "fed")} | {*FIRST}
+    cases = selected_cases(request, "controller", "fed") | {("cascade", fed) for (fed,) in selected_cases(request, "fed")} | {*FIRST}
     return [case for case in CASES if case in cases]
 
 

@@ -27,7 +27,7 @@ P = Chosen(2, 0.5 + 1e-9, 3.5, np.array([1.0, 2.0]))
 
 
 @kernel
-def asked(x, p):
+def with_a_parameter(x, p):
     if p.kind == 1:
         return p.table[0] * x
     above = p.level > 0.5
@@ -71,7 +71,7 @@ def parts(function, kind):
 
 
 def test_a_choice_that_is_known_is_made():
-    unit, left = left_of(asked)
+    unit, left = left_of(with_a_parameter)
     assert parts(left, If) == []
     assert [part.operator for part in parts(left, Compare)] == [">"]  # of x alone
     assert parts(left, Logic) == []
@@ -82,14 +82,14 @@ def test_a_choice_that_is_known_is_made():
 
 
 def test_numbers_stay_with_the_parameters():
-    _, left = left_of(asked)
+    _, left = left_of(with_a_parameter)
     assert [part.value for part in parts(left, Constant) if part.type == REAL] == [0.0]  # nobody asks for the 2
     assert any(isinstance(part, Binary) and part.operator == "*" for part in walk(left.body))
 
 
 def test_single_precision_is_asked_as_it_will_answer():
-    _, double = left_of(asked)
-    _, single = left_of(asked, single=True)
+    _, double = left_of(with_a_parameter)
+    _, single = left_of(with_a_parameter, single=True)
     assert [part.name for part in parts(double, Variable)] != [part.name for part in parts(single, Variable)]
     assert len(parts(single, Call)) == 2  # 0.5 + 1e-9 is 0.5 there, and no more than it
 
@@ -104,9 +104,9 @@ def test_a_function_is_written_for_what_it_is_called_with():
 
 def test_what_may_be_changed_is_not_known():
     kind = type_of(P)
-    _, left = left_of(asked, {"p": fact_of(P, kind, [("level",), ("gain",)])})
+    _, left = left_of(with_a_parameter, {"p": fact_of(P, kind, [("level",), ("gain",)])})
     assert len(parts(left, If)) == 1
-    _, nothing = left_of(asked, {})
+    _, nothing = left_of(with_a_parameter, {})
     assert len(parts(nothing, If)) == 2
 
 
