@@ -94,7 +94,9 @@ def test_the_self_test_knows_the_bits_and_the_example_runs(written, name, compil
     assert ran.returncode == 0, ran.stdout
     assert "the same bits" in ran.stdout
     assert ran.stderr == ""
-    assert built(written / name, "example_main.c").returncode == 0
+    example_ran = built(written / name, "example_main.c")
+    assert example_ran.returncode == 0
+    assert len(example_ran.stdout.splitlines()) == 20  # two seconds, ten lines each
 
 
 BEYOND = """

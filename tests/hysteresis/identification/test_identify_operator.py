@@ -68,6 +68,8 @@ def test_congruency_tells_what_no_operator_can_follow():
         ({"model": "preisach,preisach"}, "each once"),
         ({"model": "reversal_table"}, "needs reversal curves"),
         ({"folds": 1}, "folds: out of range"),
+        ({"model": "preisach_grid", "cells": 101}, "cells: out of range; found 101, allowed 2 to 100"),
+        ({"stops": 1}, "stops: out of range; found 1, allowed 2 to"),
         ({"folds": 500}, "too short for so many folds"),
     ],
 )
