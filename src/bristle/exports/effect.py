@@ -181,8 +181,8 @@ class Effect:
             for path in self.along
         ]
         return (
-            {"quantity": "following_error", "unit": unit_of("length", self.kind)}
-            | ({} if self.in_loop else {"quantity": "residual_force", "unit": "%"})
+            {"quantity": "following_error" if self.in_loop else "residual_force"}
+            | {"unit": unit_of("length", self.kind) if self.in_loop else "%"}
             | {"presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead}
             | {"harmful": self.is_harmful, "least_distance": finite(self.least_distance), "along": along}
         )

@@ -55,9 +55,11 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     tools, annotations = element("VendorAnnotations", element("Tool", model, name="bristle")), element("Annotation", model, type="bristle")
     inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
     inside += [element("LogCategories", element("Category", name="logStatusError", description="why something was refused"))]
-    inside += [element("DefaultExperiment", startTime="0", **common), *[tools] * (fmi == 2 and bool(source.model_hash))]
+    inside += [element("DefaultExperiment", startTime="0", **common)]
+    inside += [tools] if fmi == 2 and source.model_hash else []
     inside += [element("ModelVariables", *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)))]
-    inside += [_structure(content, fmi), *[element("Annotations", annotations)] * (fmi == 3 and bool(source.model_hash))]
+    inside += [_structure(content, fmi)]
+    inside += [element("Annotations", annotations)] if fmi == 3 and source.model_hash else []
     return _xml(element("fmiModelDescription", *inside, **facts))
 
 
