@@ -189,6 +189,20 @@ def test_a_reversed_sign_or_a_wrong_unit_of_cogging_is_seen(factor):
     assert [check.name for check in check_target(replace(target, reads=reads)) if not check.passed] == ["lowers the error"]
 
 
+def test_a_cogging_file_of_an_axis_without_cogging_is_no_fault():
+    def write(request):
+        try:
+            return TARGETS["cogging"].write(request)
+        except br.core.InputError:
+            return Product({"axis_x.csv": "order\n"})
+
+    def reads(files, request):
+        return TARGETS["cogging"].reads(files, request) or (lambda x, dt: 0.0 * x)
+
+    target = Target(name="here", description="harmonics", write=write, reads=reads, of_cogging=True)
+    assert [check.detail for check in check_target(target) if not check.passed] == []
+
+
 def test_what_acts_on_an_axis_tells_how(tmp_path):
     with pytest.raises(br.core.InputError, match=r"here: acts on an axis .* its effect is not known\. Write reads=reads"):
         Target(name="here", description="a file", write=lambda request: Product({"a": "b"}), pushes=True)

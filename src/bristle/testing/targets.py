@@ -185,9 +185,13 @@ def _share_fed(request: Request, drive: Drive, target: Target) -> float:
     """Return how much of the friction, or of the cogging, a drive feeds along a sine of 1 s, by least squares."""
     turn = 2.0 * np.pi * np.arange(0.0, 2.0, request.dt)
     x = (request.speed or 0.1) / (2.0 * np.pi) * np.sin(turn)
-    terms = terms_of(request.plant) if target.of_cogging and request.plant else None
-    taken = response(request.model, x, request.dt, rest=request.rest or "held") if terms is None else effort_of_place(x, terms)
-    return float(drive(x, request.dt) @ taken / (taken @ taken))
+    if target.of_cogging:
+        terms = None if request.plant is None else terms_of(request.plant)
+        taken = np.zeros(x.size) if terms is None else effort_of_place(x, terms)
+    else:
+        taken = response(request.model, x, request.dt, rest=request.rest or "held")
+    size = taken @ taken
+    return float(drive(x, request.dt) @ taken / size) if size else 1.0
 
 
 FORM = (described_target, writes_or_refuses, results_of_export)
