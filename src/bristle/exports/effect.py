@@ -392,6 +392,6 @@ def loop_for(request: Request) -> Variant | None:
 
 
 def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
-    """Return the acceleration that takes as much effort as sliding friction does; of an unknown mass, one of a tenth of a second."""
+    """Return the acceleration that takes as much effort as sliding friction; full speed in 0.1 s where no mass is known."""
     mass = 0.0 if plant is None else plant.values.get("M", 0.0)
     return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

@@ -21,7 +21,7 @@ EVERYWHERE = {"force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1},
 
 
 class Role(NamedTuple):
-    """What a variable is in the standard."""
+    """Attributes of a variable in the standard."""
 
     causality: str
     variability: str = "continuous"
@@ -69,7 +69,7 @@ def _xml(root: Element) -> str:
 
 
 def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
-    """Return what each kind of an FMU can do."""
+    """Return the capabilities of each kind of an FMU."""
     second, state = setting.fmi == 2, "state" if setting.fmi == 2 else "State"
     able = {f"canGetAndSetFMU{state}": "true", f"canSerializeFMU{state}": "true"}
     able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}
