@@ -187,11 +187,11 @@ def _share_fed(request: Request, drive: Drive, target: Target) -> float:
     x = (request.speed or 0.1) / (2.0 * np.pi) * np.sin(turn)
     if target.of_cogging:
         terms = None if request.plant is None else terms_of(request.plant)
-        taken = np.zeros(x.size) if terms is None else effort_of_place(x, terms)
+        effort = np.zeros(x.size) if terms is None else effort_of_place(x, terms)
     else:
-        taken = response(request.model, x, request.dt, rest=request.rest or "held")
-    size = taken @ taken
-    return float(drive(x, request.dt) @ taken / size) if size else 1.0
+        effort = response(request.model, x, request.dt, rest=request.rest or "held")
+    size = effort @ effort
+    return float(drive(x, request.dt) @ effort / size) if size else 1.0
 
 
 FORM = (described_target, writes_or_refuses, results_of_export)
