@@ -52,6 +52,10 @@ def test_the_help_loads_nothing_heavy():
     assert loaded_after(code) & set(HEAVY) == set()
 
 
+def test_the_list_of_targets_loads_nothing_heavy():
+    assert loaded_after("from bristle.exports import TARGETS") == set()
+
+
 def test_defining_models_loads_no_compiler():
     assert loaded_after("import bristle.friction, bristle.plants, bristle.controllers") & set(HEAVY) == set()
 

@@ -195,6 +195,24 @@ def test_a_parameter_or_state_that_is_declared_with_another_quantity_is_seen(tmp
     assert check.detail == "the force changes with the unit of length"
 
 
+@pytest.mark.parametrize(
+    ("quantity", "formula"),
+    [
+        ("force*time^3/length^3", "p.F_C * direction(v) + p.F_q * v * v * v"),
+        ("length/time", "p.F_C * direction(v) * (1.0 + power(abs(v) / p.F_q, 0.7))"),
+        ("length", "p.F_C * direction(v) * (1.0 + tanh(motion.x / p.F_q))"),
+        ("travel/length", "p.F_t * p.F_q * direction(v)"),
+    ],
+)
+def test_a_sound_formula_is_met(tmp_path, quantity, formula):
+    text = EXAMPLE.read_text(encoding="utf-8").replace(FORMULA, formula).replace("force*time^2/length^2", quantity)
+    text = text.replace("import direction", "import direction, power, tanh").replace("125.0}", '125.0, "F_t": 5.0}')
+    text = text.replace("class State", '    F_t: Annotated[float, Variable("force of travel", "friction of a nut")]\n\n\nclass State', 1)
+    (tmp_path / "own.py").write_text(text, encoding="utf-8")
+    (check,) = check_model(load_code(tmp_path / "own.py"), checks=(one_dimension,))
+    assert check.passed, check.detail
+
+
 # --- control laws -----------------------------------------------------------------------------------------------
 
 ON_SURFACE = {"J": 2.0, "lambda_": 30.0, "K_1": 40.0, "cutoff": 200.0, "limit": 50.0}

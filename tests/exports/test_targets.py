@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -166,7 +167,8 @@ def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("effort.of(force):.6g", "-effort.of(force):.6g"), ("effort.of(force):.6g", "50 * effort.of(force):.6g")]
+    ("old", "new"),
+    [*(("effort.of(force):.6g", f"{factor} * effort.of(force):.6g") for factor in (-1, 50, 0.001)), ("velocity.of(v):.6g", "v:.6g")],
 )
 def test_a_reversed_sign_or_a_wrong_unit_is_seen(tmp_path, old, new):
     text = EXAMPLE.read_text(encoding="utf-8")
@@ -174,6 +176,31 @@ def test_a_reversed_sign_or_a_wrong_unit_is_seen(tmp_path, old, new):
     (tmp_path / "mine.py").write_text(text.replace(old, new), encoding="utf-8")
     target = load_target_file(tmp_path / "mine.py")
     assert [check.name for check in check_target(target) if not check.passed] == ["lowers the error"]
+
+
+@pytest.mark.parametrize("factor", [-1.0, 0.01])
+def test_a_reversed_sign_or_a_wrong_unit_of_cogging_is_seen(factor):
+    target = TARGETS["cogging"]
+
+    def reads(files, request):
+        drive = target.reads(files, request)
+        return lambda x, dt: factor * drive(x, dt)
+
+    assert [check.name for check in check_target(replace(target, reads=reads)) if not check.passed] == ["lowers the error"]
+
+
+def test_a_cogging_file_of_an_axis_without_cogging_is_no_fault():
+    def write(request):
+        try:
+            return TARGETS["cogging"].write(request)
+        except br.core.InputError:
+            return Product({"axis_x.csv": "order\n"})
+
+    def reads(files, request):
+        return TARGETS["cogging"].reads(files, request) or (lambda x, dt: 0.0 * x)
+
+    target = Target(name="here", description="harmonics", write=write, reads=reads, of_cogging=True)
+    assert [check.detail for check in check_target(target) if not check.passed] == []
 
 
 def test_what_acts_on_an_axis_tells_how(tmp_path):

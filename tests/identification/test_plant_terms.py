@@ -7,6 +7,8 @@ from bristle import identify, load
 from bristle.core import InputError
 from bristle.files.axis import read_axis
 from bristle.logs.log import Log
+from bristle.plants import inertia
+from bristle.plants.terms import effort_of_columns, with_terms
 
 RATE = 1000.0
 COLUMNS = {"time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"}}
@@ -137,6 +139,13 @@ def test_a_known_column_has_its_coefficient():
     best = identified(columns, named).best
     assert best.plant.values["known_belt_force"] == pytest.approx(2.5, rel=0.01)
     assert identified(columns, axis("translational")).best.error_percent > 2.0 * best.error_percent
+
+
+def test_a_log_with_other_known_columns_than_the_plant_is_refused():
+    pulled = with_terms(inertia, columns=["belt"])(M=1.0, known_belt=2.0)
+    assert effort_of_columns(pulled, np.ones((1, 3))) == pytest.approx(2.0)
+    with pytest.raises(InputError, match=r"known columns of the plant; found '2 columns', allowed belt"):
+        effort_of_columns(pulled, np.ones((2, 3)))
 
 
 def test_terms_that_cannot_be_are_refused():

@@ -52,6 +52,17 @@ def unmet(figure):
     return [(check.name, check.detail) for check in check_figure(figure) if not check.passed]
 
 
+def test_a_figure_is_tried_with_the_results_that_it_may_take():
+    taken = []
+
+    def draw(log, identification):
+        taken.append(identification)
+        return sound(log)
+
+    assert unmet(figure_of(draw, may_take=("identification",))) == []
+    assert None not in taken
+
+
 def test_the_example_and_a_sound_one_meet_it():
     assert unmet(load_figure_file(EXAMPLE)) == []
     assert unmet(figure_of()) == []

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from bristle.core.lazy import loaded_from
+import importlib
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bristle.exports.face import Exported, export
@@ -13,6 +12,12 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
 
-# What serves other rooms loads numpy, and help that lists the targets waits for nothing that computes.
 _FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"}
-__getattr__ = loaded_from(__name__, _FROM | dict.fromkeys(("TARGETS", "Product", "Request", "Target"), "targets"))
+_FROM |= dict.fromkeys(("TARGETS", "Product", "Request", "Target"), "targets")
+
+
+def __getattr__(name: str) -> Any:
+    # Not by `loaded_from` of the core, which loads numpy: help lists the targets, and waits for no library.
+    if name in _FROM:
+        return getattr(importlib.import_module(f"{__name__}.{_FROM[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -128,7 +128,7 @@ def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any]
 
 
 def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:
-    """Return what is told of a structure that lasts and of the functions around it, of friction or of a law."""
+    """Return the facts of the templates on the state, and on the functions around it, of friction or of a law."""
     start = [f"axis->state.{field} = {literal(value, part, printer.scalar)};" for field, part, _, value in fields]
     return (
         {"guard": name.upper(), "flags": FLAGS, "scalar": printer.scalar, "inline": printer.inline, "memory": memory}

@@ -6,6 +6,7 @@ neither: the file states its own, to be converted by hand.
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,14 +21,23 @@ from bristle.prediction.drive_units import table_units
 MOST = 9
 
 
+class Wave(NamedTuple):
+    """One harmonic: how often a turn of what, amplitude [N or N*m] and phase [deg, 0 to 360)."""
+
+    turner: str
+    order: int
+    amplitude: float
+    phase: float
+
+
 def write(request: Request) -> Product:
     """Return the harmonics."""
     waves = _waves_of(request.plant)
     efforts = table_units(request.axis, request.model.kind).efforts
     notes = said_of_units(request.axis, efforts[0])
     if left := waves[MOST:]:
-        amplitude = efforts[0].of(sum(size for _, _, size, _ in left))
-        orders = ", ".join(str(order) for _, order, *_ in left)
+        amplitude = efforts[0].of(sum(wave.amplitude for wave in left))
+        orders = ", ".join(str(wave.order) for wave in left)
         notes = (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {efforts[0].name} in all", *notes)
     head = [
         "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",
@@ -38,14 +48,14 @@ def write(request: Request) -> Product:
     ]
     columns = ["order", *(f"amplitude [{unit.name}]" for unit in efforts), "phase [deg]", "turn of"]
     rows = [
-        ",".join([str(order), *(f"{unit.of(amplitude):.6g}" for unit in efforts), f"{phase:.4f}", turner])
-        for turner, order, amplitude, phase in waves[:MOST]
+        ",".join([str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner])
+        for wave in waves[:MOST]
     ]
     return Product({f"{request.name}.csv": behind_comments(head, ",".join(columns), *rows)}, notes)
 
 
-def _waves_of(plant: Model | None) -> list[tuple[str, int, float, float]]:
-    """Return the cogging of a plant, the largest harmonic first: of what, how often a turn, amplitude [N or N*m], phase [deg, 0 to 360)."""
+def _waves_of(plant: Model | None) -> list[Wave]:
+    """Return the cogging of a plant, the largest harmonic first."""
     terms = None if plant is None else terms_of(plant)
     if plant is None or terms is None or not terms.cosines.size:
         raise InputError(
@@ -57,9 +67,10 @@ def _waves_of(plant: Model | None) -> list[tuple[str, int, float, float]]:
     component: TermedPlant = plant.component
     parts = zip(component.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True)
     waves = [
-        (turner, order, math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine)) % 360.0) for (turner, order), cosine, sine in parts
+        Wave(turner, order, math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine)) % 360.0)
+        for (turner, order), cosine, sine in parts
     ]
-    return sorted(waves, key=lambda wave: -wave[2])
+    return sorted(waves, key=lambda wave: -wave.amplitude)
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:

@@ -79,7 +79,7 @@ def parameter_table(model: Model, source: Source) -> str:
 
 
 def model_facts(subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool) -> dict[str, Any]:
-    """Return what is said of a friction model or an operator, whatever the language."""
+    """Return the facts of a friction model or an operator that the templates of every language share."""
     model, operator, component = subject.model, subject.is_operator, subject.model.component
     entering, leaving = (component.input, component.output) if operator else ("length", "force")
     title = "Hysteresis operator" if operator else "Friction of an axis"

@@ -86,8 +86,9 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     if request.points == VALUES:
         return _drive_of_values(str(files[f"{request.name}.csv"]), request, units)
-    units_of_file, ending = units.drive or units.log, "" if units.drive is None else "_drive"
-    signs = signs if units.drive is None else (signs[0], signs[0])
+    units_of_file, ending = units.log, ""
+    if units.drive is not None:
+        units_of_file, signs, ending = units.drive, (signs[0], signs[0]), "_drive"
     # Straight lines between entries, at rest by the rule of the file.
     velocity, effort = np.array(rows_of(str(files[f"{request.name}{ending}.csv"])), dtype=float).T
     velocity, effort = signs[0] * units_of_file.velocity.si * velocity, signs[1] * units_of_file.effort.si * effort

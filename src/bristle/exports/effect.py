@@ -181,8 +181,8 @@ class Effect:
             for path in self.along
         ]
         return (
-            {"quantity": "following_error", "unit": unit_of("length", self.kind)}
-            | ({} if self.in_loop else {"quantity": "residual_force", "unit": "%"})
+            {"quantity": "following_error" if self.in_loop else "residual_force"}
+            | {"unit": unit_of("length", self.kind) if self.in_loop else "%"}
             | {"presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead}
             | {"harmful": self.is_harmful, "least_distance": finite(self.least_distance), "along": along}
         )
@@ -392,6 +392,6 @@ def loop_for(request: Request) -> Variant | None:
 
 
 def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
-    """Return the acceleration that takes as much effort as sliding friction does; of an unknown mass, one of a tenth of a second."""
+    """Return the acceleration that takes as much effort as sliding friction; full speed in 0.1 s where no mass is known."""
     mass = 0.0 if plant is None else plant.values.get("M", 0.0)
     return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -150,8 +150,9 @@ def export(
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
-            request = Request(model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass), plant, recorded)
-            product = files_for(target, replace(request, info=info or {}, rest=rest or ""), accept_harm=accept_harm)
+            table = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
+            request = Request(model, label, float(step), origin, tunable, float32, mass=float(mass), plant=plant, **table)
+            product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes, product.effect)

@@ -185,8 +185,10 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
     notes = (guidance, *((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
-    further = (values, core.begin, memory, core.most, layout, table.splitlines(), notes)
-    return Content(title, model.kind, unit, core.entry, exchange, ports, "force", *further, -1 if plant is None else core.begin.size - 1)
+    lasting = {"begin": core.begin, "memory": memory, "most": core.most, "layout": layout}
+    lasting |= {} if plant is None else {"failures_at": core.begin.size - 1}
+    texts = {"tables": table.splitlines(), "notes": notes}
+    return Content(title, model.kind, unit, core.entry, exchange, ports, "force", values, **lasting, **texts)
 
 
 BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
@@ -216,9 +218,10 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
     title = f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]"
     unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
-    tables = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
-    further = ({"p": (law.p, law.types[1])}, begin, law.memory, most, layout, tables, tuple(notes))
-    return Content(title, law.controller.kind, unit, entry, None, _ports(law, source), "effort", *further)
+    lasting = {"begin": begin, "memory": law.memory, "most": most, "layout": layout}
+    texts = {"tables": [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()], "notes": tuple(notes)}
+    values, ports = {"p": (law.p, law.types[1])}, _ports(law, source)
+    return Content(title, law.controller.kind, unit, entry, None, ports, "effort", values, **lasting, **texts)
 
 
 def _stepped(law: Law) -> tree.Function:

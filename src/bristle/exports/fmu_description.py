@@ -21,7 +21,7 @@ EVERYWHERE = {"force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1},
 
 
 class Role(NamedTuple):
-    """What a variable is in the standard."""
+    """Attributes of a variable in the standard."""
 
     causality: str
     variability: str = "continuous"
@@ -55,9 +55,11 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     tools, annotations = element("VendorAnnotations", element("Tool", model, name="bristle")), element("Annotation", model, type="bristle")
     inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
     inside += [element("LogCategories", element("Category", name="logStatusError", description="why something was refused"))]
-    inside += [element("DefaultExperiment", startTime="0", **common), *[tools] * (fmi == 2 and bool(source.model_hash))]
+    inside += [element("DefaultExperiment", startTime="0", **common)]
+    inside += [tools] if fmi == 2 and source.model_hash else []
     inside += [element("ModelVariables", *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)))]
-    inside += [_structure(content, fmi), *[element("Annotations", annotations)] * (fmi == 3 and bool(source.model_hash))]
+    inside += [_structure(content, fmi)]
+    inside += [element("Annotations", annotations)] if fmi == 3 and source.model_hash else []
     return _xml(element("fmiModelDescription", *inside, **facts))
 
 
@@ -67,7 +69,7 @@ def _xml(root: Element) -> str:
 
 
 def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
-    """Return what each kind of an FMU can do."""
+    """Return the capabilities of each kind of an FMU."""
     second, state = setting.fmi == 2, "state" if setting.fmi == 2 else "State"
     able = {f"canGetAndSetFMU{state}": "true", f"canSerializeFMU{state}": "true"}
     able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}

@@ -307,8 +307,8 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     kinds |= {"place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}
     builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
-    function = (pruned(builder.unit, [entry]), entry, written, arguments, tuple(inputs), ahead)
-    return Law(variant, controller, *function, lasting, p, memory, tunable, single)
+    unit, signals = pruned(builder.unit, [entry]), tuple(inputs)
+    return Law(variant, controller, unit, entry, written, arguments, signals, ahead, lasting, p, memory, tunable, single)
 
 
 def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:

@@ -53,7 +53,7 @@ def write(request: Request) -> Product:
 
 def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     """Return a scene with one joint, its friction, and a motor for the effort."""
-    attributes, values = mjcf_attributes(model, mass), model.values
+    attributes, values = _attributes(model), model.values
     linear = model.kind == "translational"
     of_joint = "".join(f' {key.removeprefix("joint.")}="{value}"' for key, value in attributes.items() if key.startswith("joint."))
     actuators, time = "", STEP
@@ -76,8 +76,8 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     return TEXT.format(model=plain(model.name), version=version(), time=time, name=name, step=STEP, **parts)
 
 
-def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:
-    """Return what friction and mass are in a scene, by element and attribute, such as ``joint.frictionloss``."""
+def _attributes(model: Model) -> dict[str, str]:
+    """Return what friction is in a scene, by element and attribute, such as ``joint.frictionloss``."""
     base, values = base_of(model.component).name, model.values
     if base not in MODELS_OF_MUJOCO:
         raise InputError(
@@ -94,9 +94,8 @@ def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:
         raise InputError(
             "MuJoCo has a micro-damping that does not fade with speed", path="mjcf", value=values["v_d"], mend="Identify lugre without v_d"
         )
-    inertial = {"inertial.mass" if model.kind == "translational" else "inertial.diaginertia": repr(mass)}
     if base == "lugre":
         lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
-        return {"dcmotor.damping": repr(float(values["sigma_2"])), "dcmotor.lugre": lugre, **inertial}
+        return {"dcmotor.damping": repr(float(values["sigma_2"])), "dcmotor.lugre": lugre}
     places = (("joint.frictionloss", "F_C"), ("joint.damping", "F_v"))
-    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values} | inertial
+    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values}

@@ -17,7 +17,8 @@ class NotExportableError(InputError):
     """A kernel is outside the part of Python that every target can hold; says where and why."""
 
     def __init__(self, function: Callable[..., Any], node: ast.AST | None, reason: str) -> None:
-        code, line = (getattr(function, "__code__", None), getattr(node, "lineno", None))  # which counts from the first line of the kernel
+        code = getattr(function, "__code__", None)
+        line = getattr(node, "lineno", None)  # counted from the first line of the kernel
         place = function.__module__ if code is None else Path(code.co_filename).name
         at = f"line {code.co_firstlineno + line - 1}" if code and line else function.__name__
         super().__init__(reason, path=f"{place}, {at}")

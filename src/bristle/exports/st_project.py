@@ -276,8 +276,8 @@ def _data_type(part: Array | st_parts.Record) -> ElementTree.Element:
 
 def _pou(pou: Pou) -> ElementTree.Element:
     declared = [_element("returnType", _type(pou.returns))] if pou.returns else []
-    sections = {element: pou.declared(section) for section, element in SECTIONS.items()}
-    declared += [_element(element, *map(_variable, variables)) for element, variables in sections.items() if variables]
+    sections = {tag: pou.declared(section) for section, tag in SECTIONS.items()}
+    declared += [_element(tag, *map(_variable, variables)) for tag, variables in sections.items() if variables]
     body = _element("body", _element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body))))
     meaning = [_element("documentation", _paragraph(pou.meaning))] if pou.meaning else []
     return _element("pou", _element("interface", *declared), body, *meaning, name=pou.name, pouType=POU_TYPES[pou.kind])

@@ -81,7 +81,7 @@ class Subject:
 
 
 def forces_of(model: Model, x: np.ndarray, dt: float, *around: float) -> np.ndarray:
-    """Return the force of a friction model at each sample by the kernels as they stand, `around` it what its slots ask for."""
+    """Return the force of a friction model at each sample by the kernels as they stand, under a load and at a temperature."""
     component, p, at = model.component, model.parameters, x.tolist()
     state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
     for k in range(1, len(x)):

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bristle.core.errors import InputError
-
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
@@ -164,6 +162,8 @@ class Target:
     def __post_init__(self) -> None:
         """Refuse files that act on an axis where bristle cannot tell how."""
         if self.pushes and self.reads is None and not self.rest:
+            from bristle.core.errors import InputError
+
             mend = "Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files"
             raise InputError("acts on an axis (pushes=True), and its effect is not known", path=f"target {self.name}", mend=mend)
 

@@ -328,7 +328,7 @@ def walk(*nodes: Any) -> Iterator[Node]:
 
 @cache
 def _parts(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
-    """Return what gives those fields of a kind of nodes that may hold others, the last one first."""
+    """Return a getter of the fields of a kind of nodes that may hold nodes, the last field first."""
     plain = {"type", "name", "operator"} | ({"function", "value"} if issubclass(kind, (Constant, Call)) else set())
     names = [part.name for part in reversed(fields(kind)) if part.name not in plain]
     if len(names) > 1:

@@ -247,7 +247,13 @@ def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray
         return None
     columns = [np.asarray(column, dtype=float) for column in columns]
     if len(columns) != terms.per_column.size:
-        raise InputError("lacks known columns", path="log", allowed=", ".join(plant.component.columns), mend="Name them under [[known]]")
+        raise InputError(
+            "has not the known columns of the plant",
+            path="log",
+            value=f"{len(columns)} columns",
+            allowed=", ".join(plant.component.columns),
+            mend="Name them under [[known]] of the axis file",
+        )
     return np.asarray(terms.per_column @ np.stack(columns))
 
 

@@ -20,7 +20,9 @@ def one_dimension(model: Model) -> Fact:
     """Give the same force in other units of length, time or force: sums, comparisons and functions have one dimension."""
     expected, names = _walked(model, {}), ("force", *(f"state {name}" for name in model.component.State._fields))
     for unit in ("length", "time", "force"):
-        for name, wanted, result in zip(names, expected, _walked(model, {unit: OTHER_UNIT}), strict=True):
+        # The work of a force of travel over a travel is that of a force over a length.
+        units = dict.fromkeys([unit] if unit == "time" else [unit, "force of travel"], OTHER_UNIT)
+        for name, wanted, result in zip(names, expected, _walked(model, units), strict=True):
             if not np.allclose(result, wanted, rtol=1e-6, atol=1e-9 * np.max(np.abs(wanted))):
                 raise UnmetError(
                     f"the {name} changes with the unit of {unit}",

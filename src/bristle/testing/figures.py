@@ -134,7 +134,7 @@ class _Trial:
     """A figure, and what it draws of the results of each kind of axis."""
 
     def __init__(self, figure: ReportFigure) -> None:
-        self.figure = figure
+        self.figure, self.takes = figure, (*figure.needs, *figure.may_take)
 
     @cached_property
     def drawn(self) -> Mapping[Kind, Figure]:
@@ -145,7 +145,7 @@ class _Trial:
         """Return the figure of this kind of axis, drawn anew."""
         from bristle.figures.own import draw_own
 
-        return draw_own(self.figure, example_facts(kind, self.figure.needs))
+        return draw_own(self.figure, example_facts(kind, self.takes))
 
     def refuse(self, faults_of: Callable[[Figure], list[str]], advice: str) -> None:
         """Refuse the first fault that is found in what is drawn."""
@@ -227,7 +227,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     from bristle.figures import style
 
     before = _open_figures()
-    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0], trial.figure.needs))))
+    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0], trial.takes))))
     left = _open_figures() - before
     if left:
         for number in left:

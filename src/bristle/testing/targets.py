@@ -6,20 +6,24 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
+from bristle.engine import response
 from bristle.exports.described import Source
-from bristle.exports.effect import effect_of_files
+from bristle.exports.effect import Drive, effect_of_files
 from bristle.exports.targets import Product, Request, Target
 from bristle.exports.writing import checked_product
 from bristle.files.axis import axis_from
 from bristle.plants import inertia
-from bristle.plants.terms import with_terms
+from bristle.plants.terms import effort_of_place, terms_of, with_terms
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 STEP = 1e-3  # [s]
 LONGEST_NOTE = 400  # letters
+LEAST_SHARE = 0.2  # of the effort that the axis takes: what feeds less, or so many times as much, has another unit
 FEWEST_LETTERS = 4  # of a folder by which a machine is known: "/" is in every text
 REFUSE = "Refuse what it cannot hold: raise InputError(message, path=..., mend=...) from bristle.core"
 AXIS = {
@@ -62,16 +66,16 @@ def example_requests() -> Mapping[str, Request]:
         kind="rotational", M=1e-3, motor_turn=2.0 * math.pi, motor_6_cos=1e-2, motor_6_sin=2e-2
     )
     stribeck = friction.with_slots(friction.stribeck, ["asymmetry"])(
-        F_C_pos=8.0, F_C_neg=7.0, F_S_pos=11.0, F_S_neg=10.0, v_S=4e-3, F_v_pos=30.0, F_v_neg=28.0, offset=1.5
+        F_C_pos=8.0, F_C_neg=7.0, F_S_pos=11.0, F_S_neg=10.0, v_S=4e-3, F_v_pos=100.0, F_v_neg=90.0, offset=1.5
     )
     lugre = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
     return {
-        "coulomb_viscous": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP, source, speed=0.2),
+        "coulomb_viscous": Request(friction.coulomb_viscous(F_C=8.0, F_v=100.0), "axis_x", STEP, source, speed=0.2),
         "stribeck+asymmetry with an axis file": Request(
             stribeck, "axis_x", STEP, axis=axis_from(AXIS), speed=0.2, points=10, plant=inertia(M=20.0)
         ),
         "lugre, rotational, on a motor that cogs": Request(lugre, "axis_x", STEP, speed=5.0, plant=cogging),
-        "coulomb_viscous without a speed": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP),
+        "coulomb_viscous without a speed": Request(friction.coulomb_viscous(F_C=8.0, F_v=100.0), "axis_x", STEP),
     }
 
 
@@ -157,20 +161,37 @@ def notes_in_words(trial: _Trial) -> Fact:
 
 
 def lowers_the_error(trial: _Trial) -> Fact:
-    """Lower the error of the axis: a file with a reversed sign or another unit makes it larger."""
+    """Lower the error of the axis: a reversed sign or another unit makes it larger, or feeds next to nothing."""
     target = trial.target
     if target.reads is None:
         return Fact("no reads: what a drive computes from the files is not known", applies=False)
+    advice = "Write the sign and the units that the drive takes, and let reads return the force in N or N*m, positive forward"
     ratios = [1.0]
     for name, product in trial.first.items():
         request = replace(example_requests()[name], rest=target.rest)
         drive = target.reads(product.files, request)
-        effect = None if drive is None else effect_of_files(request, drive, of_cogging=target.of_cogging)
+        if drive is None:
+            continue
+        effect, share = effect_of_files(request, drive, of_cogging=target.of_cogging), _share_fed(request, drive, target)
         if effect is not None and not effect.ratio <= 1.0:
-            advice = "Write the sign and the units that the drive takes, and let reads return the force in N or N*m, positive forward"
             raise UnmetError(f"{effect.lines()[0]} ({name})", advice)
+        if not LEAST_SHARE <= share <= 1.0 / LEAST_SHARE:
+            raise UnmetError(f"it feeds {share:.2g} times the effort that the axis takes ({name})", advice)
         ratios += [] if effect is None else [effect.ratio]
     return Fact(f"error at best {min(ratios):.2g} times that without", min(ratios), "1", 1.0)
+
+
+def _share_fed(request: Request, drive: Drive, target: Target) -> float:
+    """Return how much of the friction, or of the cogging, a drive feeds along a sine of 1 s, by least squares."""
+    turn = 2.0 * np.pi * np.arange(0.0, 2.0, request.dt)
+    x = (request.speed or 0.1) / (2.0 * np.pi) * np.sin(turn)
+    if target.of_cogging:
+        terms = None if request.plant is None else terms_of(request.plant)
+        effort = np.zeros(x.size) if terms is None else effort_of_place(x, terms)
+    else:
+        effort = response(request.model, x, request.dt, rest=request.rest or "held")
+    size = effort @ effort
+    return float(drive(x, request.dt) @ effort / size) if size else 1.0
 
 
 FORM = (described_target, writes_or_refuses, results_of_export)
