@@ -64,7 +64,8 @@ def test_congruency_tells_what_no_operator_can_follow():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"model": "preisach_lugre"}, "is none of the choices"),
+        ({"model": "preisach_lugre"}, "is none of the choices; .* reversal_table, all"),
+        ({"model": "all,preisach"}, "each once"),
         ({"model": "preisach,preisach"}, "each once"),
         ({"model": "reversal_table"}, "needs reversal curves"),
         ({"folds": 1}, "folds: out of range"),

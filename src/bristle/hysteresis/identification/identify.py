@@ -114,7 +114,8 @@ def identify_operator(
 
 
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    names = list(FITTED) if list(model) == ["all"] else [among(*FITTED)(name, "model", None) for name in model]
+    asked = [among(*FITTED, "all")(name, "model", None) for name in model]
+    names = [name for each in asked for name in (FITTED if each == "all" else [each])]
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
