@@ -54,7 +54,7 @@ def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
 @cores_for_simulations()
 def identify_operator(
     recorded: Curves,
-    model: Any = "all",
+    model: Any = ("all",),
     *,
     stops: int = RESOLUTION,
     cells: int = RESOLUTION,
