@@ -32,8 +32,8 @@ from bristle.logs.curves import Curves
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
 
-def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
-    """Return the table along first-order reversal curves; all their rows are taken."""
+def fit_table(recorded: Curves) -> Fitted:
+    """Return the table along first-order reversal curves."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
         mend = 'Write start = "saturated" if they do, or fit preisach_grid'
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
