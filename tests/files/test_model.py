@@ -1,7 +1,9 @@
 """Model files: numbers to the bit, provenance, models of a user's own."""
 
+import datetime
 import math
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -192,3 +194,13 @@ def test_what_is_no_model_is_refused_by_name_before_anything_is_written(bad, pla
     with pytest.raises(InputError, match=rf"^{bad}: must be a model with parameters"):
         write_model(tmp_path / "model.toml", plant, model)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("value", [None, datetime.date(2026, 1, 1), Path("log.csv"), ["a", None]])
+def test_what_toml_does_not_hold_is_refused_with_its_key_and_the_file_stays_as_it_was(value, tmp_path):
+    path, plant, model = tmp_path / "model.toml", plants.inertia(M=1.0), friction.coulomb(F_C=1.0)
+    write_model(path, plant, model)
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=r"^provenance\.made: cannot be written; found .*, allowed text, a number"):
+        write_model(path, plant, model, provenance={"made": value})
+    assert path.read_bytes() == before

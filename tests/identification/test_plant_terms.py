@@ -102,6 +102,12 @@ def test_cogging_that_is_not_there_is_not_found():
         identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
+def test_harmonics_of_less_than_a_turn_and_a_half_are_refused_with_the_turns_that_they_need():
+    columns = screw(0.0, 0.0)
+    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, and the log has 0\.\d+; .* record more turns"):
+        identified(columns | {"q": 0.02 * columns["q"]}, axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
+
+
 @pytest.mark.slow
 def test_a_wave_that_passes_once_a_sample_is_no_harmonic():
     # Of a linear motor with a pitch of 24 mm on strokes at 0.2 m/s, each longer than the last: 0.2 mm from sample to

@@ -53,3 +53,9 @@ def test_columns_of_numbers_that_end_early_are_no_such_table():
     table = read_table("\n".join(["time,position,temperature,note", *rows, ""]).encode())
     np.testing.assert_array_equal(table.columns["temperature"], np.arange(30) + 0.5)
     np.testing.assert_array_equal(table.columns["position"], X)
+
+
+def test_text_beside_the_first_rows_is_noted_where_the_numbers_beside_them_are_read():
+    table = read_table(log([("Mass", "12.5"), ("Lead", "10")]).encode())
+    np.testing.assert_array_equal(table.columns["position"], X)
+    assert "text was left out: column_3, Parameter" in table.notes

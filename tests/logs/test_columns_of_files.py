@@ -7,6 +7,8 @@ from tests.logs.exports import EXPORTS, motion
 from bristle.core.errors import InputError
 from bristle.files.axis import axis_from
 from bristle.logs import checked, read_log
+from bristle.logs.readers import read_table
+from bristle.logs.table import columns_named
 
 MOTION = motion(1.0)
 
@@ -115,3 +117,10 @@ def test_a_file_of_one_long_line_is_read(tmp_path):
     assert path.read_text().count("\n") == 0
     assert path.stat().st_size > 131_072
     assert len(read_log(path, axis(position="position"))) == 4000
+
+
+def test_dates_of_an_archive_are_read_for_the_signals_that_are_asked_for_only():
+    rows = [f"{name} 2026-02-{day:02d} 09:00:{k:02d} {k}" for k in range(20) for name, day in (("asked", 1), ("other", 30 if k else 1))]
+    table = read_table("\n".join([*rows, ""]).encode(), choice=columns_named(["asked"]))
+    np.testing.assert_array_equal(table.columns["time"], np.arange(20.0))
+    assert table.names == ("time", "asked", "other")

@@ -31,3 +31,16 @@ def test_a_count_since_long_ago_is_a_time(tmp_path):
 def test_a_file_whose_every_record_has_another_name_is_refused_at_once(tmp_path):
     with pytest.raises(InputError, match=r"log\.json.*has 6000 different names in 6000 records"):
         table_of(tmp_path, [{f"t{k}": k} for k in range(6000)])
+
+
+@pytest.mark.parametrize("count", [2, 3, 200])
+@pytest.mark.parametrize("orient", ["split", "index", "columns"])
+def test_a_data_frame_in_another_order_than_records_is_refused_with_what_to_write(tmp_path, count, orient):
+    t, q = [1e-3 * k for k in range(count)], [0.1 * k for k in range(count)]
+    frame = {
+        "split": {"columns": ["t", "q"], "index": list(range(count)), "data": [list(row) for row in zip(t, q, strict=True)]},
+        "index": {str(k): {"t": t[k], "q": q[k]} for k in range(count)},
+        "columns": {"t": dict(zip(map(str, range(count)), t, strict=True)), "q": dict(zip(map(str, range(count)), q, strict=True))},
+    }
+    with pytest.raises(InputError, match='orient="records"'):
+        table_of(tmp_path, frame[orient])

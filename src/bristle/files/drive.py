@@ -174,7 +174,7 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
 
 
 def _further(name: str, entry: ColumnEntry) -> Column:
-    """Return the column of a temperature, or of a channel that bristle knows nothing of: its unit tells it from a misspelt one."""
+    """Return the column of a temperature, or of a channel that bristle knows nothing of: its unit distinguishes it from a misspelt name."""
     path, is_temperature = f"columns.{name}.unit", name == "temperature"
     if not is_temperature and (entry.unit is None or not name.isidentifier()):
         mend = f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}'

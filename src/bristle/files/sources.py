@@ -138,8 +138,8 @@ class Sources:
             raise InputError("must be the name of a file", path=path, value=file)
         return self.folder / file
 
-    def _once(self, role: str, file: Any, path: str, read: Callable[..., Any], opened: Any = content_of, beside: Any = None) -> Any:
-        key = (role, self._file(file, path), beside)
+    def _once(self, role: str, file: Any, path: str, read: Callable[..., Any], opened: Any = content_of, axis: Any = None) -> Any:
+        key = (role, self._file(file, path), axis)
         if key not in self._read:
             with located(path):
                 content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from bristle.core.content import Content, FixedLimit, Readable, content_of
 from bristle.core.errors import InputError, located
 from bristle.core.units import LARGEST
+from bristle.core.values import shown
 
 TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
@@ -141,7 +142,8 @@ def _lines_of(table: Mapping[str, Any], head: str) -> Iterator[str]:
     for name, entry in table.items():
         if name not in inner:
             value, remark = entry if isinstance(entry, Said) else (entry, "")
-            line = f"{_key(name)} = {quoted(value)}"
+            with located(f"{head.strip('[]')}.{name}".lstrip(".")):
+                line = f"{_key(name)} = {quoted(value)}"
             # Behind a long list nobody would see it.
             yield from [f"# {remark}", line] if remark and len(line) > 400 else [f"{line} # {remark}" if remark else line]
     for name, entries in inner.items():
@@ -165,4 +167,6 @@ def quoted(value: Any) -> str:
         return f"[{', '.join(map(quoted, value))}]"
     if isinstance(value, (str, bool)):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if not isinstance(value, (int, float)):
+        raise InputError("cannot be written", value=shown(value), allowed="text, a number, True or False, or a list of these")
     return repr(value)

@@ -98,7 +98,7 @@ def from_reversal_curves(
     # Each rises where it is mirrored; in the order of where they turned.
     read = sorted((_curve(u, f, -1.0, index) for index, (u, f) in enumerate(curves)), key=lambda curve: -curve.u[0])
     alphas = np.array([-curve.u[0] for curve in read])
-    extent = max(float(alphas[-1]), *(float(curve.u[-1] - curve.u[0] + curve.u[0]) for curve in read))
+    extent = max(float(alphas[-1]), *(float(curve.u[-1]) for curve in read))
     (alpha, beta, d), table = _nodes(extent, rows, columns), np.zeros((rows, columns))
     drops, following = alpha - beta, np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1)
     for right in range(1, alphas.size):
@@ -195,7 +195,7 @@ def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
     path, output = side * np.asarray(u, dtype=float), side * np.asarray(f, dtype=float)
     if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
         way, mend = "rise" if side > 0.0 else "fall", "Begin each curve at its reversal; leave out curves of one sample"
-        raise InputError(f"must {way} throughout, all curves alike", path=f"curves[{index}]", mend=mend)
+        raise InputError(f"must {way} throughout, as all curves", path=f"curves[{index}]", mend=mend)
     return Curve(path, output)
 
 

@@ -215,8 +215,8 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     dataset = problem.dataset
     turns = float(np.ptp(dataset.position)) / cogging.turn
     if turns < 1.5:  # that a log goes through, to tell the turns of anything
-        mend = "Write which ones, such as harmonics = [6, 12]"
-        raise InputError(f"need more than {turns:.2g} turns of the {cogging.turner}", path=path, value="identify", mend=mend)
+        mend = "Write the harmonics, such as [6, 12], or record more turns"
+        raise InputError(f"need 1.5 turns of the {cogging.turner}, and the log has {turns:.2g}", path=path, value="identify", mend=mend)
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
     powers = np.hstack([place, place**2])
@@ -246,7 +246,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         waves = {order: _without(columns, pair) for order, columns in waves.items()}
     if not orders:
         mend = "Leave [[cogging]] out, or write harmonics = [6]"
-        raise InputError(f"are not seen in this log by the turns of the {cogging.turner}", path=path, value="identify", mend=mend)
+        raise InputError(f"are not seen in this log: no effort recurs with the {cogging.turner}", path=path, value="identify", mend=mend)
     return sorted(orders)
 
 

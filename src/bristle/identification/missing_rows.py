@@ -62,13 +62,24 @@ class Rows:
         for name, surrounding in CHANNELS.items():
             if holds(dataset, surrounding):
                 surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
-        named: dict[str, Any] = {
-            name: getattr(dataset, name) for name in ("time", "position", "velocity", "acceleration", "effort", "cutoff", "kind")
-        }
-        derived: dict[str, Any] = {"predicted": dataset.effort - residual, "turned": dataset.samples_from_reversal * dataset.sample_time}
-        derived |= {"narrow": min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff)}
-        fitted: dict[str, Any] = {"residual": residual, "jacobian": jacobian, "friction": friction, "slope": slope}
-        return cls(**named, **derived, **fitted, cycles=cycles, surroundings=surroundings)
+        return cls(
+            time=dataset.time,
+            position=dataset.position,
+            velocity=dataset.velocity,
+            acceleration=dataset.acceleration,
+            effort=dataset.effort,
+            residual=residual,
+            jacobian=jacobian,
+            predicted=dataset.effort - residual,
+            friction=friction,
+            slope=slope,
+            cycles=cycles,
+            surroundings=surroundings,
+            cutoff=dataset.cutoff,
+            kind=dataset.kind,
+            turned=dataset.samples_from_reversal * dataset.sample_time,
+            narrow=min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff),
+        )
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return some of the rows, of which an array of bool is true."""

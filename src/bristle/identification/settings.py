@@ -56,10 +56,10 @@ class Settings(CheckThresholds):
     reversal_periods = 3.0  # periods of the cut-off that count as around a reversal [periods]
     reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
     reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
-    missing_share: float = _set(0.25, "share of the held-out residual, away from reversals, that a missing force tells", most=1.0)
+    missing_share: float = _set(0.25, "share of the held-out residual, away from reversals, that a missing force explains", most=1.0)
     missing_share_around: float = _set(0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0)
     missing_force: float = _set(0.006, "share of the friction force, root mean square, below which a model lacks no force")
-    missing_effort: float = _set(0.006, "share of the effort, root mean square, below which a missing force is one of the treatment")
+    missing_effort: float = _set(0.006, "share of the effort, root mean square, below which a missing force is attributed to the treatment")
     missing_slow_share: float = _set(0.2, "the same of what is left below the frequencies at which the acceleration is noise", most=1.0)
     missing_slow_force = 0.0015  # share of the friction force, root mean square, below which a model lacks no such force
     missing_slow_share_around: float = _set(0.3, "the same share of a lag, of rows around reversals too", most=1.0)
@@ -68,7 +68,7 @@ class Settings(CheckThresholds):
     # Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006
     missing_level = 0.99
     missing_flanks: float = _set(2.1, "residual where the load changes flanks over that elsewhere, from which a drive has play", least=1.0)
-    missing_sought_force: float = _set(0.01, "share of the friction force, root mean square, below which no play or hidden ripple is told")
+    missing_sought_force: float = _set(0.01, "root mean square, as a share of friction, below which no play or hidden ripple is reported")
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
     # Repetition: what a motion cannot tell, whatever is fitted.
@@ -81,14 +81,14 @@ class Settings(CheckThresholds):
     # Identifiability by refitting.
     clear_std = 0.5  # relative standard error up to which a parameter is asked whether the log sees it
     # profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009
-    moved: float = _set(0.3, "share by which a parameter is moved away", "1", 0.01, 0.9, "doi:10.1093/bioinformatics/btp358")
+    moved: float = _set(0.3, "share by which a parameter is moved away", least=0.01, most=0.9, source="doi:10.1093/bioinformatics/btp358")
     seen_rise: float = _set(3.841, "rise of the held-out squared error from which a parameter is seen", source="95 % of chi-square")
     flat_rise = 0.1  # the same of the fitted rows, below which nothing in the log depends on a parameter
     follows: float = _set(0.1, "relative change of another parameter that makes up for a move")
 
     # Resampling.
-    at_odds: float = _set(3.0, "ratio of the jackknife to the bootstrap, from which intervals are told to be too narrow")
-    white_lags: float = _set(20.0, "lags that tell a white residual", "rows", least=1.0, source="doi:10.1093/biomet/65.2.297")
+    at_odds: float = _set(3.0, "ratio of the jackknife to the bootstrap, from which intervals count as too narrow")
+    white_lags: float = _set(20.0, "lags in the test for a white residual", "rows", least=1.0, source="doi:10.1093/biomet/65.2.297")
     white_level = 0.95  # level of that test
 
     # Validation and comparison of models.

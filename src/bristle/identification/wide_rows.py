@@ -192,7 +192,8 @@ class WideRows:
         efforts = self._efforts(delay)
         if c < 0.0:
             efforts = [through_filter(x, (-2.0 * c) ** 0.5, self.step) for x in efforts]
-        return self.behind(cutoff, self._filtered(c)) if c > 0.0 else self.regressor(cutoff), self.behind(cutoff, efforts)
+        rows = self.behind(cutoff, self._filtered(c)) if c > 0.0 else self.regressor(cutoff)
+        return rows, self.behind(cutoff, efforts)
 
     def _efforts(self, delay: float) -> list[np.ndarray]:
         """Return the effort of all stretches that much later."""

@@ -84,8 +84,7 @@ def read_csv(data: bytes, request: Request) -> Table:
             continue
         message, mend = why_no_number(cell)  # for those who ask for it
         texts[name] = InputError(message, path=f"{request.source}: line {layout.first + 1}, column {name!r}", value=cell, mend=mend)
-    if texts:
-        notes.append(f"text was left out: {', '.join(list(texts)[:20])}" + (" and others" if len(texts) > 20 else ""))
+    notes += _note_of_text(list(texts))
     units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
     return Table(
         columns,
@@ -113,7 +112,14 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
     if columns is None and has_clocks:
         numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
         columns = dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
-    return None if columns is None else with_own_times(columns, layout, request, [*layout.notes, *notes])
+    if columns is None:
+        return None
+    texts = [name for name, is_numeric in zip(layout.names, layout.numeric, strict=True) if not is_numeric]
+    return with_own_times(columns, layout, request, [*layout.notes, *notes, *_note_of_text(texts)])
+
+
+def _note_of_text(names: Sequence[str]) -> list[str]:
+    return [f"text was left out: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:

@@ -21,7 +21,7 @@ WIDE = 1000
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
 NAMES, VALUES, UNITS = (("name", "signal", "channel", "id", "label"), ("values", "data", "samples", "y"), ("unit", "units"))
-MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …], or columns by name'
+MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …] (orient="records" of pandas), or columns by name'
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -84,6 +84,9 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
             yield path, ({f"column_{k + 1}": [row[k] for row in node] for k in range(width)}, {})
     if not isinstance(node, dict) or depth > DEEPEST:
         return
+    rows = node.get("data")
+    if isinstance(node.get("columns"), list) and isinstance(rows, list) and rows and all(isinstance(row, list) for row in rows):
+        raise InputError("holds a data frame that is split into names and rows", path=path, mend=MEND)
     lists = {name: value for name, value in node.items() if isinstance(value, list) and len(value) >= FEWEST}
     columns = {name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))}
     if len(columns) > 1:

@@ -170,7 +170,8 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     rows = [cells_above for _, cells_above in above if len(cells_above) == count]
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
     numbered = np.flatnonzero(layout.numeric).tolist()
-    is_row, mend = numbered[-1] < len(cells) and all(kinds[k] for k in numbered), "Delete what stands beside the rows of numbers"
+    is_row = numbered[-1] < len(cells) and all(kinds[k] for k in numbered)
+    mend = "Delete what stands beside the rows of numbers"
     if len(cells) != count:
         if is_row or ((rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))):
             raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index], mend=mend if is_row else "")

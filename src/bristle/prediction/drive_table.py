@@ -206,7 +206,7 @@ def placed(curve: np.ndarray, count: int) -> list[int]:
 
     Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
     """
-    low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a deviation below is none
+    low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a smaller deviation counts as zero
     best = _reached(curve, low, count)
     if best is not None:
         return best

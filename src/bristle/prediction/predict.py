@@ -115,7 +115,8 @@ def predict(
     """
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
-        raise InputError("is of another kind of axis than the log", path="model", value=plant.kind, allowed=log.kind, mend="Give its axis")
+        message, mend = "is of another kind of axis than the log", "Give the axis file that the model was identified with"
+        raise InputError(message, path="model", value=plant.kind, allowed=log.kind, mend=mend)
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     log = parted(log, axis)
@@ -130,7 +131,8 @@ def predict(
         refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         return with_doubts(_inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max)
-    axis = replace(axis or Axis(kind=log.kind), **({} if lag is None else {"lag": lag}))
+    axis = axis or Axis(kind=log.kind)
+    axis = axis if lag is None else replace(axis, lag=lag)
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
 
 

@@ -32,6 +32,12 @@ def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
         assert predict_operator(fit.operator, friction, fit.offset).rmse == pytest.approx(fit.prediction.rmse)
 
 
+def test_all_operators_are_identified_unless_some_are_named(friction):
+    fits = [br.identify_operator(friction, *named, cells=4, stops=5, folds=0).fits for named in ((), ("all",), (["all"],))]
+    assert [fit.name for fit in fits[0]] == [fit.name for fit in fits[1]] == [fit.name for fit in fits[2]]
+    assert {fit.name for fit in fits[0]} == {"prandtl_ishlinskii", "preisach", "preisach_grid"}
+
+
 def test_curves_are_left_out_by_turns():
     curves = reversal_curves(TRUTH)
     result = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=12)
@@ -64,7 +70,8 @@ def test_congruency_tells_what_no_operator_can_follow():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"model": "preisach_lugre"}, "is none of the choices"),
+        ({"model": "preisach_lugre"}, "is none of the choices; .* reversal_table, all"),
+        ({"model": "all,preisach"}, "each once"),
         ({"model": "preisach,preisach"}, "each once"),
         ({"model": "reversal_table"}, "needs reversal curves"),
         ({"folds": 1}, "folds: out of range"),

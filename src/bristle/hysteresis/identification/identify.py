@@ -32,8 +32,8 @@ from bristle.logs.curves import Curves
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
 
-def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
-    """Return the table along first-order reversal curves; all their rows are taken."""
+def fit_table(recorded: Curves) -> Fitted:
+    """Return the table along first-order reversal curves."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
         mend = 'Write start = "saturated" if they do, or fit preisach_grid'
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
@@ -54,7 +54,7 @@ def fit_table(recorded: Curves, *, rows: Rows = None) -> Fitted:
 @cores_for_simulations()
 def identify_operator(
     recorded: Curves,
-    model: Any = "all",
+    model: Any = ("all",),
     *,
     stops: int = RESOLUTION,
     cells: int = RESOLUTION,
@@ -114,7 +114,8 @@ def identify_operator(
 
 
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    names = list(FITTED) if list(model) == ["all"] else [among(*FITTED)(name, "model", None) for name in model]
+    asked = [among(*FITTED, "all")(name, "model", None) for name in model]
+    names = [name for each in asked for name in (FITTED if each == "all" else [each])]
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
