@@ -15,8 +15,8 @@ from bristle.core.variable import unit_of
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS, LETTERS, shortened
 
-COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.25, 0.78  # of the grid; height of a row [inch]; of a cell that its box takes
-LINES = 6  # in a box
+COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.4, 0.78  # of the grid; height of a row [inch]; of a cell that its box takes
+LINES = 7  # in a box
 # From a box to another one, what is handed over, and how a line goes that has a corner: up or down first, or to the side first.
 ARROWS = (
     ("motor", "torque sensor", "u, θ", ""),
