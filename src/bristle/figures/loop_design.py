@@ -16,8 +16,6 @@ from bristle.figures.drawing import AT_TICKS, label
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from bristle.core.variable import Kind
     from bristle.loop import Assessment, Circle, WorkingPoint
 

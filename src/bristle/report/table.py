@@ -1,4 +1,4 @@
-"""Names of parameters, numbers, lengths and shares as a page shows them, and tables whose columns have one unit and the same decimals."""
+"""Numbers, lengths and shares as text, and tables whose columns have one unit and the same decimals."""
 
 from __future__ import annotations
 
