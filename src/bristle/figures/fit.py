@@ -1,4 +1,4 @@
-"""A fit or a prediction beside its log: friction over velocity, signals over time, what is left over, what cannot be told apart."""
+"""A fit or a prediction and its log: friction over velocity, signals over time, residuals, correlation of the estimates."""
 
 from __future__ import annotations
 

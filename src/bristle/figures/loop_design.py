@@ -1,4 +1,4 @@
-"""A loop that is designed: its open loop with margins and poles, the loops proposed beside it, and the circle that two axes run."""
+"""Design of a loop: its open loop with margins and poles, the loops proposed for it, and the circle that two axes run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loops that follow a reference, a row or a panel for each: motions, efforts, errors, and what the errors are compared with."""
+"""Loops that follow a reference, a row or a panel for each: motions, efforts and errors; errors of loops and truths compared."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite

@@ -224,7 +224,7 @@ def _floats(values: Any) -> np.ndarray:
 
 
 def series_names(drawn: Sequence[Drawn], y: str) -> list[str]:
-    """Return what each thing of a panel is called: by its label, else by the axis of the only line or points, else how it is drawn."""
+    """Return the name of each series of a panel: its label, else the axis of the only line or points, else its mark."""
     # Behind an underscore stands a label that legends leave out.
     labels = [re.sub(r"^_(child\d+$|nolegend_$)?", "", str(graphic.artist.get_label())) for graphic in drawn]
     unnamed = [graphic.mark for graphic, label in zip(drawn, labels, strict=True) if not label]
