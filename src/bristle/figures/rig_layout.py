@@ -105,7 +105,7 @@ def _loop(variant: Variant) -> dict[str, Block]:
 
 
 def _value_lines(model: Model) -> list[str]:
-    """Return the first parameters of a model, one a line; lists by their range."""
+    """Return the parameters of a model, a line each; lists by their range."""
     lines = []
     for name, value in model.values.items():
         if name == "seed" or isinstance(value, str):
