@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.cli.conftest import written_in
 
+from bristle.core import InputError
 from bristle.files import read_axis, read_log
 
 STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
@@ -33,6 +34,18 @@ def test_results_and_words(bristle, place):
     assert "none" in result.out
     assert written_in("run") == {"summary.json", "report.html"}
     assert list(json.loads(Path("run/summary.json").read_text())["variants"]) == ["base", "none"]
+
+
+def test_settings_of_matplotlib_that_do_not_serve_end_a_command_before_its_work(bristle, place, monkeypatch):
+    def refused(name):
+        raise InputError("cannot be imported with its settings here", path="matplotlib")
+
+    monkeypatch.setattr("bristle.cli.options.import_module", refused)
+    monkeypatch.setattr("bristle.simulation.simulate", lambda *_: pytest.fail("simulated first"))
+    ended = bristle("run", "experiment.toml", "--out", "run")
+    assert ended.code == 2
+    assert "cannot be imported with its settings here" in ended.err
+    assert not Path("run").exists()
 
 
 def test_a_loop_that_diverges_is_a_no_and_prints_no_nan(bristle, place):

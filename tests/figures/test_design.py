@@ -8,7 +8,9 @@ from tests.loop.laws import rig
 
 from bristle.figures import loop_design, rig_layout
 from bristle.figures.loop_design import margins
+from bristle.files.experiment import read_experiment
 from bristle.loop import assess, run_circles
+from bristle.paper import EXPERIMENTS
 
 
 @pytest.mark.parametrize("delay", range(4))
@@ -47,3 +49,10 @@ def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolut
     assert all(part in texts for part in ("lead 10 mm", "J_m = 3 kg·cm²", "J − J_m = 1 kg·cm²"))
     assert ("80 000 counts a turn" in texts) == ("filter 200 Hz" in texts) == (resolution > 0.0)
     assert ("perfect" in texts) == (resolution == 0.0)
+
+
+def test_the_scheme_of_the_rig_has_the_filter_of_the_controller_and_the_break_away_of_both_directions():
+    variant = next(variant for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants if variant.name == "printed")
+    (axes,) = rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant).axes
+    texts = {text.get_text() for text in axes.texts}
+    assert {"cutoff = 400 Hz", "F_S_pos = 65.3 N", "F_S_neg = 35.2 N"} <= texts

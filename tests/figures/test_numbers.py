@@ -187,6 +187,18 @@ def test_colours_are_told_as_what_they_stand_for(axes):
     assert values_of(axes) == {(1.0, 3.0): 7.0, (2.0, 4.0): 8.0}
 
 
+def test_contours_are_no_areas(axes):
+    axes.contour(np.arange(9.0).reshape(3, 3))
+    assert numbers_of(axes.figure) == []
+
+
+@pytest.mark.parametrize("name", ["errors_by_truth", "break_away"])
+def test_marks_of_several_series_have_the_names_of_their_series(name):
+    marks = {series for panel in numbers_of(gallery()[name]()) for series, item in panel.drawn if item.mark == "points"}
+    assert marks
+    assert not marks & {"loop", "reached"}
+
+
 def test_what_stands_at_a_place_of_the_panel_is_no_number(axes):
     axes.plot([0.0, 1.0], [0.0, 1.0], transform=axes.transAxes)
     axes.add_patch(Rectangle((0.1, 0.1), 0.2, 0.2, transform=axes.transAxes))

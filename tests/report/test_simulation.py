@@ -34,6 +34,7 @@ def test_a_page_remains_where_every_loop_diverged(stage):
     page = Page(simulation_page(stage, result=replace(stage.looped, variants=failed)))
     assert page.unbalanced == []
     assert not page.named("figure")
+    assert "Forward and backward" not in page.words
 
 
 def test_every_part_of_the_loop_is_named(stage):

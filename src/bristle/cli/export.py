@@ -83,7 +83,7 @@ def export(
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
     options |= {"tunable": tunable, "accept_harm": accept_harm}
-    with output.opened("exporting", [file, log] if log else [file]) as (folder, _):
+    with output.opened("exporting", [file, log] if log else [file], draws=False) as (folder, _):
         if law is not None:
             exported = _law(law, variant, target, **options, single=float32)
         else:

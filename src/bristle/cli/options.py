@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
@@ -110,8 +111,10 @@ class Output:
         return self.context.obj
 
     @contextmanager
-    def opened(self, words: str, reads: Iterable[Any] = ()) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
+    def opened(self, words: str, reads: Iterable[Any] = (), *, draws: bool = True) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
         """Give the folder of results, None where none is asked for, and what work reports its share to."""
+        if self.out and draws:
+            import_module("bristle.figures")  # settings with which matplotlib cannot be imported end a command before its work
         from bristle.files.results import results_folder
         from bristle.report.results import figure_files
 

@@ -1,4 +1,4 @@
-"""A fit or a prediction beside its log: friction over velocity, signals over time, what is left over, what cannot be told apart."""
+"""A fit or a prediction and its log: friction over velocity, signals over time, residuals, correlation of the estimates."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: n
         samples = style.envelope((middle + half_width)[part]) + part.start
         low, high = middle[samples] - half_width[samples], middle[samples] + half_width[samples]
         axes.fill_between(x[samples], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
-        label = "_"
+        label = "_95 % band"
 
 
 TIME = ReportFigure(

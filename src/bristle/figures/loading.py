@@ -1,6 +1,6 @@
-"""With this module matplotlib is imported, and what it remarks on the settings of its user is not heard.
+"""With this module matplotlib is imported, without its remarks on the settings of its user.
 
-They are of no use to these figures (`bristle.figures.drawing`). A setting that ends the import is told.
+These figures do not depend on them (`bristle.figures.drawing`). A setting with which the import fails raises an `InputError`.
 """
 
 import logging

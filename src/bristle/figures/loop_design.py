@@ -1,4 +1,4 @@
-"""A loop that is designed: its open loop with margins and poles, the loops proposed beside it, and the circle that two axes run."""
+"""Design of a loop: its open loop with margins and poles, the loops proposed for it, and the circle that two axes run."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from bristle.figures.drawing import AT_TICKS, label
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from bristle.core.variable import Kind
     from bristle.loop import Assessment, Circle, WorkingPoint
 

@@ -1,4 +1,4 @@
-"""Loops that follow a reference, a row or a panel for each: motions, efforts, errors, and what the errors are compared with."""
+"""Loops that follow a reference, a row or a panel for each: motions, efforts and errors; errors of loops and truths compared."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -200,9 +200,9 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
             # Beside one another: mean, interval, and range under all conditions.
             for number, ((name, spread), look) in enumerate(zip(loops.items(), LOOKS, strict=False)):
                 at, color = place + style.BESIDE * (number - 0.5 * (len(loops) - 1)), look["color"]
-                axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label="_conditions")
-                axes.hlines(at, spread.low, spread.high, color=color, linewidth=2.0 * style.WIDE, label="_interval")
-                axes.plot(spread.error, at, look["marker"], color=color, markersize=style.SMALL, label="_loop" if place else name)
+                axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label=f"_{name}, conditions")
+                axes.hlines(at, spread.low, spread.high, color=color, linewidth=2.0 * style.WIDE, label=f"_{name}, interval")
+                axes.plot(spread.error, at, look["marker"], color=color, markersize=style.SMALL, label=f"_{name}" if place else name)
         axes.set_xscale("log")
         axes.set_xticks(MARKS, [f"{mark:g}" for mark in MARKS])
         axes.xaxis.set_minor_formatter(NullFormatter())

@@ -17,6 +17,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh
 from matplotlib.container import BarContainer
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, StepPatch
 from matplotlib.path import Path
@@ -161,7 +162,7 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
         placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
         values = artist.get_array()
         return None if placed is None else Drawn(artist, "points", [placed], [] if values is None else [values])
-    if isinstance(artist, FancyArrowPatch):
+    if isinstance(artist, (FancyArrowPatch, ContourSet)):  # of contours the levels would be missing
         return None
     if artist in axes.collections:
         paths, transform = artist.get_paths(), artist.get_transform()
@@ -223,7 +224,7 @@ def _floats(values: Any) -> np.ndarray:
 
 
 def series_names(drawn: Sequence[Drawn], y: str) -> list[str]:
-    """Return what each thing of a panel is called: by its label, else by the axis of the only line or points, else how it is drawn."""
+    """Return the name of each series of a panel: its label, else the axis of the only line or points, else its mark."""
     # Behind an underscore stands a label that legends leave out.
     labels = [re.sub(r"^_(child\d+$|nolegend_$)?", "", str(graphic.artist.get_label())) for graphic in drawn]
     unnamed = [graphic.mark for graphic, label in zip(drawn, labels, strict=True) if not label]

@@ -1,7 +1,7 @@
 """Which figure stands on which report, and where: a line each, in the order of the page.
 
-A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or one named behind a dot, and its line below; the section is the
-`id` of one of the report. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
+A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or the attribute named behind a dot, and its line below; the
+section is the `id` of a section of the report. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ class Place(NamedTuple):
 
     @property
     def figure(self) -> ReportFigure:
-        """The figure: that of a module, or another one of it behind a dot."""
+        """The figure: ``FIGURE`` of a module, or the attribute behind a dot."""
         module, _, attribute = self.name.partition(".")
         return getattr(import_module(f"bristle.figures.{module}"), attribute or "FIGURE")
 

@@ -1,4 +1,4 @@
-"""What is recorded: the experiments that a log contains, and hysteresis with what an operator makes of it."""
+"""Records: the experiments that a log contains, and hysteresis, recorded and predicted by an operator."""
 
 from collections.abc import Sequence
 

@@ -15,9 +15,9 @@ from bristle.core.variable import unit_of
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS, LETTERS, shortened
 
-COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.25, 0.78  # of the grid; height of a row [inch]; of a cell that its box takes
-LINES = 6  # in a box
-# From a box to another one, what is handed over, and how a line goes that has a corner: up or down first, or to the side first.
+COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.4, 0.78  # of the grid; height of a row [inch]; of a cell that its box takes
+LINES = 7  # in a box
+# From box to box: the signal, and of a line with a corner, whether it begins upright or level.
 ARROWS = (
     ("motor", "torque sensor", "u, θ", ""),
     ("torque sensor", "ball screw", "", ""),
@@ -66,7 +66,7 @@ Block = tuple[int, int, str, Sequence[str]]  # column, row, first line, the othe
 
 
 def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
-    """Return what sits on the shaft one after the other, each with its numbers."""
+    """Return the parts on the shaft, in order, each with its numbers."""
     lead, J, J_m, cutoff, resolution = mechanics
     behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
     counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ") if resolution > 0.0 else "perfect encoder"
@@ -105,7 +105,7 @@ def _loop(variant: Variant) -> dict[str, Block]:
 
 
 def _value_lines(model: Model) -> list[str]:
-    """Return the first parameters of a model, one a line; lists by their range."""
+    """Return the parameters of a model, a line each; lists by their range."""
     lines = []
     for name, value in model.values.items():
         if name == "seed" or isinstance(value, str):

@@ -209,7 +209,7 @@ def break_away(
         units.plot(axes, x, force, label=label(name), **look | {"marker": ""})
         if np.isfinite(at := reached[name]):
             mark = {"marker": look["marker"], "color": look["color"], "markersize": style.SMALL}
-            units.plot(axes, at, float(np.interp(at, x, force)), label="_reached", **mark)
+            units.plot(axes, at, float(np.interp(at, x, force)), label=f"_{label(name)}, reached", **mark)
     axes.set(ylim=(0.0, None), xlabel=units.x, ylabel=units.y)
     style.legend(axes)
     return figure

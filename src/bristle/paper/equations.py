@@ -24,4 +24,4 @@ class Equation(NamedTuple):
 
 _DATA = read_toml(Path(__file__).with_suffix(".toml")).data
 EQUATIONS = tuple(Equation(**row) for row in _DATA["equation"])
-SETUP = tuple(_DATA["setup"])  # What the lines of Python in `run` build on
+SETUP = tuple(_DATA["setup"])  # lines of Python before those in `run`

@@ -20,7 +20,7 @@ from bristle.report.page import Block, Figures, Front, Ruling, Section, about, a
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed, length_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.loop import Assessment, Budget, Circle, Delays, Design
+    from bristle.loop import Assessment, Budget, Circle, Delays
 
 
 def margin_table(design: Design) -> Table:

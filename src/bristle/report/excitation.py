@@ -139,7 +139,7 @@ def _error(estimate: Estimate, put_in: float | None) -> float | None:
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
     """Return whether a parameter that counts as identified lies further from what was put in than its interval."""
     error, half = _error(estimate, put_in), estimate.interval_percent
-    # 2 %: an error that nobody minds.
+    # Errors up to 2 % do not matter.
     return estimate.status == "identified" and error is not None and half is not None and abs(error) > half + 2.0
 
 

@@ -1,4 +1,4 @@
-"""What the command line and the lab do alike: look at a log, design a motion, write a model for another world."""
+"""`export`: a model file as files for a target, with its effect and its provenance, for the command line and the lab."""
 
 from __future__ import annotations
 

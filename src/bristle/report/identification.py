@@ -86,20 +86,14 @@ def identification_report(
     loop: list[object] = [*about_loop(None, following, kind)]
     if simulation is not None:
         loop = [variant_table(simulation, following.measured if following else None), *about_loop(gain, following, kind)]
-    heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
-    heading = "in the log" if simulation is None else heading
+    heading = "without and with compensation, simulated"
+    if simulation is None:
+        heading = "in the log"
+    elif contradicted:
+        heading = "as recorded, measured and simulated"
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
     thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
-    drive: list[object] = []
-    if table:
-        deviation, lines = largest_deviation(fit, table), "follow the model"
-        # Beyond rounding.
-        if deviation > 1e-6 * max(abs(effort) for _, effort in table):
-            lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
-        lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
-        beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
-        drive = [lead, beside]
     warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
     doubts = [Block("items", warned, ("warnings",)) if warned else "Nothing that the model asks for is left open."]
     if measurements := next_measurements(fit):
@@ -116,7 +110,7 @@ def identification_report(
         Block("items", identification.notes),
     ]
     sections = [
-        Section("drive", "Table for the drive", drive),
+        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table else []),
         Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
         Section("doubts", "What this log does not tell", doubts),
         Section("following", f"Following error {heading}", loop),
@@ -135,6 +129,16 @@ def identification_report(
     without = "Nothing in this log speaks against it."
     front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
     return report_page("identification", facts, front, sections, living=living, **options)
+
+
+def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | None) -> list[object]:
+    """Return the table for the drive, with the largest deviation of its straight lines."""
+    kind, deviation, lines = fit.plant.kind, largest_deviation(fit, table), "follow the model"
+    # Beyond rounding.
+    if deviation > 1e-6 * max(abs(effort) for _, effort in table):
+        lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
+    lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
+    return [lead, Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))]
 
 
 def answers(

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 ENTRIES = 20  # of the table for the drive
-EXPERIMENT = "experiment.toml"  # What the experiment file is called that an identification leaves
+EXPERIMENT = "experiment.toml"  # name of the experiment file that an identification leaves
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,7 +43,7 @@ DOUBTS = (
 )
 WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
 
-# What to move, and the purposes of `bristle excite --for` that do.
+# The motion that is needed, and the purposes of `bristle excite --for` that give it.
 ADVICE = {
     "sliding": ("Move in both directions, at least ten reversals, each with a stretch of steady motion after it.", "stribeck"),
     "speed": ("Move at several steady speeds between a tenth and all of the working speed, in both directions.", "stribeck"),

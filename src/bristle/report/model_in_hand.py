@@ -30,7 +30,6 @@ from bristle.report.results import REPORT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from bristle.identification.result import Estimate, Fit
     from bristle.lab.widget import Widget
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction

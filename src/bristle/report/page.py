@@ -19,6 +19,7 @@ from markupsafe import Markup, escape
 from bristle.core.errors import FaultWarning, InputWarning, place_in_own_code, told_by
 from bristle.core.symbols import worded
 from bristle.core.typography import typeset_sentence
+from bristle.report.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -202,7 +203,8 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
 
 def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Section:
     """Return a section with its figures in their places, else at its end, and without what is empty."""
-    blocks = [block for block in section.blocks if block and (not isinstance(block, Block) or block.content)]
+    filled = (block for block in section.blocks if block and (not isinstance(block, Block) or block.content))
+    blocks = [block for block in filled if not isinstance(block, Table) or block.rows]
     if not any(isinstance(block, Figures) for block in blocks):
         blocks.append(Figures(section.id))
     groups = (pictures.get(block.section, ()) if isinstance(block, Figures) else (block,) for block in blocks)

@@ -17,8 +17,6 @@ from bristle.study.store import OK, Runs
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
-    from bristle.study.store import Runs
-
 
 FAILURES_SHOWN = 20
 WORST_SHOWN = 10

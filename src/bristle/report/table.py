@@ -1,4 +1,4 @@
-"""Names of parameters, numbers, lengths and shares as a page shows them, and tables whose columns have one unit and the same decimals."""
+"""Numbers, lengths and shares as text, and tables whose columns have one unit and the same decimals."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Table(NamedTuple):
 
     def without_empty_columns(self) -> Table:
         """Return the table without the columns in which no row has anything to say."""
-        # Cells that say nothing.
+        # Empty cells have no text or a dash.
         filled = [column for column in range(len(self.heads)) if any(row[column] not in ("", "–") for row in self.rows)]
         return Table(self.caption, [self.heads[column] for column in filled], [[row[column] for column in filled] for row in self.rows])
 

@@ -124,9 +124,7 @@ def numbers(trial: Trial) -> dict[str, Any]:
         "observer_alone_does_as_well": {place: no_better(trial, place) for place in plan.sets},
         "claims": {
             place: [
-                {"claim": words, "limit": limit, "errors": errors, "holds": claim.holds}
-                for claim in claims(trial, place)
-                for words, limit, errors in [claim]
+                {"claim": claim.words, "limit": claim.limit, "errors": claim.errors, "holds": claim.holds} for claim in claims(trial, place)
             ]
             for place in plan.sets
         },
@@ -254,9 +252,13 @@ def unfitted(trial: Trial) -> list[str]:
 
 def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, float]]]:
     """Return the smallest margins of the loops of each set, whatever friction does: what is fed forward has none."""
-    loops = {place: {name: loop for name, loop in setting(place).items() if "feedforward" not in name} for place in sets}
-    heads = ("phase_deg", "gain")
-    return {place: {name: dict(zip(heads, least_margins(loop), strict=True)) for name, loop in of.items()} for place, of in loops.items()}
+    margins: dict[str, dict[str, dict[str, float]]] = {place: {} for place in sets}
+    for place in sets:
+        for name, loop in setting(place).items():
+            if "feedforward" not in name:
+                phase, gain = least_margins(loop)
+                margins[place][name] = {"phase_deg": phase, "gain": gain}
+    return margins
 
 
 def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:
