@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -20,9 +20,6 @@ from bristle.cli.options import (
     toml_content,
 )
 from bristle.cli.terminal import NO
-
-if TYPE_CHECKING:
-    from bristle.logs import Log
 
 EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
@@ -110,7 +107,7 @@ def predict(
     return 0 if summary["completed"] else NO
 
 
-def _was_fitted(recorded: "Log", fitted: Mapping[str, Any]) -> bool:
+def _was_fitted(recorded: Any, fitted: Mapping[str, Any]) -> bool:
     """Return whether a model was fitted to this log: to the same columns of the same file, at a time that both have."""
     checksum = recorded.origin.checksum
     keys = [key.removesuffix("_sha256") for key, value in fitted.items() if key.endswith("_sha256") and value == checksum]
