@@ -61,6 +61,7 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
         (["--to", "c", "--log", "log.csv", "--axis", "axis.toml"], "no table"),
         (["--to", "table", "--points", "2", "--speed", "1 m/s"], "points"),
         (["--to", "cobol"], "no such target"),
+        (["--to", "draws"], "--to draws: was removed. The results of identify hold draws.parquet"),
         (["--to", "c", "--name", "2nd"], "name of a function"),
         (["--to", "c", "--step", "3 mm"], "--step"),
         (["--to", "table"], "how fast the axis moves"),

@@ -71,7 +71,7 @@ def test_a_log_with_another_content_and_another_model_are_refused(logs, tmp_path
     each(logs, tmp_path / "out")
     before = content(tmp_path / "out")
     write_log(logs / "press_2026-03-01T06-30.csv", 7.0)
-    with pytest.raises(InputError, match="in this fleet already, with another content"):
+    with pytest.raises(InputError, match=r"in this fleet already, with another content.*name another folder"):
         each(logs, tmp_path / "out")
     with pytest.raises(InputError, match='"coulomb_viscous" and is now "stribeck"'):
         each(logs, tmp_path / "out", model="stribeck")
@@ -83,7 +83,7 @@ def test_what_a_command_names_wrongly_is_refused_before_anything_begins(logs, tm
     for names, message in (
         ([logs / "gone.csv"], "there is no such file"),
         ([logs, first], "is named twice"),
-        ([f"{first}::*"], "holds no such table"),
+        ([f"{first}::*"], "holds no such table.*allowed a file with several tables"),
     ):
         with pytest.raises(InputError, match=message):
             each(names, tmp_path / "out")

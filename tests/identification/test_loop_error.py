@@ -126,7 +126,7 @@ def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
 
 def test_what_the_loop_lacks_is_told(log):
     for axis, changed, text in (
-        (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop"),
+        (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop.*that was running"),
         (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
         (replace(SOUGHT, loop="open"), log, "effort.lag: shows in a closed loop only"),
     ):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -39,21 +39,27 @@ def check(
     The exit code is 1 if one of them fails.
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
-    name, certificates, failures, table = (_of_values if model.suffix == ".toml" else _of_code)(model, options)
+    judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
     if as_json:
-        print_json({"model": name, "passed": not failures, "certificates": certificates})
+        print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})
     else:
-        show_table(table)
-    for failure in failures:
+        show_table(judged.table)
+    for failure in judged.failures:
         complain(failure)
-    return NO if failures else 0
+    return NO if judged.failures else 0
 
 
-_Judged = tuple[str, dict[str, Any], list[str], "Table"]
+class _Judged(NamedTuple):
+    """A checked model: its name, each certificate as data, why some fail, and all as a table."""
+
+    name: str
+    certificates: dict[str, Any]
+    failures: list[str]
+    table: Table
 
 
 def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
-    """Return the name of a model file or an operator, its certificates as data, why some fail, and all as a table."""
+    """Return the certificates of a model file or an operator."""
     from bristle.certificates import check as certificates_of
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
@@ -70,11 +76,11 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
         # Refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C.
         read_model(file)
     data = {name: vars(certificate) for name, certificate in certificates.items()}
-    return chosen.name, data, failures, certificate_table(chosen.name, certificates)
+    return _Judged(chosen.name, data, failures, certificate_table(chosen.name, certificates))
 
 
 def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
-    """Return the same of what a file of code defines and its contract; naming the code allows it."""
+    """Return how what a file of code defines meets its contract; naming the code allows it."""
     from bristle.core import InputError
     from bristle.exports import load_target_file
     from bristle.figures import load_figure_file
@@ -124,4 +130,4 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
     ]
     data = {check.name: {key: getattr(check, key) for key in keys} for check in results}
     failures = [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed]
-    return subject.name, data, failures, Table.of(f"The contract of a {title}: {subject.name}", rows)
+    return _Judged(subject.name, data, failures, Table.of(f"The contract of a {title}: {subject.name}", rows))

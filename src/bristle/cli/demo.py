@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.identify import identification_parts, warnings_told
+from bristle.cli.identify import identification_parts, warnings_in
 from bristle.cli.options import Force, Json, Output, folder_named, print_json
 from bristle.cli.terminal import complain, say, show
 
@@ -39,7 +39,7 @@ def demo(
     lines = (f"  {word}: {value}" for word, value in metrics_in_words(demonstration.prediction))
     parts = identification_parts(demonstration.identification, demonstration.simulation, demonstration.following)
     show(BANNER, *parts, "On a log that was not fitted, predicted in closed loop:", *lines)
-    for warning in warnings_told(demonstration.identification):
+    for warning in warnings_in(demonstration.identification):
         complain(warning)
     say(f"""
 The report: {out / "report.html"} (open it in a browser). Now with a log of your own:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from bristle.cli.options import AllowCode, AxisFile, Force, Json, Output, experiment_in, folder_named, loaded_code, refuse
+from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Output, experiment_in, folder_named, loaded_code, refuse
 
 if TYPE_CHECKING:
     from bristle.exports.targets import Target
@@ -70,6 +70,7 @@ def export(
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest}
+    refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
     if law is None:
         refuse({"--variant": variant}, "belongs to --law")
     else:
@@ -87,8 +88,7 @@ def export(
         if law is not None:
             exported = _law(law, variant, target, **options, single=float32)
         else:
-            of_model |= {"step": step, "points": points}
-            exported = export_model_file(file, target, **options, **of_model, float32=float32)
+            exported = export_model_file(file, target, **options, **of_model, points=points, float32=float32)
         exported.write(folder)
     notes = (f"Note: {note}" for note in exported.summary["notes"])
     output.tell(exported.summary, *notes, files=", ".join(exported.product.files))

@@ -148,7 +148,7 @@ def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, 
         if folder:
             outcome.write(folder)
     parts = identification_parts(identification, outcome.simulation, outcome.following)
-    output.tell(outcome.summary, *parts, warnings=warnings_told(identification))
+    output.tell(outcome.summary, *parts, warnings=warnings_in(identification))
     if out:
         # What to type next, where the loop is known, or what to fill in first.
         file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
@@ -225,21 +225,21 @@ def identification_parts(
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [break_away_table(identification.break_aways, kind)] if identification.break_aways else []
     if best.position_rmse is not None:
-        error = f"Position error {best.error_percent:.3g} % of the motion, {with_unit(best.position_rmse, unit_of('length', kind))}"
+        rmse = with_unit(best.position_rmse, unit_of("length", kind))
+        error = f"Position error {best.error_percent:.3g} % of the motion, {rmse} root mean square"
     elif best.loop_rmse is not None:
-        error = f"Effort error of the simulated loop {best.error_percent:.3g} %, {with_unit(best.loop_rmse, unit_of('force', kind))}"
+        rmse = with_unit(best.loop_rmse, unit_of("force", kind))
+        error = f"Effort error of the simulated loop {best.error_percent:.3g} %, {rmse} root mean square"
     else:
-        error = (
-            f"Force error {best.force_error_percent:.3g} % of the effort, {best.friction_alone_error_percent:.3g} % of what friction takes"
-        )
-    is_simulated = best.position_rmse is not None or best.loop_rmse is not None
+        friction = f"{best.friction_alone_error_percent:.3g} % of what friction takes of it"
+        error = f"Force error {best.force_error_percent:.3g} % of the effort, {friction}"
     held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
-    parts.append(f"{error}{' root mean square' if is_simulated else ' of it'}{held_out}.")
+    parts.append(f"{error}{held_out}.")
     gain = gain_of(simulation) if simulation else None
     return [*parts, *about_loop(gain, following, kind), *(f"Note: {note}" for note in identification.notes)]
 
 
-def warnings_told(identification: Identification) -> list[str]:
+def warnings_in(identification: Identification) -> list[str]:
     """Return what may mislead in the best fit, for the error stream."""
     from bristle.report.messages import warnings_of
 

@@ -45,18 +45,7 @@ def lab(
     if serve:
         unfit = {"MODEL.toml": model, "--out": out, "--force": force, "--json": as_json}
         refuse(unfit, "does not go with --serve", "Leave it away: files are dropped on the page")
-        from bristle.server import Limits
-        from bristle.server import serve as serve_lab
-
-        def announce(address: str) -> None:
-            sys.stdout.write(f"{address}\n")
-            sys.stdout.flush()
-            complain("open this address in a browser of this machine; who has it can use the lab. Ctrl-C ends it")
-
-        limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
-        with suppress(KeyboardInterrupt):  # which is how it ends
-            serve_lab(port=port, opens=not no_open, limits=limits, announce=announce)
-        complain("the lab is closed")
+        _serve(port, opens=not no_open)
         return
     refuse({"--port": port, "--no-open": no_open}, "belongs to --serve", "Add --serve")
     if out is None:
@@ -100,6 +89,21 @@ def lab(
             }
         )
     complain(f"wrote {out}; open it in a browser")
+
+
+def _serve(port: int, *, opens: bool) -> None:
+    """Serve the lab to browsers of this machine until Ctrl-C."""
+    from bristle.server import Limits, serve
+
+    def announce(address: str) -> None:
+        sys.stdout.write(f"{address}\n")
+        sys.stdout.flush()
+        complain("open this address in a browser of this machine; who has it can use the lab. Ctrl-C ends it")
+
+    limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
+    with suppress(KeyboardInterrupt):  # which is how it ends
+        serve(port=port, opens=opens, limits=limits, announce=announce)
+    complain("the lab is closed")
 
 
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:

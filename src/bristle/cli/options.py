@@ -13,7 +13,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import typer
 
@@ -219,17 +219,24 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     return reading(*loaded_code(files, load_reader_file)[0])
 
 
-def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> tuple[tuple[ReportFigure, ...], tuple[Origin, ...]]:
+class OwnFigures(NamedTuple):
+    """Figures of a person's own, and the files that define them."""
+
+    figures: tuple[ReportFigure, ...] = ()
+    origins: tuple[Origin, ...] = ()
+
+
+def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> OwnFigures:
     """Return the figures that files of a person's own define, and those files."""
     if not files:
-        return (), ()
+        return OwnFigures()
     from bristle.figures.own import load_figure_file, refuse_unfit
 
     refuse({"--figure": not has_folder}, "needs a folder to write into", "Add --out DIR")
     figures, contents = loaded_code(files, load_figure_file)
     for figure, file in zip(figures, files, strict=True):
         refuse_unfit(figure, command, figures, str(file))
-    return tuple(figures), tuple(content.origin for content in contents)
+    return OwnFigures(tuple(figures), tuple(content.origin for content in contents))
 
 
 def holds_own(name: str) -> bool:

@@ -1,7 +1,8 @@
 """``bristle predict``: what a model says of a log."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -76,11 +77,7 @@ def predict(
         prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
         own = origins_of_code([friction.component])
         source = provenance(output.command, model=file, log=recorded, axis=axis_file, code=own, figure=code)
-        # Whether the model was fitted to this log: to the same columns of the same file, at a time that both have.
-        checksum, fitted = recorded.origin.checksum, facts["provenance"]
-        keys = [key.removesuffix("_sha256") for key, value in fitted.items() if key.endswith("_sha256") and value == checksum]
-        alike = any(recorded.is_part(fitted.get(f"{key}_part", "")) for key in keys)
-        own_log = "::" not in str(log) and bool(checksum) and alike
+        own_log = "::" not in str(log) and _was_fitted(recorded, facts["provenance"])
         summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log)
         if folder:
             page = prediction_report(
@@ -96,15 +93,22 @@ def predict(
             )
             write_report(folder, page, summary)
     ruling = prediction_ruling(prediction, own_log=own_log)
-    told = [(diagnostic.severity, message(diagnostic)) for diagnostic in prediction.diagnostics]
+    found = [(diagnostic.severity, message(diagnostic)) for diagnostic in prediction.diagnostics]
     output.tell(
         summary,
         f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.",
         *(f"{word}: {value}" for word, value in metrics_in_words(prediction)),
-        *(f"Note: {note}" for note in (*recorded.notes, *(text for severity, text in told if severity == "note"))),
+        *(f"Note: {note}" for note in (*recorded.notes, *(text for severity, text in found if severity == "note"))),
         warnings=[
-            *(f"{severity}: {text}" for severity, text in told if severity != "note"),
+            *(f"{severity}: {text}" for severity, text in found if severity != "note"),
             *([] if prediction.status is Status.OK else [prediction.status.sentence]),
         ],
     )
     return 0 if summary["completed"] else NO
+
+
+def _was_fitted(recorded: Any, fitted: Mapping[str, Any]) -> bool:
+    """Return whether a model was fitted to this log: to the same columns of the same file, at a time that both have."""
+    checksum = recorded.origin.checksum
+    keys = [key.removesuffix("_sha256") for key, value in fitted.items() if key.endswith("_sha256") and value == checksum]
+    return bool(checksum) and any(recorded.is_part(fitted.get(f"{key}_part", "")) for key in keys)

@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import AllowCode, FigureFiles, Formats, Json, Output, command_told, folder_named, own_figures, refuse, size_limit
+from bristle.cli.options import (
+    AllowCode,
+    FigureFiles,
+    Formats,
+    Json,
+    Output,
+    OwnFigures,
+    command_told,
+    folder_named,
+    own_figures,
+    refuse,
+    size_limit,
+)
 from bristle.cli.terminal import NO, complain, progress
 
 if TYPE_CHECKING:
@@ -72,7 +84,7 @@ def study(
     return _run(described, study, output, workers, scheduler, own)
 
 
-def _repeat(study: Study, number: int, output: Output, own: tuple[Any, Any]) -> int:
+def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
     from bristle.files.summary import provenance
     from bristle.report.loops import variant_table
@@ -83,13 +95,13 @@ def _repeat(study: Study, number: int, output: Output, own: tuple[Any, Any]) -> 
 
     with output.opened(f"run {number}") as (folder, _):
         result = repeat_run(study, number)
-        source = provenance(output.command, **study.origins, figure=own[1])
+        source = provenance(output.command, **study.origins, figure=own.origins)
         files = write_logs(folder, result) if folder else {}
         values = values_of(study, number)
         drawn = {"run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units}
         summary = simulation_summary(result, files=files, provenance=source) | drawn
         if folder:
-            page = simulation_report(result, command=output.command, provenance=source, figures=own[0])
+            page = simulation_report(result, command=output.command, provenance=source, figures=own.figures)
             write_report(folder, page, summary)
 
     output.tell(summary, f"Run {number}: {_in_words(values, study.units)}.", variant_table(result))
@@ -108,7 +120,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     return ", ".join(cells) or "nothing varies but the seed"
 
 
-def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: tuple[Any, Any]) -> int:
+def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
     from bristle.files.summary import provenance
     from bristle.report.results import figure_files
     from bristle.report.study import spread_tables, study_sentences
@@ -131,7 +143,7 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
     return exit_code(ran, summary)
 
 
-def _write(store: Store, command: str, repeat: str, own: tuple[Any, Any]) -> dict[str, Any]:
+def _write(store: Store, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
     """Write numbers and report of a study; return the numbers."""
     from bristle.files.summary import provenance
     from bristle.report.results import write_report
@@ -140,10 +152,10 @@ def _write(store: Store, command: str, repeat: str, own: tuple[Any, Any]) -> dic
     from bristle.study.store import runs_in
 
     runs = runs_in(store.folder)
-    origins = provenance(command, figure=own[1])
+    origins = provenance(command, figure=own.origins)
     source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
     summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
-    write_report(store.grown, study_report(runs, summary, command=command, figures=own[0]), summary)
+    write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
     return summary
 
 

@@ -32,7 +32,8 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
         signals = "references" if follows else "positions, compared because there is no reference,"
-        raise InputError(f"the {signals} share no motion", path="after", mend="Record both with the same reference")
+        reason = f"the {signals} share no motion: no cycle of one is like a cycle of the other"
+        raise InputError(reason, path="after", mend="Record both with the same reference: same places, same speed")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
     kind = logs[0].kind
@@ -74,7 +75,8 @@ def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) ->
         channels, further = dict(first.channels()), dict(second.channels())
         is_alike = len(first) == len(second) and list(channels) == list(further)
         if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
-            raise InputError("is the same log on both sides", path=second.origin.name or "after", mend="Name two different logs")
+            mend = "Name the log from before the change, and one from after it"
+            raise InputError("is the same log on both sides", path=second.origin.name or "after", mend=mend)
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:

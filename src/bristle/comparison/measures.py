@@ -62,7 +62,8 @@ def _turns_in(cycle: Cycle, window: int, *, forward: bool) -> list[int]:
     motion, places = cycle.recording.motion, cycle.recording.turns
     inside = places[(places >= cycle.samples.start) & (places < cycle.samples.stop)]
     inside = inside[inside + window < motion.size]
-    return inside[(motion[inside + window] > motion[inside]) == forward].tolist()
+    rises = motion[inside + window] > motion[inside]
+    return inside[rises == forward].tolist()
 
 
 def turn_measures(window: int) -> list[Measure]:
@@ -128,7 +129,8 @@ class SlidingRows:
             counts = self._counts([[_rows(cycle)[0] for cycle in self._cycles(side)] for side in sides])
             self.ranges = _serving(counts, kinds)
             counts = [count[..., self.ranges] for count in counts]
-            compared = np.unique(plan_of(*[own[count.any(axis=(1, 2))] for own, count in zip(kinds, counts, strict=True)]).kinds_before)
+            serving = [own[count.any(axis=(1, 2))] for own, count in zip(kinds, counts, strict=True)]
+            compared = np.unique(plan_of(*serving).kinds_before)
             if compared.size == self.kinds.size:
                 break
             self.kinds = compared
@@ -182,7 +184,8 @@ class SlidingRows:
         size = self.ranges.size + 2
         right, matrix = sums[..., :size], sums[..., size:].reshape(*sums.shape[:-1], size, size)
         scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), np.finfo(float).tiny))
-        solved = np.linalg.solve(matrix / (scale[..., :, None] * scale[..., None, :]) + SMALL * np.eye(size), (right / scale)[..., None])
+        scaled = matrix / (scale[..., :, None] * scale[..., None, :])
+        solved = np.linalg.solve(scaled + SMALL * np.eye(size), (right / scale)[..., None])
         friction = (solved[..., 0] / scale)[..., 1:-1]
         rows = np.diagonal(matrix, axis1=-2, axis2=-1)[..., 1:-1]
         # Forward less backward is the whole of a range in one direction: offset and friction are one number there.

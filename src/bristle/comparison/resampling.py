@@ -136,7 +136,8 @@ def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.nd
     """Return by how much the quantity rests on each cycle, above the mean of its motion, shape (cycle,)."""
     weighted = weights[:, None] * sums
     without = value(weighted.sum(axis=0) - weighted)
-    return np.nan_to_num((np.bincount(kinds, weights=without) / np.maximum(np.bincount(kinds), 1))[kinds] - without)
+    mean = np.bincount(kinds, weights=without) / np.maximum(np.bincount(kinds), 1)
+    return np.nan_to_num(mean[kinds] - without)
 
 
 def _as_one(influence: np.ndarray) -> float:

@@ -1,10 +1,11 @@
 """The main job on the simulated axis, start to finish, into a folder of results."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from bristle.core.content import content_of
+from bristle.core.edge import Progress
 from bristle.demo import axis_simulated
 from bristle.files.arguments import read_log
 from bristle.files.results import Results
@@ -20,8 +21,6 @@ BANNER = (
     "the model."
 )
 FITTED, UNSEEN = 1, 2  # seeds of the two motions
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)

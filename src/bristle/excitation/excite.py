@@ -121,15 +121,14 @@ def excite(
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
-        reason, mend = f"are of no axis: its usual friction is out of range ({error})", "Mend velocity, acceleration, stroke and mass"
-        raise InputError(reason, path="[limits]", mend=mend) from None
+        mend = "Mend velocity, acceleration, stroke and mass in the axis file"
+        raise InputError(f"are of no axis: its usual friction is out of range ({error})", path="[limits]", mend=mend) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
-        mend = f"Mend it, or the sample time, {with_unit(sample_time, 's')}"
-        raise InputError(
-            f"is {count:.3g} samples", path="duration", value=duration, allowed=f"{SAMPLES_LEAST} to {SAMPLES_MOST}", mend=mend
-        )
+        allowed, longer = f"{SAMPLES_LEAST} to {SAMPLES_MOST}", "Record it in parts" if count > SAMPLES_MOST else "Give it longer"
+        mend = f"{longer}, or mend the sample time, {with_unit(sample_time, 's')}"
+        raise InputError(f"is {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
     plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin)

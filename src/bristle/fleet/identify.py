@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content
+from bristle.core.edge import Progress
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.files.arguments import AXIS, axes_for
 from bristle.files.summary import as_json, plain
@@ -27,7 +28,7 @@ from bristle.logs.formats import reading
 from bristle.logs.readers import read_log
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.plan import Block
-from bristle.study.run import Progress, Ran, run_within
+from bristle.study.run import Ran, run_within
 from bristle.study.store import OK, RUNS, SCHEMA, STUDY, Store, opened, refuse_another, study_in
 
 

@@ -89,5 +89,6 @@ def _parts(content: Content, size_limit: int) -> list[str | None]:
     tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables
     matching = [name for name in tables if fnmatchcase(name, content.part)]
     if not matching:
-        raise InputError("holds no such table", path=str(content.source), value=content.part, allowed=", ".join(tables[:20]) or "none")
+        allowed = ", ".join(tables[:20]) or "a file with several tables"
+        raise InputError("holds no such table", path=str(content.source), value=content.part, allowed=allowed)
     return [*matching]

@@ -105,7 +105,8 @@ class Fleet:
             past = LogFile("", entry["folder"], entry["log"], entry["sha256"], entry["time"])
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
-                raise InputError("is in this fleet already, with another content", path=places[past.folder, past.name], mend="Rename it")
+                mend = "Give it another name, or name another folder for the fleet"
+                raise InputError("is in this fleet already, with another content", path=places[past.folder, past.name], mend=mend)
             logs.append(past if log is None else log)
         return replace(self, logs=(*logs, *named.values()))
 

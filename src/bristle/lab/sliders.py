@@ -54,6 +54,7 @@ CONDITIONS = {
         "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
     ),
 }
+ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
 NEVER = {reformed_dahl.Parameters: "charged by short strokes and let go in a long one it gives back more"}
 TEXT = """
 def release(x, dt, p):
@@ -105,7 +106,7 @@ def passivity_of(model: Model) -> dict[str, Any] | None:
         left, sign, right, because = CONDITIONS[inner]
         pairs = [{"left": of_side(left, side, names), "sign": sign, "right": of_side(right, side, names)} for side in sides]
         return rows | {"conditions": pairs, "because": because}
-    return rows if inner in [module.Parameters for module in (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)] else None
+    return rows if inner in [module.Parameters for module in ALWAYS] else None
 
 
 def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:

@@ -25,8 +25,8 @@ from bristle.engine.contact import steady_force
 
 ALIKE = 1e-3  # relative change of a slope over a decade of amplitude, within which it is one
 SAME = 1e-6  # relative difference of numbers that are one
-SMALL = 1e-12  # Amplitude [SI] within every boundary layer, dead band, backlash and break-away distance
-LARGE = 1e6  # Amplitude [SI] so large that what is bounded (a switching term, a backlash) no longer counts beside it
+SMALL = 1e-12  # amplitude [SI] within every boundary layer, dead band, backlash and break-away distance
+LARGE = 1e6  # amplitude [SI] at which what is bounded (a switching term, a backlash) no longer counts
 
 
 class LinearSystem(NamedTuple):

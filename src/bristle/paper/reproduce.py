@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.paper.drift import figure_2, figure_3
 from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
@@ -12,8 +13,6 @@ from bristle.paper.plane import figure_4
 from bristle.paper.reproduced import Reproduced
 from bristle.paper.setting import EXPERIMENTS, Setting, read_setting
 from bristle.paper.tracking import BEFORE, Sound, Tracked, figure_7
-
-Progress = Callable[[float, str], None]
 
 CONTACTS: dict[int, Callable[[Setting], Reproduced]] = {
     1: figure_1,

@@ -30,7 +30,8 @@ class State(NamedTuple):
 
 
 def _legs(p: Parameters) -> Legs:
-    return legs_through([*[p.amplitude * (-p.ratio) ** k for k in range(2 * p.cycle_count)], 0.0], p.velocity, p.acceleration, p.jerk)
+    turning = [p.amplitude * (-p.ratio) ** k for k in range(2 * p.cycle_count)]
+    return legs_through([*turning, 0.0], p.velocity, p.acceleration, p.jerk)
 
 
 def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -87,7 +87,7 @@ def _remove_if_dead(path: Path, folder: int) -> None:
 
 
 LOOPBACK = "127.0.0.1"
-BACKLOG = 128  # connections waiting; [s] each
+BACKLOG = 128  # connections waiting
 
 
 def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print) -> None:
@@ -129,7 +129,7 @@ def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, an
 
 def server_of(app: Any, limits: Limits) -> Any:
     """Return what serves an application to a socket, and has no patience with clients that are silent."""
-    import uvicorn  # which is told in words where it is missing
+    import uvicorn
 
     from bristle.server.application import protocol_with_limits
 
@@ -143,7 +143,7 @@ def server_of(app: Any, limits: Limits) -> Any:
         server_header=False,
         proxy_headers=False,
         backlog=BACKLOG,
-        timeout_keep_alive=5,
+        timeout_keep_alive=5,  # [s], as the next
         timeout_graceful_shutdown=1,
     )
     return uvicorn.Server(config)

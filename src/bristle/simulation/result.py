@@ -55,7 +55,8 @@ def statistics_of(signal: Any) -> Statistics:
         return NO_STATISTICS
     low, high = float(signal.min()), float(signal.max())
     with np.errstate(over="ignore", invalid="ignore"):
-        return Statistics(high - low, float(signal.mean()), float(signal.std()), float(np.sqrt(np.mean(signal * signal))), low, high)
+        rms = float(np.sqrt(np.mean(signal * signal)))
+        return Statistics(peak_to_peak=high - low, mean=float(signal.mean()), std=float(signal.std()), rms=rms, min=low, max=high)
 
 
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:

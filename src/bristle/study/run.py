@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from bristle.core.cores import core_count
+from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study
 from bristle.study.store import Runs, Store, opened
 from bristle.study.workers import Cluster, Crew, Here
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)

@@ -58,9 +58,10 @@ def truths_named(names: Sequence[str] = (), *, allow_code: bool = False) -> list
 
 def _truth(name: str, allow_code: bool) -> Truth:
     file = SIMULATED.get(name, Path(name))
-    if not file.is_file():
+    if not file.is_file() or file.suffix != ".toml":
         allowed = ", ".join([*SIMULATED, "a model file"])
-        raise InputError("no such truth", path="TRUTH", value=name, allowed=allowed, mend=did_you_mean(name, SIMULATED))
+        mend = "bristle identify writes a model file of a log" if file.is_file() else did_you_mean(name, SIMULATED)
+        raise InputError("no such truth", path="TRUTH", value=name, allowed=allowed, mend=mend)
     friction = read_model(file, allow_code=allow_code).friction
     # The thirty elements have a scatter of their own; what a person names stands as it is.
     scatter = SCATTER if name in SIMULATED and "scatter" not in friction.values else 0.0

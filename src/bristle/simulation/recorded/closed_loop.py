@@ -150,7 +150,8 @@ def closed_loop_of(
 ) -> ClosedLoop:
     """Return the closed loop of a stretch of a log."""
     if not isinstance(axis.controller, Model):
-        raise InputError(f"is needed {purpose}", path="axis.controller", mend=f"Write [controller] in the axis file, or {instead}")
+        mend = f"Describe the controller that was running in [controller] of the axis file, or {instead}"
+        raise InputError(f"is needed {purpose}", path="axis.controller", mend=mend)
     if log.reference is None:
         raise InputError("has no reference to follow", path="log", mend=f"Name its column in [columns] of the axis file, or {instead}")
     desired = desired_of(log.reference.values[part], log.sample_time)
