@@ -14,10 +14,8 @@ from tests.loop.conftest import loop
 
 import bristle as br
 from bristle.core.cores import Abreast, abreast
-from bristle.core.diagnostic import BestSoFar
 from bristle.core.experiment import Experiment, Run
 from bristle.engine import compilation, interpreted, is_interpreted
-from bristle.identification.global_search import Side, evolved
 from bristle.identification.least_squares import Differences
 
 
@@ -109,7 +107,6 @@ def test_so_are_searches(no_compiler):
 
     with interpreted():
         slopes = Differences(abreast(lambda x: np.full(3, cost(x))), np.full(2, 10.0)).jacobian(np.array([1.0, 2.0]))
-        evolved(abreast(cost), [Side(-1.0, 1.0, False)] * 2, np.ones(2), BestSoFar(), lambda share: None)
     assert slopes[0] == pytest.approx([2.0, 4.0], rel=1e-4)
 
 

@@ -59,7 +59,7 @@ def test_all_that_an_axis_file_may_say():
             timing={"sample_time": "0.5 ms", "delay": "250 us"},
             limits={"velocity": "300 mm/s", "stroke": ["0 mm", 0.25]},
             encoder={"resolution": "50 nm/count"},
-            identification={"cutoff": "0.1 kHz", "decimation": 5, "loop": "closed", "global_search": True},
+            identification={"cutoff": "0.1 kHz", "decimation": 5, "loop": "closed"},
             effort={"lag": "300 us"},
             columns={"velocity": {"column": "v", "unit": "mm/s", "sign": -1}, "reference": "r"},
         )
@@ -68,7 +68,7 @@ def test_all_that_an_axis_file_may_say():
     assert (axis.sample_time, axis.delay) == (5e-4, 2.5e-4)
     assert (axis.velocity_limit, axis.stroke) == (0.3, (0.0, 0.25))
     assert (axis.resolution, axis.cutoff, axis.decimation) == (5e-8, 100.0, 5)
-    assert (axis.loop, axis.global_search, axis.lag, axis.seeks_lag) == ("closed", True, 3e-4, False)
+    assert (axis.loop, axis.lag, axis.seeks_lag) == ("closed", 3e-4, False)
     assert axis.controller is None
     assert si(axis.columns["velocity"]) == -1e-3
     assert (axis.columns["reference"].unit, axis.columns["reference"].base) == ("", "m")
@@ -273,3 +273,8 @@ def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
     (tmp_path / "axis.mat").write_bytes(b"MATLAB\xff\xfe")
     with pytest.raises(InputError, match="not a text file in UTF-8"):
         read_toml(tmp_path / "axis.mat")
+
+
+def test_a_key_that_was_removed_is_refused_by_name():
+    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Leave it out"):
+        axis_from(changed(identification={"global_search": True}))

@@ -257,11 +257,6 @@ def open_loop_draws() -> Found:
 
 
 @golden()
-def open_loop_searched_everywhere() -> Found:
-    return fitted(simulated.ringing(), "bouc_wen_classic", simulated.OPEN, global_search=True, blocks=0)
-
-
-@golden()
 def closed_loop() -> Found:
     return fitted(simulated.in_loop(), "stribeck,coulomb_viscous,dahl,lugre", replace(LOOP, seeks_lag=True))
 
@@ -341,11 +336,6 @@ def rotational() -> Found:
 def free_exponent() -> Found:
     truth = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0, exponent=0.7)
     return fitted(slow_log(truth, duration=10.0), "dahl", Axis(resolution=1e-7), free="exponent", mass=12.0)
-
-
-@golden()
-def searched_everywhere() -> Found:
-    return fitted(slow_log(simulated.LUGRE, duration=8.0), "lugre", Axis(resolution=1e-7), global_search=True, blocks=0)
 
 
 @golden()

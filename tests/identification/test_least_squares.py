@@ -32,24 +32,3 @@ def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():
     # As finely as a computed residual allows, the jumps would be a good part of it.
     fine = replace(stepped, simulates=False).descend(theta, limit=1).jacobian
     assert np.max(np.abs(fine - wanted)) > 0.02 * np.max(np.abs(wanted))
-
-
-class Counted(InverseDynamics):
-    """Counts how many residuals are handed out at once."""
-
-    most = 0
-
-    def residuals(self, several):
-        type(self).most = max(self.most, len(several))
-        return super().residuals(several)
-
-
-def test_a_large_generation_is_judged_without_keeping_all_its_residuals():
-    dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
-    parameters = parameters_of(find("coulomb_viscous"), PriorKnowledge(), dataset)
-    search = context_of(dataset, PriorKnowledge()).search(Counted(dataset, parameters), 1.0)
-    theta = search.space.theta(TRUTH)
-    thetas = [theta * (1.0 + 1e-3 * k) for k in range(100)]
-    costs = search.costs_at(thetas)
-    assert costs == [search.cost_at(theta) for theta in thetas]
-    assert 1 < Counted.most < 50

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bristle.identification.global_search import Refit
 from bristle.identification.parameter_space import ParameterSpace, Solution
+from bristle.identification.refit import Refit
 
 ANYWHERE = ParameterSpace(("x",), np.array([-np.inf]), np.array([np.inf]), linear=False)
 

@@ -98,7 +98,6 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("identify", "cutoff", [0.0, -1.0, math.nan, "5 kg", True, 1e9]),
     ("identify", "decimation", [0, -1, 1.5, "x", True, 10**5000]),
     ("identify", "method", ["x", 5, True, ["output_error"]]),
-    ("identify", "global_search", [1, "x", 0]),
     ("identify", "log", [None, [], 5, recorded().position]),
     ("identify", "axis", [5, True, [axis(), axis()]]),
     ("predict", "plant", [None, plants.inertia, parts()["friction"], 5]),

@@ -40,7 +40,7 @@ class FrictionRegressor:
     axis : Axis or path-like, optional
         What is known of the axis; its columns are not used, for `X` and `y` are in SI. ``Axis(kind="rotational")``
         where the axis turns.
-    cutoff, decimation, blocks, offset, mass, free, draws, method, global_search, settings
+    cutoff, decimation, blocks, offset, mass, free, draws, method, settings
         As in `bristle.identify`, but that without `draws` no logs are simulated for intervals: that takes the most
         time, and folds do not need it.
 
@@ -81,14 +81,13 @@ class FrictionRegressor:
         free: str | Sequence[str] = (),
         draws: int = 0,
         method: str | None = None,
-        global_search: bool | None = None,
         settings: Settings | Mapping[str, float] | None = None,
     ) -> None:
         # scikit-learn clones by these very objects: they are kept as they are, and looked at by `fit`.
         self.model, self.axis = model, axis
         self.cutoff, self.decimation, self.blocks = cutoff, decimation, blocks
         self.offset, self.mass, self.free = offset, mass, free
-        self.draws, self.method, self.global_search, self.settings = draws, method, global_search, settings
+        self.draws, self.method, self.settings = draws, method, settings
 
     def __repr__(self) -> str:
         usual = {name: parameter.default for name, parameter in _signature().items()}

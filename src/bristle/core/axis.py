@@ -224,8 +224,6 @@ class Axis:
         loop that of the effort that the controller asks for.
     loop : {"open", "closed"} or None
         Which loop is simulated there; None where controller and reference decide: with both it is the closed one.
-    global_search : bool
-        Whether an identification looks over the whole range of each parameter first.
     settings : mapping of str to float
         Thresholds of an identification that differ from their defaults, by name.
     text : bytes
@@ -275,7 +273,6 @@ class Axis:
     keeps_rests: bool = _flag()
     method: str = taken(among("inverse_dynamics", "output_error"), "inverse_dynamics")
     loop: str | None = taken(optional(among("open", "closed")), None)
-    global_search: bool = _flag()
     settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
     gravity: bool = _flag()

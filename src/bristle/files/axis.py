@@ -37,7 +37,6 @@ PLACES = {
     "decimation": "identification.decimation",
     "method": "identification.method",
     "loop": "identification.loop",
-    "global_search": "identification.global_search",
     "settings": "identification.settings",
 }
 """Field of `Axis`, which takes text with a unit -> the key in the file."""
@@ -275,7 +274,6 @@ def _text_of(axis: Axis) -> bytes:
         "encoder.resolution": axis.resolution,
         "timing.delay": None if axis.seeks_delay else axis.delay,
         "identification.rests": "keep" if axis.keeps_rests else None,
-        "identification.global_search": axis.global_search or None,
     }
     if effort is not None and effort.base != unit:  # what turns the unit of its column into a force or a torque
         values["effort.force_constant" if linear else "effort.torque_constant"] = f"{abs(effort.scale)!r} {unit}/{effort.base}"

@@ -67,11 +67,16 @@ def validated(schema: type[S], data: Mapping[str, Any]) -> S:
         raise _refusal(error.errors(), schema) from None
 
 
+REMOVED = {"identification.global_search": "Leave it out: a search begins where inverse dynamics ends"}
+
+
 def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     # A misspelt key is unknown and leaves the right one missing: the first tells a person more.
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
+    if path in REMOVED:
+        return InputError("was removed", path=path, mend=REMOVED[path])
     if first["type"] == "extra_forbidden":
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
@@ -262,7 +267,6 @@ class IdentificationEntry(Strict):
     rests: Literal["drop", "keep"] = "drop"
     method: Literal["inverse_dynamics", "output_error"] = "inverse_dynamics"
     loop: Literal["open", "closed"] | None = None
-    global_search: bool = False
     settings: dict[str, Quantity] = Field(default_factory=dict)
 
 

@@ -30,10 +30,10 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
-from bristle.identification.global_search import Refit
 from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
 from bristle.identification.parameter_space import Solution, Turned
 from bristle.identification.problem import Contrast, Jackknife, Problem, Replicates, between
+from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
 
 QUIET = 8  # draws without scatter, by which what looks like it is known

@@ -34,15 +34,14 @@ from bristle.plants.terms import TURNS, TermedPlant, with_terms
 class Context:
     """What the fits of all models to one log share.
 
-    `sliding` and `scales` are its friction, as a linear fit finds it, and its typical magnitudes. The whole range of
-    each parameter is looked at where `everywhere`; an `estimator` takes the place of `along_the_motion`.
+    `sliding` and `scales` are its friction, as a linear fit finds it, and its typical magnitudes; an `estimator` takes the
+    place of `along_the_motion`.
     """
 
     dataset: Dataset
     prior: PriorKnowledge
     sliding: Sliding
     scales: Scales
-    everywhere: bool = False
     settings: Settings = DEFAULT
     estimator: Estimator | None = None
 
@@ -91,7 +90,7 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
         solution, on_rows = linear(problem), partial(linear, problem)
     else:
         search = context.search(problem)
-        solution = search.solve(report, everywhere=context.everywhere)
+        solution = search.solve(report)
         problem, search, solution = _without_flat(context, problem, search, solution)
         on_rows = partial(search.refit, solution.values)
     return Estimation(problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values))
@@ -133,7 +132,7 @@ SAMPLED = 0.5  # of a wave from sample to sample: a faster one is not told from 
 CHANCE, ABOVE = 0.9, 3.0  # quantile of waves that are none, and times by which a harmonic takes more
 
 
-def context_of(dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT) -> Context:
+def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = DEFAULT) -> Context:
     """Return what the fits of all models to a log share; an effort of zero is refused."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
@@ -146,7 +145,7 @@ def context_of(dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = Fa
         friction = viscous * dataset.velocity + coulomb * np.sign(dataset.velocity)
         coulomb = max(float(np.sqrt(np.mean(friction**2))), coulomb)
     scales = scales_of(dataset, max(coulomb, LEAST_LEVEL * effort))
-    return Context(dataset, prior, Sliding(values, coulomb, viscous), scales, everywhere, settings)
+    return Context(dataset, prior, Sliding(values, coulomb, viscous), scales, settings)
 
 
 def with_pitch(context: Context, component: FrictionModel) -> Context:

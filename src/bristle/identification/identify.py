@@ -13,7 +13,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import to_the_end
-from bristle.core.edge import FLAG, NAMES, PROGRESS, Progress, among, guarded, instance, optional, whole
+from bristle.core.edge import NAMES, PROGRESS, Progress, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
@@ -49,7 +49,6 @@ TURNS = 2  # of slots added to the best of all models
     free=NAMES,
     draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
     method=optional(among(*request.METHODS)),
-    global_search=optional(FLAG),
     settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")),
     progress=PROGRESS,
 )
@@ -67,7 +66,6 @@ def identify(
     free: str | Sequence[str] = (),
     draws: int = 100,
     method: str | None = None,
-    global_search: bool | None = None,
     settings: Settings | Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Identification:
@@ -105,9 +103,6 @@ def identify(
     method : {"inverse_dynamics", "output_error"}, optional
         What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
         where it is not given.
-    global_search : bool, optional
-        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
-        it is not given.
     settings : Settings or mapping of str to float, optional
         Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
         or at their defaults.
@@ -135,7 +130,7 @@ def identify(
     >>> best.parameters["M"].status, round(best.parameters["M"].value, 1), best.parameters["M"].unit
     ('identified', 12.0, 'kg')
     """
-    pairs = request.with_method(logs_and_axes(log, axis), method, global_search)
+    pairs = request.with_method(logs_and_axes(log, axis), method)
     chosen = request.settings_of(pairs[0][1], settings)
     components, extended = request.models_of(model), request.asks_for_all(model)
     for entry, _ in pairs:
@@ -194,7 +189,6 @@ def _context(
     if "output_error" in map(attrgetter("method"), described):
         estimator = Simulation(logs, described, loop_of(logs, axes))
         treated = estimator.excerpts
-    everywhere = any(map(attrgetter("global_search"), described))
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
@@ -214,7 +208,7 @@ def _context(
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
             alignment = alignment_of(logs, axes, settings, sought=sought)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
-    context = replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
+    context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
     return _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
 
 
@@ -237,14 +231,14 @@ def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:
     if alignment is None or (alignment.smoothing or 0.0) >= 0.0:
         return context
     dataset = aligned(treated, replace(alignment, of_position=True))
-    of_position = context_of(dataset, context.prior, everywhere=context.everywhere, settings=context.settings)
+    of_position = context_of(dataset, context.prior, settings=context.settings)
     report(0.0)
     return min((context, of_position), key=_left)
 
 
 def _left(context: Context) -> float:
     """Return the share of the effort that LuGre friction does not explain; half of it is nothing to go on with."""
-    estimation = along_the_motion(replace(context, everywhere=False), find(TELLS_CHANNEL), silent)
+    estimation = along_the_motion(context, find(TELLS_CHANNEL), silent)
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
     return float(np.linalg.norm(estimation.problem.residual(estimation.solution.values)) / np.linalg.norm(context.dataset.effort))

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -18,7 +19,6 @@ from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import OF_SLOTS, Variable
-from bristle.identification.global_search import box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
 from bristle.identification.parameters import Scales
@@ -28,7 +28,6 @@ CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
-AT_ONCE = 32  # residuals of a generation that are kept until their cost is known
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
@@ -131,19 +130,9 @@ class Search:
         """The coordinates in which the parameters are sought."""
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
-    def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
-        """Return the best solution from several starts; where a person interrupts, the best until then, which says so.
-
-        Where it is to look `everywhere`, it goes on in the whole range of each parameter.
-        """
-        first = 0.3 if everywhere else 1.0  # of the work, where the whole range is looked at too
-
-        def work(best: BestSoFar) -> None:
-            self._from_several(best, between(report, 0.0, first))
-            if everywhere:
-                best.take(self.descend(self.explored(best.result.theta, best, between(report, first, 1.0)), best=best))
-
-        return self.as_far_as_it_came(work)
+    def solve(self, report: Report = silent) -> Solution:
+        """Return the best solution from several starts; where a person interrupts, the best until then, which says so."""
+        return self.as_far_as_it_came(partial(self._from_several, report))
 
     def as_far_as_it_came(self, work: Callable[[BestSoFar], None]) -> Solution:
         """Return the best of all that `work` comes to; where a person interrupts it, the best until then."""
@@ -158,10 +147,11 @@ class Search:
             return replace(best.result, unfinished=True)
         return best.result
 
-    def _from_several(self, best: BestSoFar, report: Report) -> None:
+    def _from_several(self, report: Report, best: BestSoFar) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
-        for number, index in enumerate(np.argsort(self.costs_at(candidates))[:STARTS]):
+        costs = [0.5 * float(residual @ residual) for residual in self._residuals(candidates)]
+        for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
             with suppress(_KnownError):
@@ -180,25 +170,6 @@ class Search:
         """
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
         return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
-
-    def explored(self, theta: np.ndarray, best: BestSoFar, report: Report = silent) -> np.ndarray:
-        """Return the best place in the whole range of each parameter, without a descent; `theta` is one of them."""
-
-        def report_best(share: float) -> None:
-            report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
-
-        return evolved(self.costs_at, box_of(self.space.transforms, theta), theta, best, report_best)
-
-    def cost_at(self, theta: np.ndarray) -> float:
-        """Return half the sum of squares at some coordinates."""
-        return self.costs_at([theta])[0]
-
-    def costs_at(self, thetas: Sequence[np.ndarray]) -> list[float]:
-        """Return half the sum of squares at each of several coordinates."""
-        costs = list[float]()
-        for first in range(0, len(thetas), AT_ONCE):
-            costs += [0.5 * float(residual @ residual) for residual in self._residuals(thetas[first : first + AT_ONCE])]
-        return costs
 
     def _residuals(
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -24,7 +25,6 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.global_search import Refit
 from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
@@ -32,6 +32,7 @@ from bristle.identification.outputs import LAG, Effort, Output, Position, slices
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Away, Fold
+from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
@@ -84,12 +85,6 @@ class OutputError:
     def intervals_code(self) -> str:
         """Code of the diagnostic of the intervals."""
         return self.loop.intervals_code
-
-    @property
-    def rough(self) -> Self:
-        """The same on the first samples of each segment, an open loop with one step for a sample."""
-        most = max(12_000 // len(self.outputs), 1)  # samples of all logs, which are enough to see whether a place is worth a closer look
-        return replace(self, outputs=tuple(output.rough(most) for output in self.outputs))
 
     @property
     def parameters(self) -> ParameterSet:
@@ -311,11 +306,7 @@ class Simulation:
         error = self.error(inverse)
         search = context.search(error, error.magnitude, simulates=True)
         first = {LAG: 0.2 * self.logs[0].sample_time} | start.values  # samples
-
-        def work(best: BestSoFar) -> None:
-            self._from_several(search, first, best, report, everywhere=context.everywhere)
-
-        solution = search.as_far_as_it_came(work)
+        solution = search.as_far_as_it_came(partial(self._from_several, search, first, report))
         if self.loop.is_refined:
             error = self.error(inverse, fine=True)
             fine = context.search(error, error.magnitude, simulates=True)
@@ -331,26 +322,12 @@ class Simulation:
             diagnostics=(Diagnostic(self.loop.code, severity="note"),),
         )
 
-    def _from_several(self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool) -> None:
-        before = 0.7 if everywhere else 0.0  # of the work, where the whole range is looked at
-
+    def _from_several(self, search: Search, first: dict[str, float], report: Report, best: BestSoFar) -> None:
         def report_start(number: float) -> None:
-            share = before + (1.0 - before) * number / (FURTHER_STARTS + 2.0)
-            report(share, f"best so far {search.percent(best.cost):.3g} %")
+            report(number / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
 
         rng = np.random.default_rng(SEED)
         best.take(search.refit(first, limit=FIRST_EVALUATIONS, best=best))
-        if everywhere:
-            # In the whole range of each parameter a rough simulation looks.
-            assert isinstance(search.problem, OutputError)
-            rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
-            try:
-                theta = rough.explored(best.result.theta, roughly, between(report, 0.0, before))
-            except KeyboardInterrupt:
-                if roughly.at is not None:
-                    best.see(roughly.at, search.cost_at(roughly.at))
-                raise
-            best.take(search.descend(theta, limit=FIRST_EVALUATIONS, best=best))
         for number in range(FURTHER_STARTS):
             report_start(number + 1.0)
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}

@@ -82,10 +82,6 @@ class Output(ABC):
         return np.stack(abreast(one)(range(len(plants))))
 
     @abstractmethod
-    def rough(self, most: int) -> Output:
-        """Return at most so many samples of it, as quickly simulated as can be."""
-
-    @abstractmethod
     def read(
         self,
         plant: Model,
@@ -160,12 +156,6 @@ class Position(Output):
             return super().all_simulated(plants, frictions, values)
         return self.loop.positions(plants, frictions)
 
-    def rough(self, most: int) -> Position:
-        """Return the first period of a record that repeats itself, else so many samples, with one step for each."""
-        loop = self.loop.rough(most)
-        columns = tuple(column[: loop.count] for column in self.regressors)
-        return Position(self.measured[: loop.count], self.position[: loop.count], loop, columns)
-
     def read(
         self,
         plant: Model,
@@ -228,11 +218,6 @@ class Effort(Output):
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the controller asks of the model [N or N*m]."""
         return self._command(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
-
-    def rough(self, most: int) -> Effort:
-        """Return so many samples."""
-        columns = tuple(column[:most] for column in self.regressors)
-        return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most], regressors=columns)
 
     def read(
         self,

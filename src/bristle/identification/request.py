@@ -112,13 +112,9 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     return tuple(free)
 
 
-def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None) -> list[tuple[Log, Axis | None]]:
-    """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
-    if method is None and global_search is None:
-        return list(pairs)
-    changes = {"method": method, "global_search": global_search}
-    changes = {name: value for name, value in changes.items() if value is not None}
-    return [(log, replace(axis or Axis(kind=log.kind), **changes)) for log, axis in pairs]
+def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None) -> list[tuple[Log, Axis | None]]:
+    """Return logs with their axes, which say what is made small, as a person asks."""
+    return [(log, axis if method is None else replace(axis or Axis(kind=log.kind), method=method)) for log, axis in pairs]
 
 
 def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:

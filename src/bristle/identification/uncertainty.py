@@ -16,12 +16,12 @@ from bristle.core.least_squares import unbounded
 from bristle.identification.bootstrap import SEED, Bootstrap, bootstrap
 from bristle.identification.estimation import Estimation
 from bristle.identification.excitation import shortest_zone
-from bristle.identification.global_search import Refit
 from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.problem import Problem, is_white
+from bristle.identification.refit import Refit
 from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import Bands, half_width

@@ -85,10 +85,6 @@ class ClosedLoop:
         """Samples of the stretch."""
         return self.desired.shape[1]
 
-    def first(self, most: int) -> ClosedLoop:
-        """Return its first samples."""
-        return replace(self, desired=self.desired[:, :most], injected=self.injected[:most])
-
     def moved_by(self, distance: float) -> ClosedLoop:
         """Return the same loop elsewhere on the axis [m or rad]: the steps of its encoder lie elsewhere."""
         desired = self.desired.copy()

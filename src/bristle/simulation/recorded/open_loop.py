@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,7 +33,6 @@ class OpenLoop:
     count: int
     periodic: bool
     hold: str = "linear"
-    leads: tuple[int, ...] = LEADS
 
     @property
     def diagnostic(self) -> Diagnostic:
@@ -53,7 +52,7 @@ class OpenLoop:
             return np.concatenate([position, np.full(self.count - position.size, np.nan)]), trace.status
         size = effort.size
         reached, status = np.full(size, np.nan), Status.NOT_FINITE
-        for lead in self.leads:
+        for lead in LEADS:
             # One step beyond, for the position that the period comes back to.
             repeated = np.concatenate([np.tile(effort, lead + 1), effort[:1]])
             trace = run_open_loop(plant, friction, repeated, self.sample_time / self.steps, hold=self.hold)
@@ -69,7 +68,7 @@ class OpenLoop:
     @property
     def is_short(self) -> bool:
         """Whether several mechanisms are run in less time as one batch."""
-        return self.effort.size * (1 + self.leads[0] * self.periodic) <= SHORT
+        return self.effort.size * (1 + LEADS[0] * self.periodic) <= SHORT
 
     def positions(self, plants: Sequence[Model], frictions: Sequence[Model]) -> np.ndarray:
         """Return the position of each of several mechanisms, as `position` does, shape (mechanism, sample)."""
@@ -77,7 +76,7 @@ class OpenLoop:
         if not self.periodic:
             return self._batch(plants, frictions, self.effort)[:, ::steps]
         reached, left = np.full((len(plants), size), np.nan), np.arange(len(plants))
-        for lead in self.leads:
+        for lead in LEADS:
             effort = np.concatenate([np.tile(self.effort, lead + 1), self.effort[:1]])
             numbers = left.tolist()
             batch = self._batch([plants[k] for k in numbers], [frictions[k] for k in numbers], effort)
@@ -93,12 +92,6 @@ class OpenLoop:
 
     def _batch(self, plants: Sequence[Model], frictions: Sequence[Model], effort: np.ndarray) -> np.ndarray:
         return run_batch(plants, frictions, effort, self.sample_time / self.steps, hold=self.hold).position
-
-    def rough(self, most: int) -> OpenLoop:
-        """Return one period, run in for another one, or so many samples; with one step for each sample."""
-        effort = self.effort[:: self.steps]
-        effort = effort if self.periodic else effort[:most]
-        return replace(self, effort=effort, steps=1, count=effort.size, leads=LEADS[:1])
 
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
