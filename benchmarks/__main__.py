@@ -28,7 +28,6 @@ from benchmarks.lies import lies
 from benchmarks.loop_coverage import loop_coverage
 from benchmarks.one_loop import one_loop
 from benchmarks.open_loop import open_loop
-from benchmarks.population import population
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.pushes import pushes
@@ -182,7 +181,6 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         stick_slip,
         open_loop,
         exported,
-        population,
         tracking,
         presliding,
         bootstrap,

@@ -1,4 +1,4 @@
-"""A search: derivatives that the steps of a simulation do not disturb, costs without all residuals at once."""
+"""A search: derivatives that the steps of a simulation do not disturb."""
 
 from dataclasses import replace
 

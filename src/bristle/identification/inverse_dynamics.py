@@ -14,14 +14,13 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.cores import abreast
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
@@ -112,10 +111,6 @@ class InverseDynamics:
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
-
-    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
-        """Return what `residual` does, for each of several sets of free parameters."""
-        return [self.residual(parameter_sets[0])] if len(parameter_sets) == 1 else abreast(self.residual)(parameter_sets)
 
     def found_first(self) -> list[np.ndarray]:
         """Return what an error of what was found before the fit does to the effort of the rows [N or N*m].

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from bristle.core.cores import abreast
 from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
@@ -177,7 +178,7 @@ class Search:
         """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
         finite, unit, parameter_sets = list[np.ndarray](), self._unit, [self.space.values(theta) for theta in thetas]
         with np.errstate(over="ignore", invalid="ignore"):
-            for residual in (problem or self.problem).residuals(parameter_sets):
+            for residual in abreast((problem or self.problem).residual)(parameter_sets):
                 finite.append(np.clip(np.nan_to_num(residual / unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)[rows])
         return finite
 

@@ -123,12 +123,6 @@ class OutputError:
         """Return measured minus simulated signal of each sample."""
         return self.measured - self.simulated(self.parameters.complete(free))
 
-    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
-        """Return what `residual` does, for each of several sets of free parameters."""
-        values = [self.parameters.complete(free) for free in parameter_sets]
-        plants, frictions = ([part(each) for each in values] for part in (self.inverse.plant, self.inverse.model))
-        return list(self.measured - np.hstack([output.all_simulated(plants, frictions, values) for output in self.outputs]))
-
     def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
         """Return measured minus predicted effort along the measured motion, of each row of the data set [N or N*m]."""
         return self.inverse.residual(free)

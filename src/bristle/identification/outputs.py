@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.cores import abreast
 from bristle.friction import is_static, with_presliding
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
@@ -72,14 +71,6 @@ class Output(ABC):
     @abstractmethod
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
-
-    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]) -> np.ndarray:
-        """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
-
-        def one(k: int) -> np.ndarray:
-            return self.simulated(plants[k], frictions[k], values[k])
-
-        return np.stack(abreast(one)(range(len(plants))))
 
     @abstractmethod
     def read(
@@ -148,13 +139,6 @@ class Position(Output):
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the position of the model [m or rad]."""
         return self.loop.position(plant, friction, effort_of_columns(plant, self.regressors))[0]
-
-    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]) -> np.ndarray:
-        """Return the position of each of several models [m or rad], shape (model, sample); short records as a batch."""
-        has_screw = any(plant.component.screw is not None for plant in plants)  # which a batch does not know
-        if len(plants) == 1 or has_screw or self.regressors or not self.loop.is_short:
-            return super().all_simulated(plants, frictions, values)
-        return self.loop.positions(plants, frictions)
 
     def read(
         self,

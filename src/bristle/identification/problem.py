@@ -214,10 +214,6 @@ class Problem(Residual, Protocol):
         """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
         ...
 
-    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
-        """Return what `residual` does, for each of several sets of free parameters, on all cores."""
-        ...
-
     def near(self, free: Mapping[str, float]) -> Problem:
         """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
         ...

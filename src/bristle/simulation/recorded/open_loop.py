@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,14 +12,13 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
-from bristle.engine import run_batch, run_open_loop
+from bristle.engine import run_open_loop
 from bristle.logs.log import Log
 
 FINE = 20  # steps for one sample of a band-limited effort
 SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
 LEADS = (1, 2, 4, 8, 16)  # periods to run in
 ORDER = 24  # samples that the next one is predicted from
-SHORT = 12_000  # steps of a run: a batch saves the calls from Python, which are lost in longer ones
 
 
 @dataclass(frozen=True)
@@ -64,34 +62,6 @@ class OpenLoop:
                 break
         samples = reached[:: self.steps]
         return np.tile(samples, -(-self.count // samples.size))[: self.count], status
-
-    @property
-    def is_short(self) -> bool:
-        """Whether several mechanisms are run in less time as one batch."""
-        return self.effort.size * (1 + LEADS[0] * self.periodic) <= SHORT
-
-    def positions(self, plants: Sequence[Model], frictions: Sequence[Model]) -> np.ndarray:
-        """Return the position of each of several mechanisms, as `position` does, shape (mechanism, sample)."""
-        steps, size = self.steps, self.effort.size
-        if not self.periodic:
-            return self._batch(plants, frictions, self.effort)[:, ::steps]
-        reached, left = np.full((len(plants), size), np.nan), np.arange(len(plants))
-        for lead in LEADS:
-            effort = np.concatenate([np.tile(self.effort, lead + 1), self.effort[:1]])
-            numbers = left.tolist()
-            batch = self._batch([plants[k] for k in numbers], [frictions[k] for k in numbers], effort)
-            motion = batch[:, lead * size :]
-            finite = np.isfinite(motion[:, size])
-            left, motion = left[finite], motion[finite]
-            reached[left] = motion[:, :size]
-            left = left[~(np.abs(motion[:, size] - motion[:, 0]) <= SETTLED * np.ptp(motion[:, :size], axis=1))]
-            if not left.size:
-                break
-        samples = reached[:, ::steps]
-        return np.tile(samples, (1, -(-self.count // samples.shape[1])))[:, : self.count]
-
-    def _batch(self, plants: Sequence[Model], frictions: Sequence[Model], effort: np.ndarray) -> np.ndarray:
-        return run_batch(plants, frictions, effort, self.sample_time / self.steps, hold=self.hold).position
 
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
