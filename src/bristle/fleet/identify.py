@@ -72,16 +72,6 @@ class FleetStore(Store):
             "provenance": provenance,
         }
 
-    def _array(self, values: Any, field: Any) -> Any:
-        if field.name == "time_of_log":
-            return self.pyarrow.array(values, type=field.type)
-        return super()._array(values, field)
-
-    @property
-    def columns(self) -> dict[str, dict[str, str]]:
-        """What each column of a block is: its role, its unit in SI and its meaning."""
-        return self.study.columns
-
     def _probe(self) -> Mapping[str, np.ndarray]:
         return {}
 

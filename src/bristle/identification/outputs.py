@@ -176,7 +176,7 @@ class Effort(Output):
     """
 
     loop: ClosedLoop
-    presliding: float | None = None
+    presliding: float = 0.0
     regressors: tuple[np.ndarray, ...] = ()
 
     signal = "loop"
@@ -192,7 +192,7 @@ class Effort(Output):
         assert log.effort is not None
         loop = closed_loop_of(log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]')
         columns = tuple(column.values[part] for column in log.regressors)
-        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding, columns)
+        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding or 0.0, columns)
 
     @property
     def period(self) -> int:
@@ -226,7 +226,7 @@ class Effort(Output):
         """
         perfect = encoder(kind=plant.kind, resolution=0.0)
         beside = effort_of_columns(plant, self.regressors)
-        run = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG), disturbance=beside)
+        run = self.loop.run(plant, with_presliding(friction, self.presliding), perfect, lag=values.get(LAG), disturbance=beside)
         force = run.friction
         force = force - offset_of(friction.component.variables, values)
         return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
@@ -240,15 +240,11 @@ class Effort(Output):
         sensor: Model,
         disturbance: np.ndarray | None = None,
     ) -> np.ndarray:
-        dressed, beside = self._dressed(friction), effort_of_columns(plant, self.regressors)
+        dressed, beside = with_presliding(friction, self.presliding), effort_of_columns(plant, self.regressors)
         if beside is not None:
             disturbance = beside if disturbance is None else disturbance + beside
         command = loop.run(plant, dressed, sensor, lag=values.get(LAG), disturbance=disturbance).command
         return np.concatenate([command, np.full(loop.count - command.size, np.nan)])
-
-    def _dressed(self, friction: Model) -> Model:
-        """Return a friction model as it is simulated: over a distance, where a static one turns at once."""
-        return with_presliding(friction, self.presliding) if self.presliding and is_static(friction) else friction
 
     @staticmethod
     def refits_linearly(friction: Model) -> bool:

@@ -101,9 +101,6 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         # Tooth by tooth effort may change as fast as the filter lets it, and an arm swings for some seconds only.
         bends = axis.gravity or axis.cogging or axis.regressors
         decimation = min(max(len(log) // BENT_ROWS, 1), BENT_DECIMATION) if bends else DECIMATION
-    if isinstance(decimation, bool) or decimation != int(decimation) or not 1 <= decimation <= 10_000:
-        raise InputError("must be a whole number", path="decimation", value=decimation, allowed="1 to 10000")
-    decimation = int(decimation)
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))

@@ -38,6 +38,7 @@ from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.values import numbers_of
 from bristle.engine.motion import along
+from bristle.friction import with_presliding
 from bristle.identification.dataset import Dataset, mechanical, transmitted_by
 from bristle.identification.half_cycles import force_with_scatter, half_cycle_starts, least_way
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
@@ -90,7 +91,7 @@ def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
         with suppress(InputError):
             excesses = [np.zeros(0)]
             for stretch in stretches:
-                dressed = stretch.dressed(fit.friction)
+                dressed = with_presliding(fit.friction, stretch.axis.presliding or 0.0)
                 course = stretch.run(fit.plant, dressed, np.zeros(stretch.count))
                 spread, _ = _squares(bands, fit.plant, dressed, course, stretch, members)
                 residual = stretch.position[: course.position.size] - course.position

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
@@ -26,7 +24,7 @@ from bristle.plants.terms import effort_of_columns
 from bristle.prediction.predict import unexplained_force
 from bristle.simulation import simulate
 from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensation_experiment, settling
-from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, resumed_effort_at
+from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.result import SimulationResult, Statistics, statistics_of
 
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
@@ -98,15 +96,11 @@ def loop_of(
     """
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
-    longest, limit = longest_of(log), axis.effort_limit or math.inf
-    injected = log.injected_effort[longest] if np.any(log.injected_effort) else None
+    longest = longest_of(log)
+    loop = closed_loop_of(log, axis, longest)
     left = unexplained_force(plant, friction, log, axis, **treatment)
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     left = left if beside is None else left + beside
-    # The motion and the effort that this stretch begins with.
-    beginning = beginning_of(log, longest.start, axis.resolution)
-    desired = desired_of(log.reference.values[longest], log.sample_time)
-    resumed = resumed_effort_at(within_drive(axis.controller, limit, injected), desired, log, longest.start, beginning)
     return compensation_experiment(
         plant,
         with_presliding(friction, axis.presliding or 0.0),
@@ -114,12 +108,12 @@ def loop_of(
         axis.controller,
         log.reference.values[longest],
         log.sample_time,
-        resolution=axis.resolution or 0.0,
-        effort_limit=limit,
-        lag=axis.lag if lag is None else lag,
+        resolution=loop.resolution,
+        effort_limit=loop.limit,
+        lag=loop.lag if lag is None else lag,
         disturbance=left[longest],
-        injected=injected,
-        start=Start(beginning.x, beginning.v, beginning.acceleration, resumed),
+        injected=loop.injected if np.any(log.injected_effort) else None,
+        start=Start(loop.beginning.x, loop.beginning.v, loop.beginning.acceleration, loop.resumed_effort),
         name=axis.name,
     )
 

@@ -295,6 +295,19 @@ class Study:
         return values
 
     @property
+    def columns(self) -> dict[str, dict[str, str]]:
+        """What each column of a block is: its role and its unit in SI."""
+        probe, grid = self.values(self.blocks[0]), {target.path for target, _ in self.grid}
+        columns = {name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")}
+        for path, unit in self.units.items():
+            shape = probe[path].shape[1:]
+            names = [f"{path}[{element}]" for element in range(shape[0])] if shape else [path]
+            columns |= {name: {"role": "grid" if path in grid else "drawn", "unit": unit} for name in names}
+        for metric in self.metrics:
+            columns[metric.column] = {"role": "metric", "unit": metric.unit, "description": metric.described}
+        return columns
+
+    @property
     def units(self) -> dict[str, str]:
         """Unit in SI of each value that runs are made with, by dotted key; empty for names and pure numbers."""
         units: dict[str, str] = {}

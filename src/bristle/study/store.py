@@ -40,7 +40,7 @@ class Store:
             else pa.field(
                 name, pa.string() if name in probe and probe[name].dtype.kind == "U" else pa.float64(), metadata={"unit": column["unit"]}
             )
-            for name, column in self.columns.items()
+            for name, column in study.columns.items()
         )
 
     def begin(self, provenance: Mapping[str, str]) -> None:
@@ -62,7 +62,7 @@ class Store:
                 "causes": {cause.name: list(cause.units) for cause in study.causes},
                 "grid": {target.path: list(values) for target, values in study.grid},
                 "metrics": [metric.column for metric in study.metrics],
-                "columns": self.columns,
+                "columns": study.columns,
                 "described": study.described,
                 "provenance": provenance,
             }
@@ -108,19 +108,6 @@ class Store:
 
     def _probe(self) -> Mapping[str, np.ndarray]:
         return self.study.values(self.study.blocks[0])
-
-    @property
-    def columns(self) -> dict[str, dict[str, str]]:
-        """What each column of a block is: its role and its unit in SI."""
-        probe, grid = self._probe(), {target.path for target, _ in self.study.grid}
-        columns = {name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")}
-        for path, unit in self.study.units.items():
-            shape = probe[path].shape[1:]
-            names = [f"{path}[{element}]" for element in range(shape[0])] if shape else [path]
-            columns |= {name: {"role": "grid" if path in grid else "drawn", "unit": unit} for name in names}
-        for metric in self.study.metrics:
-            columns[metric.column] = {"role": "metric", "unit": metric.unit, "description": metric.described}
-        return columns
 
 
 AnyStore = TypeVar("AnyStore", bound=Store)

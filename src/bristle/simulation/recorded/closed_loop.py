@@ -16,7 +16,6 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_closed_loop, run_open_loop, settled
-from bristle.friction import is_static, with_presliding
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
@@ -220,11 +219,6 @@ class Stretch:
     def position(self) -> np.ndarray:
         """What was measured [m or rad], shape (sample,)."""
         return self.log.position.values[self.samples]
-
-    def dressed(self, friction: Model) -> Model:
-        """Return a friction model as it is simulated: one that turns at once over the distance that the axis tells."""
-        static = self.axis.presliding and is_static(friction)
-        return with_presliding(friction, self.axis.presliding) if static else friction
 
     def run(self, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
         """Return what becomes of it with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
