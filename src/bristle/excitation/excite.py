@@ -10,7 +10,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, NAMES, PROGRESS, Amount, Progress, amount, guarded, optional, whole
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
@@ -252,10 +252,8 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
     # The pieces of a fixed number come first, so that triangles, which can take any time, take what is left.
     for name in sorted(chosen, key=lambda name: name == "presliding"):
         purpose = PURPOSES[name]
-        try:
+        with located(f"the motion for {name} that the limits allow"):
             added = purpose.pieces(limits, left * purpose.share / share_left)
-        except InputError as error:
-            raise error.at(f"the motion for {name} that the limits allow") from None
         left -= sum(piece.rest + piece.duration for piece in added)
         share_left -= purpose.share
         left = max(left, SHORTEST)

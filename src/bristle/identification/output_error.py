@@ -28,7 +28,7 @@ from bristle.identification.estimation import Context, Estimation
 from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
-from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
+from bristle.identification.outputs import LAG, Effort, Mechanism, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Away, Fold
@@ -129,8 +129,12 @@ class OutputError:
 
     def simulated(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the simulated signal of each sample, from all parameters."""
-        plant, friction = self.inverse.plant(values), self.inverse.model(values)
-        return np.concatenate([output.simulated(plant, friction, values) for output in self.outputs])
+        mechanism = self.mechanism(values)
+        return np.concatenate([output.simulated(mechanism) for output in self.outputs])
+
+    def mechanism(self, values: Mapping[str, float]) -> Mechanism:
+        """Return what is simulated, from all parameters."""
+        return Mechanism(self.inverse.plant(values), self.inverse.model(values), values)
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
@@ -225,7 +229,7 @@ class SignalReplicates:
         levels = self._split((disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index])
         pure, changes = [pure for pure, _ in self._pure], []
         for output, (signal, leaning), level, left in zip(self.error.outputs, self._pure, levels, self._split(self.left), strict=True):
-            change = output.read(*self._models, self.values, signal, level * leaning, disturbance, rng)
+            change = output.read(self._mechanism, signal, level * leaning, disturbance, rng)
             changes.append(np.nan_to_num(change) + disturbance.unexplained * signs(signal.size, rng) * left)
         return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
 
@@ -237,7 +241,7 @@ class SignalReplicates:
     def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Signal of each segment without disturbance, and what a level of friction that is higher adds to it."""
         return [
-            (output.simulated(*self._models, self.values), np.nan_to_num(output.leaning(*self._models, self.values, slope)))
+            (output.simulated(self._mechanism), np.nan_to_num(output.leaning(self._mechanism, slope)))
             for output, slope in zip(self.error.outputs, self._split(self.slope), strict=True)
         ]
 
@@ -246,8 +250,8 @@ class SignalReplicates:
         return np.split(signal, np.cumsum([output.measured.size for output in self.error.outputs])[:-1])
 
     @property
-    def _models(self) -> tuple[Model, Model]:
-        return self.error.inverse.plant(self.values), self.error.inverse.model(self.values)
+    def _mechanism(self) -> Mechanism:
+        return self.error.mechanism(self.values)
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.engine import LoopTrace
 from bristle.friction import is_static, with_presliding
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
@@ -28,6 +29,14 @@ SEEDS = 2**31
 def slices_of(log: Log) -> tuple[slice, ...]:
     """Return the segments of a log; all of it where it has none."""
     return log.segments or (slice(0, len(log)),)
+
+
+class Mechanism(NamedTuple):
+    """A plant with friction, and all parameters of both and of their loop by name [SI]."""
+
+    plant: Model
+    friction: Model
+    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -69,19 +78,12 @@ class Output(ABC):
         return np.arange(self.measured.size) % self.period / self.period
 
     @abstractmethod
-    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
+    def simulated(self, mechanism: Mechanism) -> np.ndarray:
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
 
     @abstractmethod
     def read(
-        self,
-        plant: Model,
-        friction: Model,
-        values: Mapping[str, float],
-        pure: np.ndarray,
-        push: np.ndarray,
-        disturbance: Disturbance,
-        rng: np.random.Generator,
+        self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
         """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
 
@@ -89,7 +91,7 @@ class Output(ABC):
         """
 
     @abstractmethod
-    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+    def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
         """Return what `read` takes for a push where friction is twice what it is, shape (sample,).
 
         `slope` is by how much the signal rises with the level of friction.
@@ -136,19 +138,12 @@ class Position(Output):
         """Samples until the effort is what it was."""
         return self.loop.effort.size // self.loop.steps
 
-    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
+    def simulated(self, mechanism: Mechanism) -> np.ndarray:
         """Return the position of the model [m or rad]."""
-        return self.loop.position(plant, friction, effort_of_columns(plant, self.regressors))[0]
+        return self.loop.position(*mechanism[:2], effort_of_columns(mechanism.plant, self.regressors))[0]
 
     def read(
-        self,
-        plant: Model,
-        friction: Model,
-        values: Mapping[str, float],
-        pure: np.ndarray,
-        push: np.ndarray,
-        disturbance: Disturbance,
-        rng: np.random.Generator,
+        self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
         """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
         change = push + disturbance.jitter * rng.standard_normal(self.measured.size)
@@ -157,7 +152,7 @@ class Position(Output):
         phase = rng.uniform(0.0, disturbance.resolution)
         return disturbance.resolution * np.round((pure + change + phase) / disturbance.resolution) - phase - pure
 
-    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+    def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
         """Return the change of the position [m or rad]: no force is simulated again."""
         return slope
 
@@ -199,52 +194,40 @@ class Effort(Output):
         """All of its samples: a log in closed loop counts as one."""
         return self.loop.count
 
-    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
+    def simulated(self, mechanism: Mechanism) -> np.ndarray:
         """Return the effort that the controller asks of the model [N or N*m]."""
-        return self._command(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
+        return self._whole(self._run(mechanism).command)
 
     def read(
-        self,
-        plant: Model,
-        friction: Model,
-        values: Mapping[str, float],
-        pure: np.ndarray,
-        push: np.ndarray,
-        disturbance: Disturbance,
-        rng: np.random.Generator,
+        self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
         """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
         moved = self.loop.moved_by(rng.uniform(0.0, disturbance.resolution))
         seed = int(rng.integers(SEEDS))
-        sensor = encoder(kind=plant.kind, resolution=disturbance.resolution, noise=disturbance.jitter, seed=seed)
-        return self._command(moved, plant, friction, values, sensor, push) - pure
+        sensor = encoder(kind=mechanism.plant.kind, resolution=disturbance.resolution, noise=disturbance.jitter, seed=seed)
+        return self._whole(self._run(mechanism, moved, sensor, push).command) - pure
 
-    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+    def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
         """Return the friction force in the loop [N or N*m], its constant part left out.
 
         Where the body sticks, it is what friction holds against: a higher level breaks away later.
         """
-        perfect = encoder(kind=plant.kind, resolution=0.0)
-        beside = effort_of_columns(plant, self.regressors)
-        run = self.loop.run(plant, with_presliding(friction, self.presliding), perfect, lag=values.get(LAG), disturbance=beside)
-        force = run.friction
-        force = force - offset_of(friction.component.variables, values)
-        return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
+        return self._whole(self._run(mechanism).friction - offset_of(mechanism.friction.component.variables, mechanism.values))
 
-    def _command(
-        self,
-        loop: ClosedLoop,
-        plant: Model,
-        friction: Model,
-        values: Mapping[str, float],
-        sensor: Model,
-        disturbance: np.ndarray | None = None,
-    ) -> np.ndarray:
-        dressed, beside = with_presliding(friction, self.presliding), effort_of_columns(plant, self.regressors)
+    def _run(
+        self, mechanism: Mechanism, loop: ClosedLoop | None = None, sensor: Model | None = None, push: np.ndarray | None = None
+    ) -> LoopTrace:
+        """Run the loop, or another one like it, by a perfect encoder where no sensor is given."""
+        plant, friction, values = mechanism
+        beside = effort_of_columns(plant, self.regressors)
         if beside is not None:
-            disturbance = beside if disturbance is None else disturbance + beside
-        command = loop.run(plant, dressed, sensor, lag=values.get(LAG), disturbance=disturbance).command
-        return np.concatenate([command, np.full(loop.count - command.size, np.nan)])
+            push = beside if push is None else push + beside
+        sensor, friction = sensor or encoder(kind=plant.kind, resolution=0.0), with_presliding(friction, self.presliding)
+        return (loop or self.loop).run(plant, friction, sensor, lag=values.get(LAG), disturbance=push)
+
+    def _whole(self, signal: np.ndarray) -> np.ndarray:
+        """Return a signal of all samples, NaN from where the loop left the finite numbers."""
+        return np.concatenate([signal, np.full(self.loop.count - signal.size, np.nan)])
 
     @staticmethod
     def refits_linearly(friction: Model) -> bool:

@@ -301,11 +301,8 @@ class _Followed:
             ends.append(([theta for theta, _ in solved], [float(np.sum(after[judged] ** 2)) - before for _, after in solved]))
         (thetas, rises), *held_out = ends
         then, others, least = self.solution.values, [self.solution.space.values(theta) for theta in thetas], self.settings.follows
-        instead = tuple(
-            part
-            for part in names
-            if part != name and part in then and any(abs(now[part] - then[part]) > least * abs(then[part]) > 0.0 for now in others)
-        )
+        asked = [part for part in names if part != name and then.get(part)]  # those that are zero have no share to change by
+        instead = tuple(part for part in asked if any(abs(now[part] - then[part]) > least * abs(then[part]) for now in others))
         return Unidentifiable(
             name,
             rise=float(np.max(np.sum([quarter for _, quarter in held_out], axis=0))) / self._variance,

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core.content import Origin, content_of
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, Experiment, Variant
 from bristle.core.variable import Kind, Variable
 from bristle.files.arrays import read_arrays
@@ -242,11 +242,9 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
         raise InputError("must be the name of a folder of results", path=f"{path}.from", value=named)
     results = folder / named
     file = results / "model.toml"
-    try:
+    with located(f"{path}.from"):
         plant, friction, info = read_model(file, allow_code=allow_code)
         draws = read_arrays(results, "draws")
-    except InputError as error:
-        raise error.at(f"{path}.from") from None
     if draws:
         file = next(file for file in (results / "draws.parquet", results / "draws.npz") if file.is_file())
     else:
