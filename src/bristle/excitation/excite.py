@@ -198,8 +198,7 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     else:
         from bristle.files.model import read_model
 
-        described = read_model(model, allow_code=allow_code)
-        plant, friction = described.plant, described.friction
+        plant, friction, _ = read_model(model, allow_code=allow_code)
     if friction.kind != axis.kind:
         raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
     return plant, friction

@@ -54,8 +54,8 @@ class Context:
         return InverseDynamics(self.dataset, self.parameters(component))
 
     def search(self, problem: Problem, unit: float = 0.0, *, simulates: bool = False) -> Search:
-        """Return the search for the parameters of a problem."""
-        return Search(problem, self.scales, self.sliding, unit, simulates)
+        """Return the search for the parameters of a problem; `unit` is that of the friction force where it is 0."""
+        return Search(problem, self.scales, self.sliding, unit or self.scales.force, simulates)
 
 
 @dataclass(frozen=True)

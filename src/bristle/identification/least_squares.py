@@ -116,14 +116,14 @@ class Differences:
 class Search:
     """The search for the parameters of one problem, within typical magnitudes of its log.
 
-    Starts are drawn around the `sliding` friction of the same log. `unit` is the typical magnitude of the residual;
-    that of the friction force where not given. Where it `simulates`, all cores share a Jacobian.
+    Starts are drawn around the `sliding` friction of the same log. `unit` is the typical magnitude of the residual. Where
+    it `simulates`, the steps of its differences are coarse.
     """
 
     problem: Problem
     scales: Scales
     sliding: Sliding
-    unit: float = 0.0
+    unit: float
     simulates: bool = False
 
     @cached_property
@@ -160,7 +160,7 @@ class Search:
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
-        return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
+        return 100.0 * math.sqrt(2.0 * cost) * self.unit / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
 
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3, best: BestSoFar | None = None
@@ -176,15 +176,11 @@ class Search:
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
     ) -> list[np.ndarray]:
         """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
-        finite, unit, parameter_sets = list[np.ndarray](), self._unit, [self.space.values(theta) for theta in thetas]
+        finite, unit, parameter_sets = list[np.ndarray](), self.unit, [self.space.values(theta) for theta in thetas]
         with np.errstate(over="ignore", invalid="ignore"):
             for residual in abreast((problem or self.problem).residual)(parameter_sets):
                 finite.append(np.clip(np.nan_to_num(residual / unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)[rows])
         return finite
-
-    @property
-    def _unit(self) -> float:
-        return self.unit or self.scales.force
 
     def descend(
         self,
@@ -231,7 +227,7 @@ class Search:
                 theta[index], at_edge[transform.name] = transform.low, "smallest"
             elif transform.high - theta[index] < EDGE:
                 theta[index], at_edge[transform.name] = transform.high, "largest"
-        return Solution(self.space, theta, -ended.jac * self._unit, at_edge, float(ended.cost))
+        return Solution(self.space, theta, -ended.jac * self.unit, at_edge, float(ended.cost))
 
     def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
