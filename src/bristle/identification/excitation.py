@@ -86,10 +86,8 @@ class Excitation:
 
     def _without_presliding(self) -> tuple[str, dict[str, Number]]:
         count, zone = self._reversals, self._zone
-        if not count:
-            return "few_reversals", {}
-        if zone is None:
-            return "few_reversals", {"reversals": count}
+        if not count or zone is None:
+            return "few_reversals", {"reversals": count} if count else {}
         return self._below_the_noise(zone) or (
             "few_reversals",
             {"reversals": count, "zone": zone, "samples": self._samples_within(zone), "filter_samples": self._filter_period},

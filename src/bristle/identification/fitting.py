@@ -329,16 +329,7 @@ def combinations_of(component: FrictionModel, by_name: Mapping[str, Estimate], k
             member = by_name[name]
             unit = unit_of("*".join(component.variables[part].quantity for part in (factor.name, name)), kind)
             std, robust = (None if deviation is None else abs(factor.value) * deviation for deviation in (member.std, member.robust_std))
-            combinations.append(
-                Estimate(
-                    f"{factor.name}*{name}",
-                    unit,
-                    f"product of {factor.name} and {name}",
-                    factor.value * member.value,
-                    std,
-                    member.status,
-                    member.reason,
-                    robust,
-                )
-            )
+            product, description = f"{factor.name}*{name}", f"product of {factor.name} and {name}"
+            combination = Estimate(product, unit, description, factor.value * member.value, std, member.status, member.reason, robust)
+            combinations.append(combination)
     return tuple(combinations)

@@ -139,12 +139,8 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
         turner = "screw" if turn else "motor"
         numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
-    if cause == "gravity":
-        numbers |= {"amplitude": missing.amplitude}
-    if cause == "flanks":
-        numbers |= {"ratio": missing.ratio}
-    if cause not in CODES:
-        numbers |= {"channel": cause}
+    numbers |= {"gravity": {"amplitude": missing.amplitude}, "flanks": {"ratio": missing.ratio}}.get(cause, {})
+    numbers |= {} if cause in CODES else {"channel": cause}
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 
 

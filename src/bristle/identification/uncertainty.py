@@ -39,11 +39,12 @@ def with_uncertainty(
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
     # 30 % of a value mean nothing where it is known to be next to nothing.
-    clear = (fit.parameters[name] for name in _identified(fit.estimates))
-    clear = (
-        estimate.name for estimate in clear if (std := estimate.larger_std) is not None and std <= settings.clear_std * abs(estimate.value)
+    clear = frozenset(
+        estimate.name
+        for estimate in fit.estimates
+        if estimate.status == "identified" and (std := estimate.larger_std) is not None and std <= settings.clear_std * abs(estimate.value)
     )
-    lost = unidentifiable(problem, solution, frozenset(clear), settings)
+    lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
     flat = {parameter.name for parameter in lost if parameter.flat}
     free = np.array([name not in flat for name in solution.space.names])
