@@ -138,7 +138,7 @@ def test_what_is_no_log_is_refused(X, y, words):
 
 
 def test_it_says_what_was_not_done_and_what_it_does_not_know(log):
-    with pytest.raises(NotFittedError, match="not fitted yet. Call 'fit'"):
+    with pytest.raises(NotFittedError, match=r"not fitted yet\. Call 'fit'"):
         FrictionRegressor().predict(log[0])
     with pytest.raises(ValueError, match="Invalid parameter 'modle'"):
         FrictionRegressor().set_params(modle="lugre")
@@ -152,9 +152,8 @@ def test_it_travels(log, fitted):
 def test_without_scikit_learn_it_says_what_to_install():
     code = "import sys; sys.modules['sklearn'] = None\nfrom bristle.bridges import FrictionRegressor"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (
-        'MissingExtraError: an estimator of scikit-learn needs an optional dependency. Type: pip install "bristle[sklearn]"' in ran.stderr
-    )
+    assert "MissingExtraError: an estimator of scikit-learn needs an optional dependency" in ran.stderr
+    assert 'pip install "bristle[sklearn]"' in ran.stderr
 
 
 # --- in scikit-learn ----------------------------------------------------------------------------------------------
