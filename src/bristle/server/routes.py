@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, json_of, label_of, stored
+from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, announced_by, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.limits import Limits
@@ -90,8 +90,7 @@ class Routes:
         case, role = self._case(request), request.headers.get("x-bristle-role", ROLES[0])
         if role not in ROLES:
             raise RefusedRequestError(400, "is no role of a file", path="role", value=role, allowed=", ".join(ROLES))
-        length = request.headers.get("content-length", "0")
-        announced = int(length) if length.isdecimal() else 0
+        announced = announced_by(request)
         most = self._cases.room_for(case, announced)
         if role == "axis":
             most = min(most, self._limits.body_size)
