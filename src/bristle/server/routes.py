@@ -4,7 +4,7 @@ import asyncio
 import secrets
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,8 @@ from bristle.server.limits import Limits
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> what it leaves.
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
-# What a job left -> the archive of it, and what that is called.
-DOWNLOADS: dict[str, Callable[[Part], tuple[str, str]]] = {
-    "identified": lambda part: ("results.zip", "results.zip"),
-    "exported": lambda part: ("export.zip", str(part.facts["file"])),
-    "excited": lambda part: ("motion.zip", "motion.zip"),
-}
+# What a job left -> the archive of it, which an export calls by its own name.
+DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
 # A report is a page of its own: it runs apart from this one and from the server, and asks for nothing.
 SHOWN_POLICY = (
@@ -197,8 +193,8 @@ class Routes:
         part, name = self._part(request), request.path_params["part"]
         if name not in DOWNLOADS:
             raise RefusedRequestError(404, "has no archive", path=name)
-        file, label = DOWNLOADS[name](part)
-        return FileResponse(part.folder / file, media_type="application/zip", filename=label)
+        label = str(part.facts.get("file", DOWNLOADS[name]))
+        return FileResponse(part.folder / DOWNLOADS[name], media_type="application/zip", filename=label)
 
     async def ticket(self, request: Request) -> Response:
         """Return an address at which a report is shown once: a frame sends no token."""
