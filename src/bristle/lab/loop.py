@@ -67,17 +67,7 @@ def loop_described() -> dict[str, Any]:
 
     variants = {variant.name: variant for variant in paper_experiment().variants}
     plain, observing = variants["none"], variants["observer"]
-    builder = Builder()
-    parts = {
-        "sliding": law_part(builder, plain.controller),
-        "observer": law_part(builder, observing.controller),
-        "sense": sensor_part(builder, plain.sensor),
-    }
-    binary, addresses = module_of_parts(builder, parts)
-    return {
-        "code": packed(binary),
-        "size": len(binary),
-        "parts": addresses,
+    return parts_described(plain.sensor, sliding=(plain.controller, None), observer=(observing.controller, None)) | {
         "rig": body_described(plain.friction),
         "paper": {
             "K_2": plain.controller.values["K_2"],
@@ -89,7 +79,15 @@ def loop_described() -> dict[str, Any]:
     }
 
 
-def law_part(builder: Builder, controller: Model, state: Any = None) -> Part:
+def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
+    """Return a module of laws, each with the state in which it begins, and an encoder, as a page unpacks it."""
+    builder = Builder()
+    parts = {name: law_part(builder, law, state) for name, (law, state) in laws.items()}
+    binary, addresses = module_of_parts(builder, parts | {"sense": sensor_part(builder, sensor)})
+    return {"code": packed(binary), "size": len(binary), "parts": addresses}
+
+
+def law_part(builder: Builder, controller: Model, state: Any) -> Part:
     """Return a law as a part of a module; it begins by itself where no state is given."""
     begin = np.zeros(STATE + len(controller.component.State._fields))
     if state is not None:

@@ -5,6 +5,7 @@ import secrets
 import shutil
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,7 @@ class Routes:
         if role not in ROLES[:2]:
             raise RefusedRequestError(400, "is no role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
         case, file = self._file(request)
-        case.files[file.number] = StoredFile(file.number, file.label, role, file.size, file.place)
+        case.files[file.number] = replace(file, role=role)
         for changed in ROLES[:2]:
             case.changed(changed)
         return JSONResponse(case.as_data())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -112,7 +113,7 @@ def look(errand: Errand) -> Answer:
         proposed = inspect_log(content, size_limit=errand.size_limit)
         text = proposed.proposal.text if proposed.proposal else f"{EMPTY}\n[columns]\n"
     text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
-    errand = Errand(**{**vars(errand), "axis_text": text})
+    errand = replace(errand, axis_text=text)
     axis, refusal = None, ""
     try:
         axis = errand.axis()
