@@ -14,8 +14,8 @@ from bristle.core.edge import array
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS
-from bristle.identification.preprocessing import differentiated, shifted, treat
 from bristle.logs.log import Channel, Log, is_table
+from bristle.prediction.predict import rows_as_fitted
 from bristle.report.identified import identify
 
 try:
@@ -151,9 +151,7 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
         log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
         treatment = identified.treatment
-        dataset = treat(log, axis, treatment["cutoff"], 1)
-        dataset = shifted(dataset, 0.0, position_smoothing=treatment.get("position_smoothing", 0.0))
-        dataset = differentiated(dataset) if treatment.get("slow") else dataset
+        dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
         lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
         # Where a contact stood before a segment, no effort tells.
         efforts = dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
