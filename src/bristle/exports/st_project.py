@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from bristle.exports import st_parts
-from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
+from bristle.exports.described import Source, meaning_within, plain, rendered, version, with_rights
 from bristle.exports.printing import element, wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, helpers_of, real_literal
@@ -45,13 +45,11 @@ class Tuned:
 
     def inputs(self, printer: Printer) -> list[Variable]:
         """Return the declarations."""
-        declared = []
-        for name, place, value in self.tunable.numbers():
-            variable, kind = self.tunable.variables[name], self.tunable.kind
-            allowed = plain(variable.allowed(kind))
-            meaning = meaning_of(variable, kind) + (f", {allowed}" if allowed else "")
-            declared.append(Variable(self.names[name, place], printer.scalar, meaning, "VAR_INPUT", printer.real(value)))
-        return declared
+        meanings = {name: meaning_within(variable, self.tunable.kind) for name, variable in self.tunable.variables.items()}
+        return [
+            Variable(self.names[name, place], printer.scalar, meanings[name], "VAR_INPUT", printer.real(value))
+            for name, place, value in self.tunable.numbers()
+        ]
 
     def ranges(self, printer: Printer) -> Iterator[str]:
         """Give a condition for each number: that it is in its range."""
