@@ -9,7 +9,6 @@ import pytest
 from tests.lab.scripts import needs_node, node
 
 from bristle.certificates.certify import closure, drift
-from bristle.certificates.passive import passive
 from bristle.certificates.quasi_static import holding_of
 from bristle.core import InputError
 from bristle.friction import MODELS, unvaried, with_slots
@@ -21,7 +20,7 @@ pytestmark = needs_node
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 FAST = ("coulomb", "bouc_wen", "maxwell_slip", "gms", "lugre", "elastoplastic")
 # How near the numbers are: a force is looked for by another search than in Python, and closure shows it most.
-CLOSE = ({"rel": 1e-5, "abs": 1e-15}, {"rel": 1e-3, "abs": 1e-9}, {"rel": 1e-7})
+CLOSE = ({"rel": 1e-5, "abs": 1e-15}, {"rel": 1e-3, "abs": 1e-9})
 VARYING = ("p_1", "a_2", "c_1", "c_1_pos", "s_2_neg")
 FACTORS = (0.3, 0.7, 1.0, 1.0, 1.5, 4.0)
 CHOICES = [{"transition": name} for name in ("paper", "leuven", "elastoplastic")]
@@ -31,9 +30,8 @@ const answers = [];
 for (const given of CASES) {
   const values = Object.fromEntries(Object.entries(given).map(([name, each]) => [name, numbersOf(each)]));
   for (const [name, each] of Object.entries(values)) contact.set(name, each);
-  const { drift, closure, passive } = judged(contact, values);
-  const numberOf = (answer) => answer.moved ?? answer.missing ?? String(answer.needed);
-  answers.push([drift, closure, passive].map((answer) => answer && [answer.passed, numberOf(answer)]));
+  const { drift, closure } = judged(contact);
+  answers.push([drift, closure].map((answer) => answer && [answer.passed, answer.moved ?? answer.missing]));
   // After that everything is as it was.
   for (const [name, each] of Object.entries(values)) contact.set(name, each);
 }
@@ -76,9 +74,7 @@ def of_python(model):
     still = unvaried(model)
     holding = holding_of(still)
     answers = [drift(still, holding, None, is_magnet=False), closure(still, holding, None)]
-    message = [[each.passed, each.value] if each.applies else None for each in answers]
-    damping = passive(still, is_magnet=False)
-    return [*message, [damping.passed, damping.threshold] if damping.applies else None]
+    return [[each.passed, each.value] if each.applies else None for each in answers]
 
 
 def coded(model):
@@ -93,7 +89,7 @@ def compared(name, slots, count, folder):
     """Compare both, and return which verdicts there were."""
     models = moved(model_of(name, slots), count)
     answers = node(folder, [page_model(name, slots)], JUDGED.replace("CASES", json.dumps([coded(m) for m in models])))
-    verdicts = [set(), set(), set()]
+    verdicts = [set(), set()]
     for model, answer in zip(models, answers, strict=True):
         for i, (custom, other) in enumerate(zip(answer, of_python(model), strict=True)):
             assert (custom is None) == (other is None), (model, i, custom, other)
@@ -101,16 +97,14 @@ def compared(name, slots, count, folder):
                 verdicts[i].add(custom[0])
                 assert custom[0] == other[0], (model, i, custom, other)
                 same = pytest.approx(other[1], **CLOSE[i])
-                assert float(custom[1]) == same, (model, i, custom, other)
+                assert custom[1] == same, (model, i, custom, other)
     return verdicts
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", FAST)
 def test_verdicts_and_numbers_are_those_of_the_certificates(name, tmp_path):
-    verdicts = compared(name, (), 5, tmp_path)
-    if name in ("lugre", "gms"):
-        assert verdicts[2] == {True, False}
+    compared(name, (), 5, tmp_path)
 
 
 def test_what_varies_along_the_axis_is_judged_as_it_is_in_the_middle(tmp_path):
@@ -131,15 +125,13 @@ def test_words_name_what_fails_and_what_is_not_asked(tmp_path):
     const texts = [];
     for (const model of models) {
       const contact = await loaded(model);
-      const values = Object.fromEntries(model.variables.map(({ name, values }) => [name, numbersOf(values)]));
-      texts.push(verdicts(model, judged(contact, values)).map(({ asked, passed, text }) => [asked, passed, text]));
+      texts.push(verdicts(model, judged(contact)).map(({ asked, passed, text }) => [asked, passed, text]));
     }
     say(texts);
     """
     film, gms, lugre = node(tmp_path, [page_model(name) for name in ("viscous", "gms", "lugre")], script)
-    assert [line[1] for line in film] == [None, None, True]
-    assert [line[1] for line in gms] == [True, True, False]
-    assert "no viscous coefficient" in gms[2][2]
-    assert [line[1] for line in lugre] == [False, False, True]
+    assert [line[1] for line in film] == [None, None]
+    assert [line[1] for line in gms] == [True, True]
+    assert [line[1] for line in lugre] == [False, False]
     assert "986\u00a0nm" in lugre[0][2]
     assert "34.7 %" in lugre[1][2]

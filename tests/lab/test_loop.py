@@ -115,11 +115,15 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
 
 
 def test_the_rig_of_the_paper_errs_on_the_page_as_in_its_experiment(tmp_path):
+    variants = {variant.name: variant for variant in paper_experiment().variants}
+    plain_loop, observing = variants["none"], variants["observer"]
+    law_values, motion = plain_loop.controller.values, plain_loop.reference.values
+    settings = {"M": plain_loop.plant.values["M"], "gain": law_values["lambda_"], "K_2": law_values["K_2"]}
+    settings |= {"g": observing.controller.values["g"], "resolution": plain_loop.sensor.values["resolution"]}
+    settings |= {"A": max(motion["amplitudes"]), "f": motion["frequency"]}
     script = f"""
-    const loop = {json.dumps(plain(loop_described()))}, body = loop.rig, {{ paper }} = loop;
+    const loop = {json.dumps(plain(loop_described()))}, body = loop.rig, settings = {json.dumps(settings)};
     const values = Object.fromEntries(models[0].variables.map(({{ name, values }}) => [name, numbersOf(values)]));
-    const settings = {{ M: paper.M, gain: paper.gain, K_2: paper.K_2, g: paper.g, resolution: paper.resolution,
-      A: paper.amplitude, f: paper.frequency }};
     const {{ errors, across, period }} = await tracked(
       {{ loop, model: models[0], values, body, bodyValues: body.values, settings }});
     const width = (values) => Math.max(...values) - Math.min(...values);

@@ -53,9 +53,9 @@ def test_what_a_model_does_not_allow_leaves_the_last_one_that_holds(lugre):
     with pytest.raises(InputError, match="no such parameter"):
         widget.parameters = {"F_c": 1.0}
     for wrong in (3, br.plants.inertia(M=1.0)):
-        with pytest.raises(InputError, match="must be a friction model"):
+        with pytest.raises(InputError, match=r"must be a .*friction model"):
             Widget(wrong)
-        with pytest.raises(InputError, match="must be a friction model"):
+        with pytest.raises(InputError, match=r"must be a .*friction model"):
             widget.model = wrong
     assert widget.model.F_C == 19.0
 

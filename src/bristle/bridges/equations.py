@@ -1,6 +1,5 @@
 """How friction goes on: its right-hand side where it is a differential equation, and the steps of the engine in samples."""
 
-import copy
 from collections.abc import Callable
 from typing import Any
 
@@ -86,7 +85,8 @@ def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:
         vectors = MechanismVectors(body.parameters, plant_state, contact.parameters, friction_state, memory, out)
         entry(vectors, effort, effort, dt, steps)
         solver[:] = out[SLOPE], out[ACCELERATION]
-        _warn_where_memory_was_full(contact, friction_state)
+        contact.state = friction_state
+        warn_of_lost(contact)
         return float(out[FORCE]), state
 
     return step
@@ -104,13 +104,8 @@ def contact_step(friction: Model, dt: float) -> Advance:
         position += velocity * dt
         v, force = np.full(1, velocity), np.empty(1)
         entry(contact.parameters, friction_state, memory, v, position, around, dt, force)
-        _warn_where_memory_was_full(contact, friction_state)
+        contact.state = friction_state
+        warn_of_lost(contact)
         return float(force[0]), state
 
     return step
-
-
-def _warn_where_memory_was_full(contact: Instance, friction_state: np.ndarray) -> None:
-    after = copy.copy(contact)
-    after.state = friction_state
-    warn_of_lost(after)

@@ -1,8 +1,7 @@
-"""An identification as an estimator of scikit-learn: by its methods, so that scikit-learn is not needed for it."""
+"""An identification as an estimator of scikit-learn."""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -12,12 +11,18 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.edge import array
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS
-from bristle.identification.preprocessing import differentiated, shifted, treat
 from bristle.logs.log import Channel, Log, is_table
+from bristle.prediction.predict import rows_as_fitted
 from bristle.report.identified import identify
+
+try:
+    from sklearn.base import BaseEstimator, RegressorMixin
+    from sklearn.utils.validation import check_is_fitted
+except ImportError as error:
+    raise MissingExtraError.of("an estimator of scikit-learn", "sklearn") from error
 
 if TYPE_CHECKING:
     from bristle.core.contracts import FrictionModel
@@ -27,11 +32,10 @@ if TYPE_CHECKING:
 COLUMNS = ("time", "position", "velocity")
 
 
-class FrictionRegressor:
+class FrictionRegressor(RegressorMixin, BaseEstimator):
     """Friction and inertia of an axis as an estimator of scikit-learn: the effort from time and position.
 
-    It has what `sklearn.base.clone`, `Pipeline`, `cross_val_score` and `GridSearchCV` ask for. `fit` is
-    `bristle.identify`; each argument is that of the same name there, and is looked at when it fits.
+    `fit` is `bristle.identify`; each argument is that of the same name there, and is looked at when it fits.
 
     Parameters
     ----------
@@ -66,8 +70,6 @@ class FrictionRegressor:
     True
     """
 
-    _estimator_type = "regressor"
-
     def __init__(
         self,
         model: str | FrictionModel | Sequence[str | FrictionModel] = "coulomb_viscous",
@@ -88,30 +90,6 @@ class FrictionRegressor:
         self.cutoff, self.decimation, self.blocks = cutoff, decimation, blocks
         self.offset, self.mass, self.free = offset, mass, free
         self.draws, self.method, self.settings = draws, method, settings
-
-    def __repr__(self) -> str:
-        usual = {name: parameter.default for name, parameter in _signature().items()}
-        changed = (f"{name}={value!r}" for name, value in self.get_params().items() if value is not usual[name])
-        return f"{type(self).__name__}({', '.join(changed)})"
-
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return the arguments by name; `deep` changes nothing, for none of them is an estimator."""
-        return {name: getattr(self, name) for name in _signature()}
-
-    def set_params(self, **params: Any) -> Self:
-        """Set arguments by name.
-
-        Raises
-        ------
-        InputError
-            If one has no such name.
-        """
-        names = list(_signature())
-        for name, value in params.items():
-            if name not in names:
-                raise InputError("is no parameter of the regressor", path=name, allowed=", ".join(names), mend=did_you_mean(name, names))
-            setattr(self, name, value)
-        return self
 
     def fit(self, X: Any, y: Any) -> Self:
         """Identify friction and inertia.
@@ -134,11 +112,9 @@ class FrictionRegressor:
         InputError
             If `X` and `y` make no log that serves, or an argument of the regressor does not.
         """
-        columns, effort = _columns_of(X), array()(y, "y", None)
-        if effort.size != columns["time"].size:
-            raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
-        options = {name: value for name, value in self.get_params().items() if name not in ("model", "axis")}
-        self.identified_: Identified = identify(columns | {"effort": effort}, self.model, axis=self._axis(), **options)  # type: ignore[arg-type]
+        columns = _columns_of(X)
+        options: dict[str, Any] = self.get_params(deep=False) | {"axis": self._axis()}
+        self.identified_: Identified = identify(columns | {"effort": y}, **options)  # type: ignore[arg-type]
         self.n_features_in_ = len(columns)
         if is_table(X):
             self.feature_names_in_ = np.array(list(columns), dtype=object)
@@ -160,10 +136,11 @@ class FrictionRegressor:
         Raises
         ------
         InputError
-            If nothing was fitted, or a stretch of `X` is too short for the filter, or stands still.
+            If a stretch of `X` is too short for the filter, or stands still.
+        NotFittedError
+            If nothing was fitted; that of scikit-learn.
         """
-        if not self.__sklearn_is_fitted__():
-            raise InputError("nothing was fitted yet", path=type(self).__name__, mend="Call fit(X, y) first")
+        check_is_fitted(self)
         identified = self.identified_
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
@@ -173,9 +150,7 @@ class FrictionRegressor:
         # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
         log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
         treatment = identified.treatment
-        dataset = treat(log, axis, treatment["cutoff"], 1)
-        dataset = shifted(dataset, 0.0, position_smoothing=treatment.get("position_smoothing", 0.0))
-        dataset = differentiated(dataset) if treatment.get("slow") else dataset
+        dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
         lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
         # Where a contact stood before a segment, no effort tells.
         efforts = dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
@@ -194,51 +169,10 @@ class FrictionRegressor:
             )
         return predicted
 
-    def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
-        """Return the coefficient of determination of the effort, as regressors of scikit-learn do.
-
-        Parameters
-        ----------
-        X : array_like, shape (sample, 2) or (sample, 3)
-            As in `predict`.
-        y : array_like, shape (sample,)
-            Measured effort [N or N*m].
-        sample_weight : array_like, shape (sample,), optional
-            Weight of each row.
-
-        Returns
-        -------
-        float
-            ``1 - sum (y - predicted)^2 / sum (y - mean)^2``: 1 for a perfect prediction, 0 for that of the mean.
-        """
-        effort = array()(y, "y", None)
-        weight = np.ones(effort.size) if sample_weight is None else array()(sample_weight, "sample_weight", None)
-        left = effort - self.predict(X)
-        spread = effort - np.average(effort, weights=weight)
-        return 1.0 - float(np.sum(weight * left**2)) / float(np.sum(weight * spread**2))
-
-    def __sklearn_is_fitted__(self) -> bool:
-        return hasattr(self, "identified_")
-
-    def __sklearn_tags__(self) -> Any:
-        # Asked for by scikit-learn alone, which is therefore there.
-        from sklearn.utils import InputTags, RegressorTags, Tags, TargetTags
-
-        return Tags(
-            estimator_type="regressor",
-            target_tags=TargetTags(required=True),
-            regressor_tags=RegressorTags(),
-            input_tags=InputTags(two_d_array=True),
-            requires_fit=True,
-        )
-
     def _axis(self) -> Axis | None:
-        axis = self.axis if self.axis is None else AXIS(self.axis, "axis", None)
-        return axis if axis is None else replace(axis, columns={}, injected=(), table=None, sample_time=None)
-
-
-def _signature() -> dict[str, inspect.Parameter]:
-    return dict(list(inspect.signature(FrictionRegressor.__init__).parameters.items())[1:])
+        if self.axis is None:
+            return None
+        return replace(AXIS(self.axis, "axis", None), columns={}, injected=(), table=None, sample_time=None)
 
 
 def _columns_of(X: Any) -> dict[str, np.ndarray]:

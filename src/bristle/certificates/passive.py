@@ -37,7 +37,6 @@ import numpy as np
 from bristle import friction
 from bristle.certificates.certificate import Certificate, OperatorParameters, not_applicable
 from bristle.core.contracts import Model
-from bristle.core.kernel import kernel
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction.lugre import micro_damping, stribeck_force
@@ -83,12 +82,6 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     return Certificate(True, worst.present, unit, worst.needed, passed, advice)
 
 
-@kernel
-def let_go(v, q, share, sigma_1):
-    """Return the viscous coefficient that bristles which slip by `share` ask for: the bracket above."""
-    return sigma_1 * (share - 1.0) - q * share / v
-
-
 def needed_damping(
     F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float], slip: Callable[[float, float], float]
 ) -> float:
@@ -110,7 +103,8 @@ def needed_damping(
 
     def needed(decade: float, q: float) -> float:
         v = v_S * 10.0**decade
-        return let_go(v, q, slip(q, G(v)), sigma_1(v))
+        share = slip(q, G(v))
+        return sigma_1(v) * (share - 1.0) - q * share / v  # the bracket above
 
     if sigma_1(0.0) == 0.0:
         return 0.0

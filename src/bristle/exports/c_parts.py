@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.exports.c_code import Printer, number
-from bristle.exports.described import meaning_of, plain
+from bristle.exports.described import meaning_within
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tree import REAL, Array, Struct, Type
@@ -181,11 +181,9 @@ def declared(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the fields of the structure of the parameters."""
     lines = []
     for name, value in tuned.values.items():
-        variable = tuned.variables[name]
         size = f"[{value.size}]" if isinstance(value, np.ndarray) else ""
-        allowed = plain(variable.allowed(tuned.kind))
         field = f"{printer.scalar} {printer.names.variable(name)}{size}"
-        lines.append(f"{field}; /* {meaning_of(variable, tuned.kind)}{f', {allowed}' if allowed else ''} */")
+        lines.append(f"{field}; /* {meaning_within(tuned.variables[name], tuned.kind)} */")
     return lines
 
 

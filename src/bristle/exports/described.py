@@ -53,6 +53,11 @@ def meaning_of(variable: Variable, kind: Kind) -> str:
     return plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
 
 
+def meaning_within(variable: Variable, kind: Kind) -> str:
+    """Return the same with the range that is allowed, where there is one."""
+    return ", ".join(filter(None, (meaning_of(variable, kind), plain(variable.allowed(kind)))))
+
+
 def parameter_table(model: Model, source: Source) -> str:
     """Return value, unit, allowed range, 95 % interval and meaning of each parameter as a table of plain text."""
     rows = [("", "value", "unit", "allowed", "95 % interval", "")]

@@ -11,6 +11,7 @@ from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, TEXT, Amount, among, amount, guarded, instance, model, optional, whole
 from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Variable
+from bristle.engine.checks import PERIOD
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
 from bristle.exports.targets import Request, Target
@@ -20,7 +21,6 @@ from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
 NAME, STEP, POINTS = "axis_x", 5e-4, 20
-PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
     last_call = {"last_call": too_far if operator else f"{too_far}, period := {real_literal(request.dt)}"}
     body = body_lines("st/selftest.st", facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call)
     test = Pou("PROGRAM", f"{name}_selftest", "", tuple(judged.variables()), body)
-    return st_project.Project(name, printer, facts, block, test, judged.arrays(walk)).files("st/head.st", request.source)
+    return st_project.project_files(name, printer, facts, block, test, judged.arrays(walk), "st/head.st", request.source)
 
 
 def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str, Any]) -> Pou:
@@ -141,7 +141,7 @@ def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     printer = Printer(law.unit, name, around, REAL if law.single else LREAL)
     block = _law_block(law, name, printer, facts)
     test, arrays = _law_selftest(law, name, printer, facts)
-    return st_project.Project(name, printer, facts, block, test, arrays).files("st/law_head.st", source)
+    return st_project.project_files(name, printer, facts, block, test, arrays, "st/law_head.st", source)
 
 
 def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> Pou:

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from bristle.exports import st_parts
-from bristle.exports.described import Source, meaning_of, plain, rendered, version, with_rights
+from bristle.exports.described import Source, meaning_within, plain, rendered, version, with_rights
 from bristle.exports.printing import element, wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, helpers_of, real_literal
@@ -45,13 +45,11 @@ class Tuned:
 
     def inputs(self, printer: Printer) -> list[Variable]:
         """Return the declarations."""
-        declared = []
-        for name, place, value in self.tunable.numbers():
-            variable, kind = self.tunable.variables[name], self.tunable.kind
-            allowed = plain(variable.allowed(kind))
-            meaning = meaning_of(variable, kind) + (f", {allowed}" if allowed else "")
-            declared.append(Variable(self.names[name, place], printer.scalar, meaning, "VAR_INPUT", printer.real(value)))
-        return declared
+        meanings = {name: meaning_within(variable, self.tunable.kind) for name, variable in self.tunable.variables.items()}
+        return [
+            Variable(self.names[name, place], printer.scalar, meanings[name], "VAR_INPUT", printer.real(value))
+            for name, place, value in self.tunable.numbers()
+        ]
 
     def ranges(self, printer: Printer) -> Iterator[str]:
         """Give a condition for each number: that it is in its range."""
@@ -84,35 +82,25 @@ TURN = real_literal(2.0**32)
 PER_CYCLE = 20  # Steps of a self-test in one cycle of a task
 
 
-@dataclass(frozen=True)
-class Project:
-    """A function block with what it needs, and its self-test."""
-
-    name: str
-    printer: Printer
-    facts: dict[str, Any]
-    block: Pou
-    test: Pou
-    arrays: tuple[Array, ...]
-
-    def files(self, head: str, source: Source) -> dict[str, str]:
-        """Return the text of each file by its name; `head` is the template of the comment that they begin with."""
-        printer = self.printer
-        types, functions = printer.parts()
-        helpers = []
-        for scalar in (LREAL, REAL):
-            names = [name for name, of in sorted(printer.helpers) if of == scalar]
-            helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
-        functions = [*helpers, *functions]
-        types = st_parts.used_of(types, [*functions, self.block])
-        comment = rendered(head, self.facts)
-        test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
-        files = {
-            f"{self.name}.st": "\n".join([comment, *map(st_parts.part_text, [*types, *functions, self.block])]),
-            f"{self.name}_selftest.st": "\n".join([test_head, *map(st_parts.part_text, [*self.arrays, self.test])]),
-            f"{self.name}_plcopen.xml": project_text(self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]),
-        }
-        return with_rights(files, source)
+def project_files(
+    name: str, printer: Printer, facts: dict[str, Any], block: Pou, test: Pou, arrays: Sequence[Array], head: str, source: Source
+) -> dict[str, str]:
+    """Return the files of a function block with what it needs, and of its self-test; `head` is the template of their first comment."""
+    types, functions = printer.parts()
+    helpers = []
+    for scalar in (LREAL, REAL):
+        names = [helper for helper, of in sorted(printer.helpers) if of == scalar]
+        helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
+    functions = [*helpers, *functions]
+    types = st_parts.used_of(types, [*functions, block])
+    comment = rendered(head, facts)
+    test_head = rendered("st/selftest_head.st", facts | {"per_cycle": PER_CYCLE})
+    files = {
+        f"{name}.st": "\n".join([comment, *map(st_parts.part_text, [*types, *functions, block])]),
+        f"{name}_selftest.st": "\n".join([test_head, *map(st_parts.part_text, [*arrays, test])]),
+        f"{name}_plcopen.xml": project_text(name, comment, [*types, *arrays], [*functions, block, test]),
+    }
+    return with_rights(files, source)
 
 
 def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
@@ -251,16 +239,15 @@ NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
 
 def project_text(name: str, head: str, types: Sequence[Array | st_parts.Record], pous: Sequence[Pou]) -> str:
     """Return a project with data types, functions, blocks and programs."""
-    ElementTree.register_namespace("", NAMESPACE)
-    ElementTree.register_namespace("xhtml", XHTML)
-    scaled = [_element(language, _element("scaling", x="1", y="1")) for language in ("fbd", "ld", "sfc")]
+    scaled = [element(language, element("scaling", x="1", y="1")) for language in ("fbd", "ld", "sfc")]
     comment = head.strip().removeprefix("(*").removesuffix("*)").strip()
-    project = _element(
+    project = element(
         "project",
-        _element("fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER),
-        _element("contentHeader", _element("Comment", comment), _element("coordinateInfo", *scaled), name=name),
-        _element("types", _element("dataTypes", *map(_data_type, types)), _element("pous", *map(_pou, pous))),
-        _element("instances", _element("configurations")),
+        element("fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER),
+        element("contentHeader", element("Comment", comment), element("coordinateInfo", *scaled), name=name),
+        element("types", element("dataTypes", *map(_data_type, types)), element("pous", *map(_pou, pous))),
+        element("instances", element("configurations")),
+        **{"xmlns": NAMESPACE, "xmlns:xhtml": XHTML},
     )
     ElementTree.indent(project)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(project, encoding="unicode") + "\n"
@@ -268,34 +255,30 @@ def project_text(name: str, head: str, types: Sequence[Array | st_parts.Record],
 
 def _data_type(part: Array | st_parts.Record) -> ElementTree.Element:
     if isinstance(part, Array):
-        base = _element("array", _element("dimension", lower="0", upper=str(part.size - 1)), _element("baseType", _type(part.of)))
+        base = element("array", element("dimension", lower="0", upper=str(part.size - 1)), element("baseType", _type(part.of)))
     else:
-        base = _element("struct", *map(_variable, part.fields))
-    return _element("dataType", _element("baseType", base), name=part.name)
+        base = element("struct", *map(_variable, part.fields))
+    return element("dataType", element("baseType", base), name=part.name)
 
 
 def _pou(pou: Pou) -> ElementTree.Element:
-    declared = [_element("returnType", _type(pou.returns))] if pou.returns else []
+    declared = [element("returnType", _type(pou.returns))] if pou.returns else []
     sections = {tag: pou.declared(section) for section, tag in SECTIONS.items()}
-    declared += [_element(tag, *map(_variable, variables)) for tag, variables in sections.items() if variables]
-    body = _element("body", _element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body))))
-    meaning = [_element("documentation", _paragraph(pou.meaning))] if pou.meaning else []
-    return _element("pou", _element("interface", *declared), body, *meaning, name=pou.name, pouType=POU_TYPES[pou.kind])
+    declared += [element(tag, *map(_variable, variables)) for tag, variables in sections.items() if variables]
+    body = element("body", element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body))))
+    meaning = [element("documentation", _paragraph(pou.meaning))] if pou.meaning else []
+    return element("pou", element("interface", *declared), body, *meaning, name=pou.name, pouType=POU_TYPES[pou.kind])
 
 
 def _variable(variable: Variable) -> ElementTree.Element:
-    initial = [_element("initialValue", _element("simpleValue", value=variable.initial))] if variable.initial else []
-    meaning = [_element("documentation", _paragraph(variable.meaning))] if variable.meaning else []
-    return _element("variable", _element("type", _type(variable.type)), *initial, *meaning, name=variable.name)
+    initial = [element("initialValue", element("simpleValue", value=variable.initial))] if variable.initial else []
+    meaning = [element("documentation", _paragraph(variable.meaning))] if variable.meaning else []
+    return element("variable", element("type", _type(variable.type)), *initial, *meaning, name=variable.name)
 
 
 def _type(name: str) -> ElementTree.Element:
-    return _element(name) if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL") else _element("derived", name=name)
+    return element(name) if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL") else element("derived", name=name)
 
 
 def _paragraph(text: str) -> ElementTree.Element:
-    return element(f"{{{XHTML}}}p", text)
-
-
-def _element(tag: str, /, *inside: ElementTree.Element | str, **attributes: str) -> ElementTree.Element:
-    return element(f"{{{NAMESPACE}}}{tag}", *inside, **attributes)
+    return element("xhtml:p", text)

@@ -33,18 +33,7 @@ from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.packing import packed
-from bristle.lab.sliders import (
-    AROUND,
-    Scales,
-    conditions_of,
-    elements_of,
-    passivity_of,
-    pulled_by,
-    release_of,
-    scales_of,
-    shares_of,
-    slider_for,
-)
+from bristle.lab.sliders import AROUND, Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.testing import example_of
 
 STEP = 5e-4  # of the walk of a contact [s]
@@ -110,7 +99,7 @@ def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarra
     return x
 
 
-UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
+UNITS = {"position": "length", "velocity": "length/time", "force": "force"}
 
 
 def example_named(name: str) -> Model:
@@ -140,8 +129,7 @@ def described(
     subject, moving = subject_of(model), subject_of(led or model)
     scales = scales_of(moving)
     plant = pulled_by(scales, model, mass)
-    functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
-    module, facts = _module(subject, plant, functions)
+    module, facts = _module(subject, plant, {"rest": lambda builder: at_rest_of(subject, builder)})
     if proven:
         saved = stored().get(moving.model.name)
         is_example = saved is not None and moving.model == example_named(moving.model.name)
@@ -154,7 +142,6 @@ def described(
         "pull": variables_of(plant, module.places, scales.force, {}),
         "conditions": conditions_of(model.component),
         "shares": shares_of(model.component),
-        "passive": passivity_of(model),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
         "scales": scales._asdict(),
         "head": head_of(model.component),

@@ -21,14 +21,12 @@ from bristle.core.variable import unit_of
 from bristle.engine.loop import begun
 from bristle.engine.mechanism import drive_over
 from bristle.engine.motion import settled
-from bristle.exports.build import Builder
 from bristle.exports.cycle import SOLVER
-from bristle.exports.wasm import module_of_parts
 from bristle.friction.level import rises_with_effort
 from bristle.identification.result import Fit, Identification
 from bristle.lab.described import body_described, described, values_of, variables_of
-from bristle.lab.loop import law_part, sensor_part
-from bristle.lab.packing import as_json, differences, packed, packed_numbers
+from bristle.lab.loop import parts_described
+from bristle.lab.packing import as_json, differences, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
@@ -164,15 +162,9 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     sensor = variant.sensor.parameters
     read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
     state = begun(law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt)
-    builder = Builder()
-    parts = {"law": law_part(builder, law, state), "sense": sensor_part(builder, variant.sensor)}
-    binary, addresses = module_of_parts(builder, parts)
     left = drive_over(dt / run.substeps, 0.0, run.current_lag)
     body = None if variant.friction == friction else body_described(variant.friction)
-    return {
-        "code": packed(binary),
-        "size": len(binary),
-        "parts": addresses,
+    return parts_described(variant.sensor, law=(law, state)) | {
         "body": body,
         "bodyValues": values_of(variant.friction) if body is None else body["values"],
         "count": count,

@@ -4,25 +4,20 @@ The mass, its friction and what is fed forward are modules of friction models, w
 as a simulation does; what it is told at a sample lies in what lasts of it.
 """
 
-import tomllib
 from functools import cache
 from importlib import resources
 from typing import Any
-from urllib.parse import urlencode
 
 import numpy as np
 
 from bristle.controllers.law import law
 from bristle.core.contracts import Controller, Model, Reference
 from bristle.core.experiment import Experiment
-from bristle.core.units import quantity
-from bristle.core.variable import Variable
 from bristle.exports.build import Builder
 from bristle.exports.scope import defined
 from bristle.exports.tree import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.files.experiment import read_experiment
-from bristle.friction import find
 from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
@@ -72,34 +67,27 @@ def loop_described() -> dict[str, Any]:
 
     variants = {variant.name: variant for variant in paper_experiment().variants}
     plain, observing = variants["none"], variants["observer"]
-    builder = Builder()
-    parts = {
-        "sliding": law_part(builder, plain.controller),
-        "observer": law_part(builder, observing.controller),
-        "sense": sensor_part(builder, plain.sensor),
-    }
-    binary, addresses = module_of_parts(builder, parts)
-    law_values, sensor, motion = plain.controller.values, plain.sensor.values, plain.reference.values
-    return {
-        "code": packed(binary),
-        "size": len(binary),
-        "parts": addresses,
+    return parts_described(plain.sensor, sliding=(plain.controller, None), observer=(observing.controller, None)) | {
         "rig": body_described(plain.friction),
         "paper": {
-            "M": plain.plant.values["M"],
-            "gain": law_values["lambda_"],
-            "K_2": law_values["K_2"],
+            "K_2": plain.controller.values["K_2"],
             "g": observing.controller.values["g"],
-            "resolution": sensor["resolution"],
-            "amplitude": float(max(motion["amplitudes"])),
-            "frequency": motion["frequency"],
+            "frequency": plain.reference.values["frequency"],
         },
         "sampleTime": plain.run.sample_time,
         "delay": plain.run.delay,
     }
 
 
-def law_part(builder: Builder, controller: Model, state: Any = None) -> Part:
+def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
+    """Return a module of laws, each with the state in which it begins, and an encoder, as a page unpacks it."""
+    builder = Builder()
+    parts = {name: law_part(builder, law, state) for name, (law, state) in laws.items()}
+    binary, addresses = module_of_parts(builder, parts | {"sense": sensor_part(builder, sensor)})
+    return {"code": packed(binary), "size": len(binary), "parts": addresses}
+
+
+def law_part(builder: Builder, controller: Model, state: Any) -> Part:
     """Return a law as a part of a module; it begins by itself where no state is given."""
     begin = np.zeros(STATE + len(controller.component.State._fields))
     if state is not None:
@@ -116,65 +104,3 @@ def sensor_part(builder: Builder, sensor: Model) -> Part:
     kernel = defined("sense", SENSE, scope)
     entry = builder.function(kernel, [Array(1, writable=True), REAL, REAL, type_of(sensor.parameters)])
     return Part(entry, np.zeros(1), sensor)
-
-
-LENGTH, SPEED = Variable("length", "turn"), Variable("length/time", "speed")
-LUGRE, PRINTED, GATE = "LuGre", "equations (5)–(7)", "with a gate"
-ON_PATHS = (
-    ("Figure 1: nonlocal memory, LuGre", "fig_01", LUGRE),
-    ("Figure 1: nonlocal memory, with a gate", "fig_01", GATE),
-    ("Figure 8: break-away, equations as printed", "fig_08", PRINTED),
-    ("Figure 9: wiping-out, with a gate", "fig_09", GATE),
-)
-AT_REST = (("Figure 2: drift, LuGre", "fig_02", LUGRE), ("Figure 2: drift, equations as printed", "fig_02", PRINTED))
-CONTACTS = "fig_01"  # what a figure has no contact of its own of
-
-
-def presets() -> list[dict[str, str]]:
-    """Return the name of each figure, and the state of the page that shows it."""
-    rows = []
-    for word, file, contact in ON_PATHS:
-        setting = _setting(file)
-        turns = np.array([0.0, *(quantity(turn, LENGTH, "translational") for turn in setting["path"]["turns"])])
-        speed = quantity(setting["path"]["speed"], SPEED, "translational")
-        amplitude = float(np.max(np.abs(turns)))
-        path = {
-            "path": "drawn",
-            "turns": " ".join(f"{turn:.4g}" for turn in turns / amplitude),
-            "amplitude": amplitude,
-            "period": 4.0 * amplitude / speed,
-        }
-        rows.append({"word": word, "state": _state(_contact(setting, contact), path)})
-    for word, file, contact in AT_REST:
-        rows.append({"word": word, "state": _state(_contact(_setting(file), contact), {"path": "presliding"})})
-    variants = {variant.name: variant for variant in paper_experiment().variants}
-    numbers = loop_described()["paper"]
-    named = {"M": "M", "gain": "gain", "K_2": "K_2", "g": "g", "resolution": "resolution", "amplitude": "A", "frequency": "f"}
-    loop = {"loop_body": 1} | {f"loop_{name}": numbers[key] for key, name in named.items()}
-    for word, name in (("equations as printed", "printed"), ("LuGre", "lugre")):
-        fed = variants[name].feedforward
-        assert fed.friction is not None
-        rows.append({"word": f"Figure 11: tracking, {word}", "state": _state(fed.friction, loop, offset=fed.offset)})
-    return sorted(rows, key=lambda row: int(row["word"].split(":")[0].split()[1]))
-
-
-def _setting(name: str) -> dict[str, Any]:
-    file = resources.files("bristle").joinpath("paper", "experiments", f"{name}.toml")
-    return tomllib.loads(file.read_text(encoding="utf-8"))
-
-
-def _contact(setting: dict[str, Any], name: str) -> Model:
-    table = dict(setting["contact"].get(name) or _setting(CONTACTS)["contact"][name])
-    return find(table.pop("model"))(**table)
-
-
-def _state(model: Model, rest: dict[str, Any], **changes: float) -> str:
-    """Return what the link to a page holds: the model with its values, and the rest."""
-    numbers = {}
-    for name, value in (dict(model.values) | changes).items():
-        variable = model.component.variables.get(name)
-        if variable is None or not variable.choices:
-            numbers[name] = " ".join(repr(float(number)) for number in np.atleast_1d(value))
-        else:
-            numbers[name] = str(variable.choices.index(str(value)))
-    return urlencode({"model": model.name, **numbers, **rest})

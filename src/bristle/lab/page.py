@@ -15,7 +15,7 @@ from bristle.core.contracts import Model
 from bristle.exports.described import version
 from bristle.friction import MODELS
 from bristle.lab.described import example_named
-from bristle.lab.loop import loop_described, presets
+from bristle.lab.loop import loop_described
 from bristle.lab.packing import as_json, packed
 from bristle.lab.switches import common_module, slots_described, switched
 
@@ -78,7 +78,6 @@ def lab_page(
         "models": models,
         "first": first,
         "loop": loop_described(),
-        "presets": presets(),
         "common": {"code": packed(common), "size": len(common)},
         "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
     }

@@ -1,112 +1,21 @@
-"""What a page draws of parameters and elements: sliders, scales, conditions, where elements slip, and what decides on passivity.
-
-Where a bound is known that no parameter moves, or one condition decides, that is said; for bristles the least viscous
-coefficient is searched, by a function of the module, as `bristle.certificates.passive` searches it.
-"""
+"""What a page draws of parameters and elements: sliders, scales, conditions, and where elements slip."""
 
 import math
 import re
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Container, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.certificates.passive import let_go
 from bristle.core.contracts import Component, Model
-from bristle.core.kernel import kernel
 from bristle.core.symbols import symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
-from bristle.exports.build import Builder
-from bristle.exports.scope import defined
 from bristle.exports.subject import Subject, presliding_distance
-from bristle.exports.tree import REAL, Function
-from bristle.friction import (
-    bouc_wen,
-    channel_slots_of,
-    coulomb,
-    coulomb_viscous,
-    dahl,
-    elastoplastic,
-    gms,
-    lugre,
-    maxwell_slip,
-    maxwell_stribeck,
-    preisach_lugre,
-    reformed_dahl,
-    stribeck,
-    viscous,
-)
-from bristle.friction.level import LEVELS
-from bristle.friction.lugre import micro_damping, stribeck_force
-from bristle.friction.preisach_lugre import slip_law
-from bristle.friction.slip_law import slip
-from bristle.friction.slots import variations_of
+from bristle.friction import gms, maxwell_slip, maxwell_stribeck
 from bristle.plants import pulled_inertia
 
-SIDES = {"forward": "_pos", "backward": "_neg"}
-CONDITIONS = {
-    bouc_wen.Parameters: (["beta"], ">=", ["0.5"], "its hysteresis gives energy back at every speed"),
-    gms.Parameters: (
-        ["F_C"],
-        ">=",
-        ["F_S"],
-        "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
-    ),
-}
-ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
-NEVER = {reformed_dahl.Parameters: "charged by short strokes and let go in a long one it gives back more"}
-TEXT = """
-def release(x, dt, p):
-    if x > 0.0:
-        return of_bristles(x, dt, {forward}{inner})
-    return of_bristles(-x, dt, {backward}{inner})
-"""
-
-
-@kernel
-def of_lugre(v, q, p):
-    """Return the viscous coefficient that bristles with the force `q` along the motion ask for at a speed."""
-    return let_go(v, q, q / stribeck_force(v, p), micro_damping(v, p))
-
-
-@kernel
-def of_elastoplastic(v, q, p):
-    """Return the same for bristles of constant micro-damping."""
-    return let_go(v, q, q / stribeck_force(v, p), p.sigma_1)
-
-
-@kernel
-def of_preisach_lugre(v, q, p):
-    """Return the same for a slip law."""
-    return let_go(v, q, slip(q / stribeck_force(v, p), slip_law(p)), micro_damping(v, p))
-
-
-BRISTLES = {lugre.Parameters: of_lugre, elastoplastic.Parameters: of_elastoplastic, preisach_lugre.Parameters: of_preisach_lugre}
-
-
-def passivity_of(model: Model) -> dict[str, Any] | None:
-    """Return what decides whether a model is passive, by direction; None where no condition is known."""
-    # Of a level that rises none is known, nor of what rises with a channel.
-    if channel_slots_of(model.component) or not set(LEVELS).isdisjoint(variations_of(model.component)):
-        return None
-    names, inner = model.component.variables, type(inner_of(model.parameters)[0])
-    sided = any(name.endswith(tuple(SIDES.values())) for name in names)
-
-    sides = list(SIDES.values()) if sided else [""]
-    dampings = [of_side(["sigma_2"], side, names) for side in sides], [of_side(["F_v"], side, names) for side in sides]
-    present = next((rows for rows in dampings if rows[0][0] in names), [[""]] * len(sides))
-    rows: dict[str, Any] = {"present": [row[0] for row in present]}
-    if inner in BRISTLES:
-        scales = ("F_S", "v_S", "sigma_1")
-        return rows | {"bristles": [dict(zip(scales, of_side(scales, side, names), strict=True)) for side in sides]}
-    if inner in NEVER:
-        return rows | {"never": NEVER[inner]}
-    if inner in CONDITIONS:
-        left, sign, right, because = CONDITIONS[inner]
-        pairs = [{"left": of_side(left, side, names), "sign": sign, "right": of_side(right, side, names)} for side in sides]
-        return rows | {"conditions": pairs, "because": because}
-    return rows if inner in [module.Parameters for module in ALWAYS] else None
+SIDES = ("_pos", "_neg")
 
 
 def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:
@@ -114,23 +23,12 @@ def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]
     return [name + side if name + side in known else name for name in names]
 
 
-def release_of(subject: Subject) -> dict[str, Callable[[Builder], Function]]:
-    """Return what builds the function of the module in which the least viscous coefficient is searched."""
-    inner, path = inner_of(subject.model.parameters)
-    if type(inner) not in BRISTLES:
-        return {}
-    sides = {side: f"p.{side}" if side in subject.model.parameters._fields else "p" for side in SIDES}
-    text = TEXT.format(inner=path, **sides)
-    function = defined("release", text, {"__name__": __name__, "of_bristles": BRISTLES[type(inner)]})
-    return {"release": lambda builder: builder.function(function, [REAL, REAL, subject.parameters])}
-
-
-def inner_of(p: Any) -> tuple[Any, str]:
-    """Return the parameters of one direction, inside of layers that vary it, and how they are reached from there."""
-    p, path = _layer(p, "forward") or p, ""
+def inner_of(p: Any) -> Any:
+    """Return the parameters of one direction, inside of layers that vary it."""
+    p = _layer(p, "forward") or p
     while (layer := _layer(p, "inner")) is not None:
-        p, path = layer, path + ".inner"
-    return p, path
+        p = layer
+    return p
 
 
 def _layer(p: Any, name: str) -> Any:
@@ -227,7 +125,7 @@ def conditions_of(component: Component) -> list[dict[str, Any]]:
             left, sign, right = match[1].split(" * "), match[2], match[3].split(" * ")
             # What stands behind a semicolon is for Python.
             mend = str(symbolic(relation.mend.partition(";")[0]))
-            pairs = [[of_side(part, side, component.variables) for part in (left, right)] for side in SIDES.values()]
+            pairs = [[of_side(part, side, component.variables) for part in (left, right)] for side in SIDES]
             conditions += [
                 {"left": first, "sign": sign, "right": second, "mend": mend, "advisory": relation.advisory}
                 for first, second in (pairs[:1] if pairs[0] == pairs[1] else pairs)
@@ -252,7 +150,7 @@ MEMORIES = {
 
 def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
     """Return what is drawn of the elements of a model, if it has some: the first numbers of its memory."""
-    kind, _ = inner_of(model.parameters)
+    kind = inner_of(model.parameters)
     if type(kind) not in MEMORIES or memory_size == 0:
         return None
     quantity, times, over = MEMORIES[type(kind)]

@@ -12,6 +12,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, MissingExtraError
+from bristle.engine.checks import FRICTION
 from bristle.lab.described import described, values_of
 from bristle.lab.packing import plain
 from bristle.lab.page import joined
@@ -68,7 +69,7 @@ class Widget(anywidget.AnyWidget):
 
     def __init__(self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0) -> None:
         self._uncertainty, self._fastest = dict(uncertainty or {}), fastest
-        super().__init__(model=_checked(model))
+        super().__init__(model=FRICTION(model, "model", None))
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -81,7 +82,7 @@ class Widget(anywidget.AnyWidget):
 
     @traitlets.validate("model")
     def _only_friction(self, proposal: Any) -> Model:
-        return _checked(proposal["value"])
+        return FRICTION(proposal["value"], "model", None)
 
     @traitlets.observe("model")
     def _model_was_set(self, change: Any) -> None:
@@ -106,17 +107,6 @@ class Widget(anywidget.AnyWidget):
         except InputError as error:
             # The sliders stay where a person put them, and say what is wrong; the model stays the last one that holds.
             self._problem = str(error)
-
-
-def _checked(model: Any) -> Model:
-    if not isinstance(model, Model) or model.component.family != "friction":
-        raise InputError(
-            "must be a friction model with parameters",
-            path="model",
-            value=model,
-            mend='Write bristle.friction.coulomb(F_C="20 N"), or take that of an identification',
-        )
-    return model
 
 
 def _values_of(model: Model) -> dict[str, Any]:

@@ -13,9 +13,11 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.content import Content
+from bristle.core.edge import TEXT, whole
 from bristle.core.errors import InputError
 
 Answer = tuple[dict[str, Any], dict[str, Any]]  # what the page is told at once, and the rest, which it asks for
+COUNT = whole(0)
 BUCKETS = 1500  # of a curve: points of a screen in pairs
 DATA = "data.json"  # what a job leaves for the page, in its folder
 
@@ -86,17 +88,11 @@ class Errand:
 
     def text(self, name: str, default: str = "") -> str:
         """Return an option that is text."""
-        value = self.options.get(name, default)
-        if not isinstance(value, str):
-            raise InputError("must be text", path=name, value=value)
-        return value.strip()
+        return TEXT(self.options.get(name, default), name, None).strip()
 
     def count(self, name: str, default: int) -> int:
         """Return an option that is a whole number."""
-        value = self.options.get(name, default)
-        if not isinstance(value, int) or isinstance(value, bool):
-            raise InputError("must be a whole number", path=name, value=value)
-        return value
+        return COUNT(self.options.get(name, default), name, None)
 
 
 def zipped(folder: Path) -> None:

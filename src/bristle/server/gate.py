@@ -10,9 +10,9 @@ import asyncio
 import os
 import secrets
 import threading
-from collections.abc import Iterable
 from pathlib import Path
 
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -36,8 +36,8 @@ class Gate:
 
     def __init__(self, app: ASGIApp, *, token: str, port: int, silence_seconds: float) -> None:
         self._app, self._token, self._patience = app, token.encode("ascii"), silence_seconds
-        self._hosts = {f"{name}:{port}".encode("ascii") for name in (LOOPBACK, "localhost")}
-        self._origins = {b"http://" + host for host in self._hosts}
+        self._hosts = {f"{name}:{port}" for name in (LOOPBACK, "localhost")}
+        self._origins = {f"http://{host}" for host in self._hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or let it through."""
@@ -48,10 +48,9 @@ class Gate:
 
         async def send_in_time(message: Message) -> None:
             if message["type"] == "http.response.start":
-                headers = list(message.get("headers", ()))
-                names = {name.lower() for name, _ in headers}
-                own = ((name.encode(), value.encode()) for name, value in HEADERS.items())
-                message["headers"] = headers + [header for header in own if header[0] not in names]
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
             await asyncio.wait_for(send(message), self._patience)
 
         refusal = self._refusal(scope)
@@ -60,28 +59,24 @@ class Gate:
         await (refusal or self._app)(scope, receive, send_in_time)
 
     def _refusal(self, scope: Scope) -> JSONResponse | None:
-        headers = scope["headers"]
-        if len(hosts := _values_of(headers, b"host")) != 1 or hosts[0] not in self._hosts:
+        headers = Headers(scope=scope)
+        if len(hosts := headers.getlist("host")) != 1 or hosts[0] not in self._hosts:
             return _refused(421, "Host: is not this machine. Open the address that bristle printed")
-        if any(origin not in self._origins for origin in _values_of(headers, b"origin")):
+        if any(origin not in self._origins for origin in headers.getlist("origin")):
             return _refused(403, "Origin: is another site")
-        sites = () if scope["path"].startswith(ENTRANCE) else _values_of(headers, b"sec-fetch-site")
-        if any(site not in (b"same-origin", b"none") for site in sites):
+        sites = () if scope["path"].startswith(ENTRANCE) else headers.getlist("sec-fetch-site")
+        if any(site not in ("same-origin", "none") for site in sites):
             return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
         if _takes_no_token(scope["path"]):
             return None
-        tokens = _values_of(headers, TOKEN.encode("ascii"))
-        if len(tokens) != 1 or not secrets.compare_digest(tokens[0], self._token):
+        tokens = headers.getlist(TOKEN)
+        if len(tokens) != 1 or not secrets.compare_digest(tokens[0].encode("latin-1"), self._token):
             return _refused(401, "the token is missing or old. Open the address that bristle printed last")
         return None
 
 
 def _takes_no_token(path: str) -> bool:
     return path == "/" or path.startswith(("/shown/", ENTRANCE))
-
-
-def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:
-    return [value for key, value in headers if key.lower() == name]
 
 
 def _refused(status: int, message: str) -> JSONResponse:

@@ -4,7 +4,8 @@ import asyncio
 import secrets
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, json_of, label_of, stored
+from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, announced_by, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.limits import Limits
@@ -20,12 +21,8 @@ from bristle.server.limits import Limits
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> what it leaves.
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
-# What a job left -> the archive of it, and what that is called.
-DOWNLOADS: dict[str, Callable[[Part], tuple[str, str]]] = {
-    "identified": lambda part: ("results.zip", "results.zip"),
-    "exported": lambda part: ("export.zip", str(part.facts["file"])),
-    "excited": lambda part: ("motion.zip", "motion.zip"),
-}
+# What a job left -> the archive of it, which an export calls by its own name.
+DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
 # A report is a page of its own: it runs apart from this one and from the server, and asks for nothing.
 SHOWN_POLICY = (
@@ -90,8 +87,7 @@ class Routes:
         case, role = self._case(request), request.headers.get("x-bristle-role", ROLES[0])
         if role not in ROLES:
             raise RefusedRequestError(400, "is no role of a file", path="role", value=role, allowed=", ".join(ROLES))
-        length = request.headers.get("content-length", "0")
-        announced = int(length) if length.isdecimal() else 0
+        announced = announced_by(request)
         most = self._cases.room_for(case, announced)
         if role == "axis":
             most = min(most, self._limits.body_size)
@@ -129,7 +125,7 @@ class Routes:
         if role not in ROLES[:2]:
             raise RefusedRequestError(400, "is no role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
         case, file = self._file(request)
-        case.files[file.number] = StoredFile(file.number, file.label, role, file.size, file.place)
+        case.files[file.number] = replace(file, role=role)
         for changed in ROLES[:2]:
             case.changed(changed)
         return JSONResponse(case.as_data())
@@ -198,8 +194,8 @@ class Routes:
         part, name = self._part(request), request.path_params["part"]
         if name not in DOWNLOADS:
             raise RefusedRequestError(404, "has no archive", path=name)
-        file, label = DOWNLOADS[name](part)
-        return FileResponse(part.folder / file, media_type="application/zip", filename=label)
+        label = str(part.facts.get("file", DOWNLOADS[name]))
+        return FileResponse(part.folder / DOWNLOADS[name], media_type="application/zip", filename=label)
 
     async def ticket(self, request: Request) -> Response:
         """Return an address at which a report is shown once: a frame sends no token."""

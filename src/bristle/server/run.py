@@ -153,14 +153,9 @@ def listening_on(port: int) -> socket.socket:
     """Return a socket that hears this machine only."""
     if not 0 <= port < 2**16:
         raise InputError("is no port", path="--port", value=port, allowed="0 to 65535, 0 for one that is free")
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        listening.bind((LOOPBACK, port))
-        listening.listen(BACKLOG)  # a browser that is faster than the server waits for it
+        return socket.create_server((LOOPBACK, port), backlog=BACKLOG)  # a browser that is faster than the server waits for it
     except OSError as error:
-        listening.close()
         raise InputError(
             f"cannot be listened to: {error.strerror}", path="--port", value=port, mend="Leave --port away: a free one is taken"
         ) from None
-    listening.set_inheritable(False)
-    return listening

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -112,7 +113,7 @@ def look(errand: Errand) -> Answer:
         proposed = inspect_log(content, size_limit=errand.size_limit)
         text = proposed.proposal.text if proposed.proposal else f"{EMPTY}\n[columns]\n"
     text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
-    errand = Errand(**{**vars(errand), "axis_text": text})
+    errand = replace(errand, axis_text=text)
     axis, refusal = None, ""
     try:
         axis = errand.axis()
@@ -124,34 +125,24 @@ def look(errand: Errand) -> Answer:
         inspected = proposed
     form = form_of(errand.axis_file)
     if axis is not None and inspected.log:  # channels in SI of the axis
+        time = inspected.log.time.values
         plots = [
-            {
-                "word": name,
-                "unit": channel.unit,
-                "column": channel.column,
-                "curve": thinned(inspected.log.time.values, channel.values),
-                "time_unit": "s",
-            }
+            _plot(name, channel.unit, channel.column, thinned(time, channel.values), "s")
             for name, channel in inspected.log.channels()
             if name in PLOTTED
         ]
     else:
         plots = _of_columns(inspected, form["tables"]["columns"])
-    problems = inspected.summary["problems"] if axis is not None else []
-    data = {
-        "log": errand.fitted[0].label,
-        "form": form,
-        "channels": CHANNELS,
-        "refusal": refusal,
-        "columns": inspected.summary["columns"],
-        "notes": inspected.summary["notes"],
-        "problems": problems,
-        "diagnostics": inspected.summary["diagnostics"] if axis is not None else [],
-        "kind": inspected.summary["kind"],
-        "plots": plots,
-    }
-    facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
+    told = {name: inspected.summary[name] for name in ("columns", "notes", "problems", "diagnostics", "kind")}
+    if axis is None:
+        told |= {"problems": [], "diagnostics": []}
+    data = {"log": errand.fitted[0].label, "form": form, "channels": CHANNELS, "refusal": refusal, "plots": plots} | told
+    facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not told["problems"]}
     return facts, data
+
+
+def _plot(word: str, unit: str, column: str, curve: list[list[Any]], time_unit: str) -> dict[str, Any]:
+    return {"word": word, "unit": unit, "column": column, "curve": curve, "time_unit": time_unit}
 
 
 def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:
@@ -165,16 +156,9 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
             continue
         timed = time is not None and time.size == values.size
         along = np.arange(values.size) if time is None or not timed else time
-        unit = entry.get("unit", "")
-        plots.append(
-            {
-                "word": name,
-                "unit": "as recorded" if unit in ("", FILL_IN) else unit,
-                "column": entry["column"],
-                "curve": thinned(along, values),
-                "time_unit": columns["time"].get("unit", "") if timed else "sample",
-            }
-        )
+        unit = "as recorded" if entry.get("unit", "") in ("", FILL_IN) else entry["unit"]
+        time_unit = columns["time"].get("unit", "") if timed else "sample"
+        plots.append(_plot(name, unit, entry["column"], thinned(along, values), time_unit))
     return plots
 
 

@@ -12,6 +12,8 @@ from typing import Any
 
 from bristle.core.errors import BristleError, told_by
 
+REFUSED = {KeyboardInterrupt: "cancelled before anything was found", MemoryError: "there is not enough memory for this. Take a shorter log"}
+
 
 class Interruption:
     """What the server says while the work goes on: to end with what there is, or, by hanging up, to end at once."""
@@ -94,14 +96,8 @@ def main() -> None:
         errand = Errand.of(request, lambda share, text: tell(share=share, text=text), interruption.allowed)
         facts, data = TASKS[request["task"]](errand)
         (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
-    except KeyboardInterrupt:
-        tell(refused="cancelled before anything was found")
-        os._exit(2)
-    except BristleError as error:
-        tell(refused=str(error))
-        os._exit(2)
-    except MemoryError:
-        tell(refused="there is not enough memory for this. Take a shorter log")
+    except (KeyboardInterrupt, BristleError, MemoryError) as error:
+        tell(refused=REFUSED.get(type(error)) or str(error))
         os._exit(2)
     except Exception as error:
         tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}")

@@ -1,9 +1,8 @@
-// Whether the friction of these values drifts, closes its loops and is passive: what `bristle check` asks, asked of the
-// module itself. The contact is moved so slowly that neither viscosity nor micro-damping shows.
+// Whether the friction of these values drifts and closes its loops: what `bristle check` asks, asked of the module
+// itself. The contact is moved so slowly that neither viscosity nor micro-damping shows.
 
 const CREEP = 1e-15, LONGEST = 1e3, RESOLUTION = 200, SETTLED = 1e-3, MOST_STEPS = 20000; // [m/s or rad/s], [m or rad]
 const RIPPLE = [0.3, 0.6], CYCLES = 100, DRIFT_ALLOWED = 1e-6, LOADED = 0.85, BACK = 0.5, GAP_ALLOWED = 1e-3;
-const DECADES = [-6, 12], ZOOMS = 20;
 
 // Numbers from one to another by equal factors.
 function byFactors(first, last, count) {
@@ -113,61 +112,17 @@ function closureOf(contact, holding) {
   return { missing, passed: Math.abs(missing) <= GAP_ALLOWED };
 }
 
-// The least viscous coefficient at which bristles of one direction never give power back: the highest of a landscape
-// over speeds and forces, from each peak of a grid by grids that close in.
-function demandedBy(contact, way, { F_S, v_S, sigma_1 }) {
-  if (sigma_1 === 0) return 0;
-  const speedOf = (decade) => way * v_S * 10 ** decade;
-  const [from, to] = DECADES, decades = Array.from({ length: 91 }, (_, i) => from + (to - from) * i / 90);
-  const forces = Array.from({ length: 41 }, (_, i) => -F_S + 2 * F_S * i / 40);
-  const highest = (speed, decade) => forces.reduce((best, q) => {
-    const height = contact.release(speed, q);
-    return height > best[0] ? [height, decade, q] : best;
-  }, [-Infinity, decade, 0]);
-  const best = decades.map((decade) => highest(speedOf(decade), decade));
-  const crest = (i) => best[i]?.[0] ?? -Infinity;
-  const peaks = best.filter(([height], i) => height >= crest(i - 1) && height >= crest(i + 1));
-  const summits = peaks.map((peak) => {
-    let [height, decade, q] = peak, across = (to - from) / 90, up = F_S / 20;
-    for (let zoom = 0; zoom < ZOOMS; zoom++, across *= 0.4, up *= 0.4) {
-      const [x, y] = [decade, q];
-      for (let i = -4; i <= 4; i++) {
-        const near = Math.min(Math.max(x + i * across / 4, from), to), speed = speedOf(near);
-        for (let j = -4; j <= 4; j++) {
-          const force = Math.min(Math.max(y + j * up / 4, -F_S), F_S), higher = contact.release(speed, force);
-          if (higher > height) [height, decade, q] = [higher, near, force];
-        }
-      }
-    }
-    return height;
-  });
-  return Math.max(0, ...summits);
-}
-
-// The viscous coefficient that there is and the least one that makes friction passive, of the worse direction.
-function passivityOf(contact, values, known) {
-  if (!known) return null;
-  const numbers = (names) => Object.fromEntries(Object.entries(names).map(([word, name]) => [word, values[name][0]]));
-  const sides = known.present.map((name, i) => {
-    const present = name ? values[name][0] : 0;
-    const holds = known.conditions ? met(known.conditions[i], values) : !known.never;
-    const needed = known.bristles ? demandedBy(contact, i === 0 ? 1 : -1, numbers(known.bristles[i])) : holds ? 0 : Infinity;
-    return { present, needed, passed: present >= needed * (1 - 1e-9) };
-  });
-  return sides.reduce((worst, side) => (side.present - side.needed < worst.present - worst.needed ? side : worst));
-}
-
-// All three; null where a question does not apply, or nothing decides it.
-function judged(contact, values, known = contact.model.passive) {
+// Both; null where a question does not apply.
+function judged(contact) {
   contact.hold();
   const holding = holdingOf(contact);
-  return { holding, drift: driftOf(contact, holding), closure: closureOf(contact, holding), passive: passivityOf(contact, values, known) };
+  return { holding, drift: driftOf(contact, holding), closure: closureOf(contact, holding) };
 }
 
 // --- in words ----------------------------------------------------------------------------------------------------------
 
-// Three lines: what is asked, whether it is so (null where nothing can be said), and by how much not.
-function verdicts(model, { holding, drift, closure, passive }) {
+// Two lines: what is asked, whether it is so (null where nothing can be said), and by how much not.
+function verdicts(model, { holding, drift, closure }) {
   const lines = [], say = (asked, passed, text) => lines.push({ asked, passed, text });
   const resting = holding.breaksAway ? "the force is not reached" : "it has no break-away force";
   if (!drift) say("Drift", null, `not asked: ${resting}`);
@@ -176,11 +131,5 @@ function verdicts(model, { holding, drift, closure, passive }) {
   if (!closure) say("Closure", null, "not asked: no force builds up over a distance");
   else if (closure.passed) say("Closure", true, "minor loops come back to the force they left");
   else say("Closure", false, `on return, ${withDigits(100 * Math.abs(closure.missing), 3)} % of break-away is missing`);
-  const coefficient = (value) => `${withDigits(value, 4)}\u00a0${model.units.damping}`;
-  if (!passive) say("Passivity", null, "no condition is known for this model");
-  else if (passive.needed === Infinity) say("Passivity", false, `${model.passive.because ?? model.passive.never}; no viscous coefficient makes up for that`);
-  else if (!passive.passed) say("Passivity", false, `bristles that let go at speed give energy back: needed are ${coefficient(passive.needed)}, there are ${coefficient(passive.present)}`);
-  else if (passive.needed > 0) say("Passivity", true, `the viscous coefficient is ${coefficient(passive.present - passive.needed)} above what is needed`);
-  else say("Passivity", true, "it gives back no more than it was given");
   return lines;
 }

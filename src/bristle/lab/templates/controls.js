@@ -107,7 +107,7 @@ function setting(name, symbol, unit, description, value, low, high, logarithmic 
     whole: false, fixed: false, interval: null, sliders: [{ low, high, logarithmic, to_zero: false, endless: false }] };
 }
 
-// The loop: stiff beside the contact, where no mass is known; numbers of the paper where its rig is chosen by a preset.
+// The loop: stiff beside the contact, where no mass is known.
 function loopSettings(model, loop) {
   const { reach, speed, force } = model.scales, { paper } = loop, gain = 150, { units } = model;
   const mass = model.mass ?? round(2 * force / (reach * gain * gain)), amplitude = round(2.8 * reach);

@@ -308,21 +308,8 @@ function offerFiles() {
   }
 }
 
-function offerFigures() {
-  byId("figure").append(...data.presets.map(({ word }, i) => element("option", { value: i, text: word })));
-  byId("figure").addEventListener("change", async (event) => {
-    const preset = data.presets[event.target.value];
-    event.target.value = "";
-    if (!preset) return;
-    await go(preset.state);
-    keep();
-    say(`${preset.word}.`);
-  });
-}
-
 function listen() {
   offerFiles();
-  offerFigures();
   byId("model").append(...data.models.map(({ name }, i) => element("option", { value: i, text: name })));
   byId("model").addEventListener("change", async (event) => {
     const preset = lab.preset;

@@ -37,12 +37,12 @@ function placesOf(places, name) {
 // A friction model, ready to be moved. What lasts from step to step lies before its parameters in the memory.
 async function loaded(model) {
   const instance = new WebAssembly.Instance(await moduleOf(model));
-  const { memory, advance, step, rest, release } = instance.exports;
+  const { memory, advance, step, rest } = instance.exports;
   const numbers = new Float64Array(memory.buffer);
   const virgin = numbers.slice(0, model.parameters / 8);
   const lasting = model.lasting / 8, contact = model.contact / 8, body = model.body / 8;
   return {
-    model, advance, rest, release,
+    model, advance, rest,
     begin() { numbers.set(virgin); },
     // What lasts of the contact, to come back to.
     kept(into = new Float64Array(body - lasting)) {

@@ -36,14 +36,6 @@ function conditionsWith(conditions, directional) {
   });
 }
 
-function passiveWith(known, directional) {
-  if (!known) return null;
-  const each = (rows, change) => rows && namings(directional).map((named) => change(rows[0], named));
-  return { ...known, present: each(known.present, (name, named) => named(name)),
-    bristles: each(known.bristles, (names, named) => Object.fromEntries(Object.entries(names).map(([word, name]) => [word, named(name)]))),
-    conditions: each(known.conditions, ({ left, sign, right }, named) => ({ left: left.map(named), sign, right: right.map(named) })) };
-}
-
 function elementsWith(elements, directional) {
   if (!elements) return null;
   const [forward, backward = forward] = namings(directional);
@@ -89,7 +81,6 @@ function withSlots(model, slots, offers) {
     placed: new Set(on.filter((slot) => ALONG.includes(slot)).flatMap((slot) => offers[slot].rows).flatMap(({ name }) => [name, ...ONE_WAY.map(([side]) => name + side)])),
     around: aroundWith(model, on, offers),
     conditions: on.includes("position") ? [...conditions, offers.position.condition] : conditions,
-    passive: on.some((slot) => RISING.includes(slot)) ? null : passiveWith(model.passive, directional), // of a level that rises no condition is known
     elements: elementsWith(model.elements, directional) };
 }
 

@@ -169,11 +169,11 @@ function elementsView(lab, canvas, reading) {
   tell(reading, `Bars: what each element keeps; lines: where it slips at rest. ${full} of ${count} ${full === 1 ? "is" : "are"} there.`, false);
 }
 
-// Whether it drifts, closes and is passive: with a mark, so that colour does not say it alone.
+// Whether it drifts and closes: with a mark, so that colour does not say it alone.
 function verdictView(lab, list) {
   const judge = lab.judge ?? lab.contact;
   for (const { name } of lab.model.variables) judge.set(name, lab.values[name]);
-  const lines = verdicts(lab.model, judged(judge, lab.values, lab.model.passive));
+  const lines = verdicts(lab.model, judged(judge));
   lab.setAll(lab.values);
   const html = lines.map(({ asked, passed, text }) =>
     `<li class="${passed === false ? "alert" : ""}"><span aria-hidden="true">${passed === null ? "–" : passed ? "✓" : "✗"}</span> <b>${asked}</b>: ${text}</li>`).join("");
