@@ -119,11 +119,10 @@ SIMULATED = "The rig is simulated."
 
 
 class Section(NamedTuple):
-    """A figure of the report with what belongs to it."""
+    """A figure of the paper with its pictures."""
 
     reproduced: Reproduced
-    figure: Picture
-    extras: list[Picture]
+    pictures: list[Picture]
 
 
 def claim_table(figures: Sequence[Reproduced]) -> Table:
@@ -171,20 +170,16 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
 
 
 def _section(figure: Reproduced) -> Section:
-    words, file = figure.words, f"figure-{figure.number:02d}"
-    drawn = picture(
-        f"paper-{figure.number}",
-        figure.draw,
-        words.alternative,
-        f"Figure {figure.number}. {words.alternative}.",
-        file=file,
-        published=" ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED]),
-    )
-    extras = [
-        picture(f"paper-{figure.number}-{name}", draw, alternative, caption, file=f"{file}-{name}", published=f"{caption} {SIMULATED}")
-        for name, (draw, alternative, caption) in figure.extras.items()
-    ]
-    return Section(figure, drawn._replace(id=f"fig-{figure.number}"), extras)
+    words, file, pictures = figure.words, f"figure-{figure.number:02d}", []
+    if figure.draw is not None:
+        caption = f"Figure {figure.number}. {words.alternative}."
+        published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
+        drawn = picture(f"paper-{figure.number}", figure.draw, words.alternative, caption, file=file, published=published)
+        pictures.append(drawn._replace(id=f"fig-{figure.number}"))
+    for name, (draw, alternative, caption) in figure.extras.items():
+        title, published = f"paper-{figure.number}-{name}", f"{caption} {SIMULATED}"
+        pictures.append(picture(title, draw, alternative, caption, file=f"{file}-{name}", published=published))
+    return Section(figure, pictures)
 
 
 def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:

@@ -100,6 +100,15 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
     return Table(title, ("Part", "Model", "Parameters"), rows)
 
 
+def parts_table(variant: Variant) -> Table:
+    """Return the parameters of the parts of a variant: of an open loop without a controller."""
+    models: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
+    if variant.effort is None:
+        models.insert(2, ("Controller", variant.controller))
+        models += [("Reference", variant.reference), ("Friction fed forward", variant.feedforward.friction)]
+    return component_table(f"The parts of {variant.name}", models)
+
+
 def run_table(variants: Sequence[Variant]) -> Table:
     """Return how each variant was run."""
     rows = []
