@@ -138,7 +138,6 @@ def gallery(names=PLAIN, many=None):
         "comparison_in_short": lambda: figures.comparison.comparison_in_short(compared()),
         "comparison": lambda: figures.comparison.comparison(compared()),
         "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
-        "correlation": lambda: figures.fit.correlation(best),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
         "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),

@@ -30,7 +30,7 @@ NAMELESS = {
     "residuals",
 }
 # Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
-WAYS = ("closure", "correlation", "following_error", "loop_family", "tracking")
+WAYS = ("closure", "errors_by_loop", "following_error", "loop_family", "tracking")
 FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 

@@ -16,7 +16,7 @@ from bristle.report.results import captions, figure_files
 DRAW = gallery()
 
 
-def write(out: Path, formats=(), names=("expected", "correlation")) -> dict[str, int]:
+def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
     """Draw figures for a report; return how large the files are that come of it."""
     with results_folder(out) as folder, figure_files(folder, formats):
         for name in names:
@@ -33,19 +33,19 @@ def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
         "expected.png",
         "expected-panel-1.csv",
         "expected-panel-2.csv",
-        "correlation.svg",
-        "correlation.pdf",
-        "correlation.png",
-        "correlation.csv",
+        "errors-by-loop.svg",
+        "errors-by-loop.pdf",
+        "errors-by-loop.png",
+        "errors-by-loop.csv",
         "captions.txt",
     }
     assert min(result.values()) > 50
-    with (tmp_path / "run/figures/correlation.csv").open(encoding="utf-8") as file:
-        assert next(csv.reader(file))[4:7] == ["x: Parameter", "y: Parameter", "value"]
+    with (tmp_path / "run/figures/errors-by-loop.csv").open(encoding="utf-8") as file:
+        assert next(csv.reader(file))[4:7] == ["Error [µm]", "Loop", "name at y"]
 
 
 def test_numbers_alone_need_no_captions_and_nothing_asked_is_nothing_written(tmp_path):
-    assert set(write(tmp_path / "a", ["csv"], names=("correlation",))) == {"correlation.csv"}
+    assert set(write(tmp_path / "a", ["csv"], names=("errors_by_loop",))) == {"errors-by-loop.csv"}
     assert write(tmp_path / "b") == {}
     assert not (tmp_path / "b/figures").exists()
 
