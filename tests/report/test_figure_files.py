@@ -4,11 +4,9 @@ import csv
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 from tests.figures.gallery import gallery
 
 from bristle.core import InputError
-from bristle.core.errors import InputWarning
 from bristle.files.results import results_folder
 from bristle.report.page import Plate, picture, plates
 from bristle.report.results import captions, figure_files
@@ -59,21 +57,6 @@ def test_without_a_folder_it_is_refused_before_any_work(formats):
 def test_each_figure_stands_with_its_caption_under_the_name_of_its_file():
     text = captions([Plate("figure-06-economy", None, "short", "at 5 um of F_s"), Plate("other", None, "", "second")])
     assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
-
-
-def test_what_would_be_too_large_a_png_is_written_as_pdf(tmp_path):
-    def draw():
-        figure = Figure(figsize=(7.2, 90.0))
-        figure.add_subplot().plot([0.0, 1.0])
-        return figure
-
-    with (
-        results_folder(tmp_path / "run") as folder,
-        pytest.warns(InputWarning, match="the figure tall would have"),
-        figure_files(folder, ["png"]),
-    ):
-        picture("tall", draw, "a", "b")
-    assert {item.name for item in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.txt"}
 
 
 def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
