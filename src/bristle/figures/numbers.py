@@ -170,26 +170,15 @@ def _line(line: Any, axes: Axes) -> Drawn | None:
 
 def _strokes(path: Path) -> list[np.ndarray]:
     """Return the corners of each stroke of a path; a closed one ends where it begins."""
-    if path.codes is None:
-        return _without_gaps(np.asarray(path.vertices, dtype=float))
-    if {*np.asarray(path.codes).tolist()} & {Path.CURVE3, Path.CURVE4}:
-        path = path.cleaned(curves=False, simplify=False)
-    polylines: list[list[np.ndarray]] = []
-    for corner, code in zip(path.vertices, path.codes, strict=True):  # type: ignore[arg-type]
-        if code == Path.MOVETO:
-            polylines.append([corner])
-        elif code == Path.CLOSEPOLY and polylines:
-            polylines[-1].append(polylines[-1][0])
-        elif code == Path.LINETO:
-            polylines[-1].append(corner)
-    return [part for polyline in polylines for part in _without_gaps(np.array(polyline, dtype=float))]
+    whole = Path(path.vertices, path.codes)
+    whole.should_simplify = False
+    return [part for polyline in whole.to_polygons(closed_only=False) for part in _without_gaps(np.asarray(polyline))]
 
 
 def _without_gaps(points: np.ndarray) -> list[np.ndarray]:
     """Return the stretches of a line between points that are no numbers."""
-    good = np.isfinite(points).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
-    return [points[begin:end] for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+    gaps = ~np.isfinite(points).all(axis=1)
+    return [points[stretch] for stretch in np.ma.clump_unmasked(np.ma.array(gaps, mask=gaps))]
 
 
 def _in_units(points: np.ndarray, transform: Any, axes: Axes) -> np.ndarray | None:

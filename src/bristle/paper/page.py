@@ -131,12 +131,6 @@ def claim_table(figures: Sequence[Reproduced]) -> Table:
     return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
 
 
-def equation_table() -> Table:
-    """Return the equations of the paper: how each stands, and what computes it."""
-    rows = [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS]
-    return Table("The equations of the paper", ("Equation", "What", "Here", "Computed by", "Run"), rows)
-
-
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report as one HTML page.
 
@@ -159,7 +153,11 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
         front=paper_front(figures),
         claims=claim_table(figures),
         sections=[_section(figure) for figure in figures],
-        equations=equation_table(),
+        equations=Table(
+            "The equations of the paper",
+            ("Equation", "What", "Here", "Computed by", "Run"),
+            [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
+        ),
         errata=Table(
             "What is printed, what is right, and where that is tested. "
             + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
