@@ -19,7 +19,7 @@ from bristle.logs.passages import passages
 from bristle.prediction.drive_table import largest_deviation, level_values, never_slid, reversal_distance, steady_curve
 from bristle.prediction.drive_units import drive_units, length_units
 from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_of, names_text
-from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
+from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
@@ -27,7 +27,7 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import Table, fixed, length_text, percent_text, short_text
+from bristle.report.table import Table, fixed, length_text, short_text
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
@@ -163,21 +163,8 @@ def answers(
 ) -> list[tuple[str, list[str]]]:
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit, kind = identification.best, identification.best.plant.kind
-    if fit.position_rmse is not None:
-        quality = f"misses the position of the log by {length_text(fit.position_rmse, kind)}"
-    elif fit.loop_rmse is not None:
-        quality = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', kind))}"
-    else:
-        quality = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
-        quality += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
-    held_out = "nothing was held out"
-    if fit.held_out is not None:
-        held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
-        # Ratio of held-out to fitted error from which the page says so.
-        if fit.held_out.mean_percent > 1.25 * fit.error_percent:
-            held_out += ", clearly larger: too free a model for this log, or friction that changed"
     return answered(
-        [quality, held_out],
+        misfit(fit),
         _typed_in(fit, axis) if usable else ["nothing yet: measure again first"],
         gain_lines(simulation, following, kind),
         _trust(fit),
