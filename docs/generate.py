@@ -550,7 +550,7 @@ RUN = Path(__file__).parent / "theory" / "robust.json"
 def robustness() -> str:
     """Return the page of the compensation on other truths: what the run of ``bristle paper --robust`` wrote."""
     from bristle.paper.robust.findings import LOOPS, SET_NAMES
-    from bristle.paper.robust.truths import MEANINGS
+    from bristle.paper.robust.truths import CONDITIONS
 
     told = json.loads(RUN.read_text(encoding="utf-8"))
     tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}
@@ -578,7 +578,7 @@ def robustness() -> str:
         "Compensation on other frictions",
         *parts,
         "## Conditions",
-        table(("Condition", "The rig"), MEANINGS.items()),
+        table(("Condition", "The rig"), [(name, condition.words) for name, condition in CONDITIONS.items()]),
         "## Margins",
         table(("Set", "Against friction works", "Phase margin [°]", "Gain margin"), margins),
         "## Families",

@@ -4,7 +4,6 @@ import itertools
 import re
 import subprocess
 import sys
-from dataclasses import replace
 
 import matplotlib
 import numpy as np
@@ -15,14 +14,11 @@ from bristle import figures
 from bristle.figures.legibility import illegible_texts, texts_of
 from bristle.prediction import drive_table
 
-WITHOUT_UNIT = {"Parameter", "Model"}
-
 
 def draw(name, bench):
     best = bench.identified.best
     curve = drive_table(best, 100)
     return {
-        "correlation": lambda: figures.fit.correlation(best),
         "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "following_error": lambda: figures.following_error(bench.looped),
         "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
@@ -32,7 +28,7 @@ def draw(name, bench):
     }[name]()
 
 
-NAMES = ("correlation", "effort_over_time", "following_error", "following_error_focus", "friction_over_velocity", "prediction", "residuals")
+NAMES = ("effort_over_time", "following_error", "following_error_focus", "friction_over_velocity", "prediction", "residuals")
 
 
 @pytest.fixture(params=NAMES)
@@ -46,22 +42,12 @@ def test_every_axis_says_what_it_is_and_in_which_unit(figure):
         assert axes.get_xlabel()
         assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
         for label in (axes.get_xlabel(), axes.get_ylabel()):
-            assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
+            assert not label or re.search(r"\[[^\]]+\]$", label), label
 
 
 @pytest.mark.fast_cases(1)
 def test_no_text_lies_on_another_or_outside(figure):
     assert_legible(figure)
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("count", "length"), [(2, 3), (6, 7), (10, 11), (14, 16)])
-def test_many_and_long_names_stay_legible(count, length, stage):
-    best = stage.identified.best
-    names = tuple(f"{index:02d}".ljust(length, "o") for index in range(count))
-    estimates = tuple(replace(best.estimates[1], name=name) for name in names)
-    matrix = np.linspace(-1.0, 1.0, count * count).reshape(count, count)
-    assert_legible(figures.fit.correlation(replace(best, estimates=estimates, correlation=matrix, correlation_names=names)))
 
 
 def assert_legible(figure):

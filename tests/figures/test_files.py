@@ -15,7 +15,7 @@ from tests.figures.gallery import gallery
 from tests.figures.hostile_names import NAMES
 
 from bristle.core.errors import InputWarning
-from bristle.figures import figure_file, files, fits_as_png
+from bristle.figures import figure_file, files
 
 FORMATS = ("svg", "pdf", "png")
 TWO_COLUMNS = 7.21  # inches: 183 mm
@@ -107,6 +107,9 @@ def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
     assert [(item.category, str(item.message)[:7]) for item in caught] == [(DeprecationWarning, "another"), (InputWarning, "letters")]
 
 
-def test_a_figure_of_very_many_panels_is_no_png(margins):
-    assert fits_as_png(margins)
-    assert not fits_as_png(Figure(figsize=(7.2, 100.0)))
+def test_a_figure_of_very_many_panels_has_fewer_dots_an_inch_as_png(margins):
+    def pixels(figure):
+        return np.prod(np.frombuffer(figure_file(figure, "png", "")[16:24], dtype=">u4").astype(float))
+
+    assert pixels(margins) == pytest.approx(np.prod(margins.get_size_inches()) * files.DPI**2, rel=1e-3)
+    assert pixels(Figure(figsize=(7.2, 100.0))) == pytest.approx(files.MOST_PIXELS, rel=1e-3)

@@ -20,8 +20,8 @@ from bristle import figures
 from bristle.core.cores import Abreast
 
 ROOT = Path(__file__).parents[2]
-# Between them: names at axes, a legend, a title, numbers in every form, hatches, marks, a figure without panels.
-SOME = ("rig_layout", "margins", "correlation", "residuals")
+# Between them: names at axes, a legend, a title, numbers in every form, hatches, marks.
+SOME = ("preisach_stages", "margins", "errors_by_truth", "residuals")
 DRAW = f"""
 import hashlib, json, sys
 from tests.figures.gallery import gallery
@@ -33,7 +33,7 @@ for name in {SOME}:
 """
 
 
-WITH_FONTS = ("rig_layout", "preisach_plane", "following_error")
+WITH_FONTS = ("preisach_stages", "errors_by_truth", "following_error")
 
 
 @pytest.fixture(scope="module")

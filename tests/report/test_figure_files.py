@@ -4,11 +4,9 @@ import csv
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 from tests.figures.gallery import gallery
 
 from bristle.core import InputError
-from bristle.core.errors import InputWarning
 from bristle.files.results import results_folder
 from bristle.report.page import Plate, picture, plates
 from bristle.report.results import captions, figure_files
@@ -16,7 +14,7 @@ from bristle.report.results import captions, figure_files
 DRAW = gallery()
 
 
-def write(out: Path, formats=(), names=("expected", "correlation")) -> dict[str, int]:
+def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
     """Draw figures for a report; return how large the files are that come of it."""
     with results_folder(out) as folder, figure_files(folder, formats):
         for name in names:
@@ -33,19 +31,19 @@ def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
         "expected.png",
         "expected-panel-1.csv",
         "expected-panel-2.csv",
-        "correlation.svg",
-        "correlation.pdf",
-        "correlation.png",
-        "correlation.csv",
+        "errors-by-loop.svg",
+        "errors-by-loop.pdf",
+        "errors-by-loop.png",
+        "errors-by-loop.csv",
         "captions.txt",
     }
     assert min(result.values()) > 50
-    with (tmp_path / "run/figures/correlation.csv").open(encoding="utf-8") as file:
-        assert next(csv.reader(file))[4:7] == ["x: Parameter", "y: Parameter", "value"]
+    with (tmp_path / "run/figures/errors-by-loop.csv").open(encoding="utf-8") as file:
+        assert next(csv.reader(file))[4:7] == ["Error [µm]", "Loop", "name at y"]
 
 
 def test_numbers_alone_need_no_captions_and_nothing_asked_is_nothing_written(tmp_path):
-    assert set(write(tmp_path / "a", ["csv"], names=("correlation",))) == {"correlation.csv"}
+    assert set(write(tmp_path / "a", ["csv"], names=("errors_by_loop",))) == {"errors-by-loop.csv"}
     assert write(tmp_path / "b") == {}
     assert not (tmp_path / "b/figures").exists()
 
@@ -59,21 +57,6 @@ def test_without_a_folder_it_is_refused_before_any_work(formats):
 def test_each_figure_stands_with_its_caption_under_the_name_of_its_file():
     text = captions([Plate("figure-06-economy", None, "short", "at 5 um of F_s"), Plate("other", None, "", "second")])
     assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
-
-
-def test_what_would_be_too_large_a_png_is_written_as_pdf(tmp_path):
-    def draw():
-        figure = Figure(figsize=(7.2, 90.0))
-        figure.add_subplot().plot([0.0, 1.0])
-        return figure
-
-    with (
-        results_folder(tmp_path / "run") as folder,
-        pytest.warns(InputWarning, match="the figure tall would have"),
-        figure_files(folder, ["png"]),
-    ):
-        picture("tall", draw, "a", "b")
-    assert {item.name for item in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.txt"}
 
 
 def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():

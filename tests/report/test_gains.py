@@ -16,7 +16,7 @@ def test_a_gain_behind_a_screw_is_told_at_the_motor(arm):
     law = cascade(k_p="120 1/s", k_v="5000 N*s/m", k_i="250000 N/m")
     variant = SimpleNamespace(controller=law, feedforward=SimpleNamespace(mass=0.0), axis=Axis(arm=arm))
     (line,) = [line for line in controller_text(variant).splitlines() if line.startswith("k_v")]
-    gain, _, at_motor = line.partition("  # ")
+    gain, _, at_motor = line.partition(" # ")
     assert gain == 'k_v = "5000 N*s/m"'
     assert at_motor == (f"{5000.0 * ARM**2:.4g} N*m*s/rad at the motor" if arm else "")
 

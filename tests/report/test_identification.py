@@ -21,6 +21,7 @@ from bristle.identification import identify
 from bristle.logs import Log
 from bristle.prediction import drive_table, predict
 from bristle.prediction.following import following_of, loop_of
+from bristle.report import identification
 from bristle.report.identification import identification_report
 from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
@@ -192,3 +193,9 @@ def test_without_a_simulated_loop_the_following_error_is_that_of_the_log(stage):
     page = Page(identification_page(stage, simulation=None, following=following_of(stage.log)))
     assert "Following error in the log" in page.words
     assert "without and with compensation" not in page.words
+
+
+def test_the_pairs_that_are_correlated_most_stand_first(stage):
+    best = replace(stage.identified.best, correlation=np.array([[1.0, 0.2, np.nan], [0.2, 1.0, -0.9], [np.nan, -0.9, 1.0]]))
+    table = identification._correlations(replace(best, correlation_names=("M", "F_C", "F_v")))
+    assert table.rows == [("F_C", "F_v", "−0.90"), ("M", "F_C", "+0.20")]

@@ -44,8 +44,7 @@ def excite(
         try:
             motion = designed_motion(axis_file, command=output.command, model_file=model_file, progress=report, **options)
         except InputError as error:
-            path = OPTIONS.get(error.path, error.path)
-            raise InputError(error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend) from None
+            raise error.at(path=OPTIONS.get(error.path, error.path)) from None
         following = motion.next_command(str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml")))
         if folder:
             report(0.85, "writing the report")

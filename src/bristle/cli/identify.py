@@ -205,10 +205,8 @@ def identification_parts(
     identification: Identification, simulation: SimulationResult | None, following: Following | None = None
 ) -> list[str | Table]:
     """Return the verdict, parameters, the models compared, and what compensation gains."""
-    from bristle.core.typography import with_unit
-    from bristle.core.variable import unit_of
     from bristle.report.compensation import about_loop, gain_of
-    from bristle.report.judgement import judged
+    from bristle.report.judgement import judged, misfit
     from bristle.report.log import break_away_table
     from bristle.report.messages import whole_sentence, why_effective
     from bristle.report.model_tables import comparison_table, parameter_table
@@ -224,17 +222,7 @@ def identification_parts(
     parts.append(parameter_table(best))
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [break_away_table(identification.break_aways, kind)] if identification.break_aways else []
-    if best.position_rmse is not None:
-        rmse = with_unit(best.position_rmse, unit_of("length", kind))
-        error = f"Position error {best.error_percent:.3g} % of the motion, {rmse} root mean square"
-    elif best.loop_rmse is not None:
-        rmse = with_unit(best.loop_rmse, unit_of("force", kind))
-        error = f"Effort error of the simulated loop {best.error_percent:.3g} %, {rmse} root mean square"
-    else:
-        friction = f"{best.friction_alone_error_percent:.3g} % of what friction takes of it"
-        error = f"Force error {best.force_error_percent:.3g} % of the effort, {friction}"
-    held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
-    parts.append(f"{error}{held_out}.")
+    parts.append(f"The model {'; '.join(misfit(best))}.")
     gain = gain_of(simulation) if simulation else None
     return [*parts, *about_loop(gain, following, kind), *(f"Note: {note}" for note in identification.notes)]
 

@@ -13,7 +13,6 @@ EXAMPLE = """Example:
   bristle paper --figure 8 --format pdf --format csv
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
-USUAL_PLACE = Path("bristle-paper")
 Robust = Annotated[bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")]
 Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default.")]
 
@@ -32,8 +31,11 @@ def paper(
         Path | None, typer.Option("--from", metavar="DIR", parser=folder_named, help="Take the experiments from DIR, as changed.")
     ] = None,
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
-    ] = USUAL_PLACE,
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", parser=folder_named, help="Write the results there; bristle-paper or bristle-robust by default."
+        ),
+    ] = None,
     formats: Formats = None,
     robust: Robust = False,
     seeds: Seeds = None,
@@ -48,12 +50,13 @@ def paper(
     figure as a file beside captions.txt, or as csv the numbers that it draws.
 
     With --robust the loops of the paper run with frictions of other kinds, from 0.7 to 1.6 times as strong, with
-    compensators of several families, each identified from a log of that friction, into bristle-robust by default.
+    compensators of several families, each identified from a log of that friction.
     """
+    # Results in the usual place are replaced: nobody keeps them there.
+    usual = Path("bristle-robust" if robust else "bristle-paper")
+    output = Output(context, out or usual, formats, force or out in (None, usual), as_json)
     if robust:
         refuse({"--figure": figure, "--write": write, "--from": source}, "says nothing beside --robust")
-        is_usual = getattr(context.get_parameter_source("out"), "name", "DEFAULT") == "DEFAULT"
-        output = Output(context, Path("bristle-robust") if is_usual else out, formats, force or is_usual, as_json)
         _try_robustness(output, truths or [], seeds or 20, allow_code=allow_code)
         return
     refuse({"TRUTH": truths, "--seeds": seeds}, "says nothing without --robust")
@@ -72,8 +75,6 @@ def paper(
     from bristle.paper.page import claim_table
     from bristle.report.results import write_report
 
-    # What is not asked for is replaced where nobody keeps it.
-    output = Output(context, out, formats, force or out == USUAL_PLACE, as_json)
     with output.opened("the paper") as (folder, report):
         results = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
         sources = {Path(path.name).stem: [path] for result in results for path in (result.origin, *result.beside)}

@@ -27,7 +27,6 @@ from bristle.cli.terminal import NO, complain, progress
 if TYPE_CHECKING:
     from bristle.study import Study
     from bristle.study.run import Ran
-    from bristle.study.store import Store
 
 EXAMPLE = """Example:
   bristle study study.toml --out tolerances
@@ -122,10 +121,10 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
     from bristle.files.summary import provenance
-    from bristle.report.results import figure_files
-    from bristle.report.study import spread_tables, study_sentences
-    from bristle.study.run import run_within
-    from bristle.study.store import opened
+    from bristle.report.results import figure_files, write_report
+    from bristle.report.study import WORST_SHOWN, spread_tables, study_report, study_sentences, study_summary
+    from bristle.study.run import run_within, worst_runs
+    from bristle.study.store import opened, runs_in
 
     assert output.out is not None
     command = command_told(["study", str(file), "--out", str(output.out)])
@@ -137,26 +136,14 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
             if name.startswith("figures/"):
                 store.grown.remove(name)  # those of an earlier report, whose numbers were others
         with figure_files(store.grown, output.formats):
-            summary = _write(store, command, command_told(["study", str(file)]), own)
+            runs, repeat = runs_in(store.folder), command_told(["study", str(file)])
+            figures = {key: text for key, text in provenance(command, figure=own.origins).items() if key.startswith("figure")}
+            source = runs.described["provenance"] | figures
+            summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
+            write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
 
     output.tell(summary, *spread_tables(summary), *study_sentences(summary))
     return exit_code(ran, summary)
-
-
-def _write(store: Store, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
-    """Write numbers and report of a study; return the numbers."""
-    from bristle.files.summary import provenance
-    from bristle.report.results import write_report
-    from bristle.report.study import WORST_SHOWN, study_report, study_summary
-    from bristle.study.run import worst_runs
-    from bristle.study.store import runs_in
-
-    runs = runs_in(store.folder)
-    origins = provenance(command, figure=own.origins)
-    source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
-    summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
-    write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
-    return summary
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from bristle.figures import loading  # noqa: F401  (before all others: with it m
 
 # isort: split
 
-from bristle.figures.files import figure_file, fits_as_png, inline_svg
+from bristle.figures.files import figure_file, inline_svg
 from bristle.figures.fit import first_page
 from bristle.figures.following_error import following_error
 from bristle.figures.numbers import as_csv, numbers_of
@@ -24,7 +24,6 @@ __all__ = [
     "drift",
     "figure_file",
     "first_page",
-    "fits_as_png",
     "following_error",
     "inline_svg",
     "load_figure_file",

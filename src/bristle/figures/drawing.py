@@ -10,6 +10,7 @@ import re
 import threading
 import unicodedata
 import warnings
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -91,14 +92,8 @@ def shortened(name: str, available: float, size: float = LETTERS) -> str:
     text = one_line(name[:LONGEST_READ] + name[-LONGEST_READ:] if len(name) > 2 * LONGEST_READ else name)
     if width(text, size) <= available:
         return text
-    fits, too_many = 1, len(text)
-    while too_many - fits > 1:
-        count = (fits + too_many) // 2
-        if width(_without_middle(text, count), size) <= available:
-            fits = count
-        else:
-            too_many = count
-    return _without_middle(text, fits)
+    wider = bisect_right(range(2, len(text)), available, key=lambda count: width(_without_middle(text, count), size))
+    return _without_middle(text, 1 + wider)
 
 
 def _without_middle(text: str, count: int) -> str:

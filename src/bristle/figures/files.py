@@ -1,6 +1,7 @@
 """A figure as a file to be published, and as SVG inside a page: text stays text, no date, the same bytes each time."""
 
 import io
+import math
 import re
 import warnings
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from bristle.core.errors import InputWarning
 from bristle.figures.drawing import own_settings, printable
 
 DPI = 300
+MOST_PIXELS = 40e6  # of a png: programs that show or print more run out of memory
 TEXT: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}
 DATELESS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": "bristle"},
@@ -33,7 +35,8 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     figure : Figure
         What to draw: 183 mm wide, two columns of most journals.
     form : {"svg", "pdf", "png"}
-        ``svg`` with text as text; ``pdf`` with its fonts, whole letters and no outlines; ``png`` with 300 dots an inch.
+        ``svg`` with text as text; ``pdf`` with its fonts, whole letters and no outlines; ``png`` with 300 dots
+        an inch, fewer where that is more than 40 million pixels.
     title : str
         What the file says that it shows.
 
@@ -45,14 +48,9 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     out = io.BytesIO()
     metadata = DATELESS[form] | ({} if form == "png" else {"Title": printable(" ".join(title.split()))})
     with own_settings(), matplotlib.rc_context(TEXT), _one_remark_on_letters():
-        figure.savefig(out, format=form, dpi=DPI, facecolor="white", metadata=metadata)
+        dpi = min(DPI, math.sqrt(MOST_PIXELS / math.prod(figure.get_size_inches())))
+        figure.savefig(out, format=form, dpi=dpi, facecolor="white", metadata=metadata)
     return printable(out.getvalue().decode()).encode() if form == "svg" else out.getvalue()
-
-
-def fits_as_png(figure: Figure) -> bool:
-    """Return whether a figure has few enough pixels: one of very many variants would have more than can be shown."""
-    wide, high = figure.get_size_inches()
-    return float(wide * high) * DPI**2 <= 40e6  # pixels; programs that show or print more run out of memory
 
 
 @contextmanager

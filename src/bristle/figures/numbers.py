@@ -1,6 +1,6 @@
 """The numbers that a figure shows, read back from what is drawn, in one way for all figures: none says it of itself.
 
-Lines, points, bars, steps, areas and cells are found panel by panel, in the units of its axes and with their
+Lines, points, bars, steps and areas are found panel by panel, in the units of its axes and with their
 labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, which legends leave out
 where it begins with an underscore.
 """
@@ -33,16 +33,14 @@ class Drawn(NamedTuple):
     artist: Any
     mark: str
     strokes: list[np.ndarray]
-    values: Sequence[Any] = ()
 
 
 class Panel(NamedTuple):
-    """The numbers of a panel: its title, the heads of three columns, what is drawn, and the names at its axes."""
+    """The numbers of a panel: its title, the heads of two columns, what is drawn, and the names at its axes."""
 
     title: str
     x: str
     y: str
-    value: str
     drawn: list[tuple[str, Drawn]]
     names: tuple[dict[float, str], dict[float, str]]
 
@@ -56,19 +54,17 @@ def numbers_of(figure: Figure) -> list[Panel]:
             title = " ".join(filter(None, (axes.get_title(side) for side in ("left", "center", "right"))))
             x, y = _heads(axes, figure.axes, title)
             named = list(zip(series_names(drawn, y), drawn, strict=True))
-            value = title if "[" in title else "value"
-            result.append(Panel(title, x, y, value, named, (names_at(axes.xaxis), names_at(axes.yaxis))))
+            result.append(Panel(title, x, y, named, (names_at(axes.xaxis), names_at(axes.yaxis))))
     return result
 
 
 def as_csv(panel: Panel) -> str:
     """Return the numbers of a panel as comma-separated values, a line for each point.
 
-    Columns: the panel, the series, how it is drawn, which stroke of it, x, y; where there are such, what colour or
-    height stands for, and names that stand at the axes in place of numbers.
+    Columns: the panel, the series, how it is drawn, which stroke of it, x, y; where there are such, names that stand
+    at the axes in place of numbers.
     """
-    valued = any(graphic.values for _, graphic in panel.drawn)
-    heads = ["panel", "series", "mark", "stroke", panel.x, panel.y] + [panel.value] * valued
+    heads = ["panel", "series", "mark", "stroke", panel.x, panel.y]
     named = [(column, names) for column, names in enumerate(panel.names) if names]
     heads += [f"name at {'xy'[column]}" for column, _ in named]
     out = io.StringIO()
@@ -76,18 +72,12 @@ def as_csv(panel: Panel) -> str:
     writer.writerow(heads)
     strokes: dict[tuple[str, str], int] = {}
     for series, graphic in panel.drawn:
-        for index, stroke in enumerate(graphic.strokes):
+        for stroke in graphic.strokes:
             number = strokes[series, graphic.mark] = strokes.get((series, graphic.mark), 0) + 1
-            values = np.broadcast_to(graphic.values[index], len(stroke)) if graphic.values else [""] * len(stroke)
-            for point, value in zip(stroke, values, strict=True):
-                cells = [panel.title, series, graphic.mark, str(number), *map(_cell, point)]
-                cells += [_cell(value)] * valued
+            for point in stroke:
+                cells = [panel.title, series, graphic.mark, str(number), *(format(float(number), DIGITS) for number in point)]
                 writer.writerow(cells + [_nearest(float(point[column]), names) for column, names in named])
     return out.getvalue()
-
-
-def _cell(value: Any) -> str:
-    return value if isinstance(value, str) else format(float(value), DIGITS)
 
 
 def _heads(axes: Axes, neighbours: Sequence[Axes], title: str) -> tuple[str, str]:
@@ -153,16 +143,10 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
     """Return what an artist draws."""
     if artist in axes.lines:
         return _line(artist, axes)
-    if isinstance(artist, QuadMesh):
-        corners, values = np.asarray(artist.get_coordinates(), dtype=float), _floats(artist.get_array())
-        middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-        points = (middles if values.size == middles[..., 0].size else corners).reshape(-1, 2)
-        return Drawn(artist, "cells", [points], [values.ravel()])
     if isinstance(artist, PathCollection):
         placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
-        values = artist.get_array()
-        return None if placed is None else Drawn(artist, "points", [placed], [] if values is None else [values])
-    if isinstance(artist, (FancyArrowPatch, ContourSet)):  # of contours the levels would be missing
+        return None if placed is None else Drawn(artist, "points", [placed])
+    if isinstance(artist, (FancyArrowPatch, ContourSet, QuadMesh)):  # of contours and cells the heights would be missing
         return None
     if artist in axes.collections:
         paths, transform = artist.get_paths(), artist.get_transform()
@@ -186,26 +170,15 @@ def _line(line: Any, axes: Axes) -> Drawn | None:
 
 def _strokes(path: Path) -> list[np.ndarray]:
     """Return the corners of each stroke of a path; a closed one ends where it begins."""
-    if path.codes is None:
-        return _without_gaps(np.asarray(path.vertices, dtype=float))
-    if {*np.asarray(path.codes).tolist()} & {Path.CURVE3, Path.CURVE4}:
-        path = path.cleaned(curves=False, simplify=False)
-    polylines: list[list[np.ndarray]] = []
-    for corner, code in zip(path.vertices, path.codes, strict=True):  # type: ignore[arg-type]
-        if code == Path.MOVETO:
-            polylines.append([corner])
-        elif code == Path.CLOSEPOLY and polylines:
-            polylines[-1].append(polylines[-1][0])
-        elif code == Path.LINETO:
-            polylines[-1].append(corner)
-    return [part for polyline in polylines for part in _without_gaps(np.array(polyline, dtype=float))]
+    whole = Path(path.vertices, path.codes)
+    whole.should_simplify = False
+    return [part for polyline in whole.to_polygons(closed_only=False) for part in _without_gaps(np.asarray(polyline))]
 
 
 def _without_gaps(points: np.ndarray) -> list[np.ndarray]:
     """Return the stretches of a line between points that are no numbers."""
-    good = np.isfinite(points).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
-    return [points[begin:end] for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+    gaps = ~np.isfinite(points).all(axis=1)
+    return [points[stretch] for stretch in np.ma.clump_unmasked(np.ma.array(gaps, mask=gaps))]
 
 
 def _in_units(points: np.ndarray, transform: Any, axes: Axes) -> np.ndarray | None:

@@ -49,7 +49,6 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("position", "fit.PREDICTION", lambda facts: _has_curve(facts) and _by_position(facts)),
         Place("fit", "fit.TIME"),
         Place("fit", "fit.RESIDUALS"),
-        Place("fit", "fit.CORRELATION"),
         Place("fit", "fit.PREDICTION", lambda facts: _has_curve(facts) and not _by_position(facts)),
         Place("log", "recorded.PASSAGES"),
     ),

@@ -215,18 +215,14 @@ def named_rows(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with a row for each name, from above down, in each of its panels."""
     texts = shortened_apart(names, longest, AT_TICKS)
-    left = max(0.45 + at_axis(texts, longest), 1.0)
+    widest = max((max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0)  # letters taken for wide ones
+    left = max(0.45 + min(widest, longest), 1.0)
     figure, (row,) = panels(0.9 + row_height * len(texts), columns=columns, left=left, **layout)
     for axes in row:
         axes.set_yticks(range(len(texts)), texts if axes is row[0] else [""] * len(texts))
         axes.set_ylim(len(texts) - 0.5, -0.7)
         axes.tick_params(axis="y", length=0)
     return figure, row
-
-
-def at_axis(names: Sequence[str], longest: float) -> float:
-    """Return how wide the widest of these names is at an axis [inch], letters taken for wide ones."""
-    return min(max((max(0.085 * len(name), width(name, AT_TICKS)) for name in names), default=0.0), longest)
 
 
 def share_y(row: Sequence[Axes], text: str) -> None:

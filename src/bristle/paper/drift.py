@@ -8,7 +8,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.engine import run_open_loop
-from bristle.figures.small_multiples import loop_family, ripple
+from bristle.figures.small_multiples import ripple
 from bristle.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_numbers, sensor_says
 from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting
@@ -70,11 +70,6 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
 
 LUGRE, RIG, SENSOR = "LuGre", "virtual rig", "torque sensor"
 RESTS = 0.02  # of the width of the orbit: what counts as no drift where limits scatter
-COURSE = (
-    "Torque over position from the start on, as the torque sensor reads it and as friction is",
-    "The rig from the start on, pushed over break-away and let back: what the torque sensor reads, narrow and dark, "
-    "and the friction torque itself. Where the table slows down, the inertia behind the sensor pushes against it.",
-)
 
 
 def figure_2(setting: Setting) -> Reproduced:
@@ -108,7 +103,6 @@ def figure_3(setting: Setting) -> Reproduced:
     assert sensed is not None
     ripple, push = (sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start)))
     torques = {"friction": sensed.friction, SENSOR: sensed.read}
-    course = {name: [(runs[RIG].x[: torque.size], torque)] for name, torque in torques.items()}
     # The work of each torque in each cycle of the second half [J].
     turned = (torque * np.diff(runs[RIG].x) / setting.arm for torque in torques.values())
     dissipated, enclosed = (np.add.reduceat(work, runs[RIG].cycles[:-1])[-runs[RIG].settled.size :] for work in turned)
@@ -130,7 +124,6 @@ def figure_3(setting: Setting) -> Reproduced:
         origin=setting.origin,
         numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares, "torque_sensor": ripple}
         | {"torque_sensor_at_break_away": push, "work_of_friction": dissipated, "work_by_torque_sensor": enclosed},
-        extras={"course": (lambda: loop_family({"from the start on": course}, "translational", "rotational"), *COURSE)},
     )
 
 

@@ -119,23 +119,16 @@ SIMULATED = "The rig is simulated."
 
 
 class Section(NamedTuple):
-    """A figure of the report with what belongs to it."""
+    """A figure of the paper with its pictures."""
 
     reproduced: Reproduced
-    figure: Picture
-    extras: list[Picture]
+    pictures: list[Picture]
 
 
 def claim_table(figures: Sequence[Reproduced]) -> Table:
     """Return what became of the claims of the paper, figure by figure."""
     rows = [(str(figure.number), figure.words.title, figure.words.claim, figure.verdict) for figure in figures]
     return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
-
-
-def equation_table() -> Table:
-    """Return the equations of the paper: how each stands, and what computes it."""
-    rows = [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS]
-    return Table("The equations of the paper", ("Equation", "What", "Here", "Computed by", "Run"), rows)
 
 
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
@@ -160,7 +153,11 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
         front=paper_front(figures),
         claims=claim_table(figures),
         sections=[_section(figure) for figure in figures],
-        equations=equation_table(),
+        equations=Table(
+            "The equations of the paper",
+            ("Equation", "What", "Here", "Computed by", "Run"),
+            [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
+        ),
         errata=Table(
             "What is printed, what is right, and where that is tested. "
             + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
@@ -171,20 +168,16 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
 
 
 def _section(figure: Reproduced) -> Section:
-    words, file = figure.words, f"figure-{figure.number:02d}"
-    drawn = picture(
-        f"paper-{figure.number}",
-        figure.draw,
-        words.alternative,
-        f"Figure {figure.number}. {words.alternative}.",
-        file=file,
-        published=" ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED]),
-    )
-    extras = [
-        picture(f"paper-{figure.number}-{name}", draw, alternative, caption, file=f"{file}-{name}", published=f"{caption} {SIMULATED}")
-        for name, (draw, alternative, caption) in figure.extras.items()
-    ]
-    return Section(figure, drawn._replace(id=f"fig-{figure.number}"), extras)
+    words, file, pictures = figure.words, f"figure-{figure.number:02d}", []
+    if figure.draw is not None:
+        caption = f"Figure {figure.number}. {words.alternative}."
+        published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
+        drawn = picture(f"paper-{figure.number}", figure.draw, words.alternative, caption, file=file, published=published)
+        pictures.append(drawn._replace(id=f"fig-{figure.number}"))
+    for name, (draw, alternative, caption) in figure.extras.items():
+        title, published = f"paper-{figure.number}-{name}", f"{caption} {SIMULATED}"
+        pictures.append(picture(title, draw, alternative, caption, file=f"{file}-{name}", published=published))
+    return Section(figure, pictures)
 
 
 def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:

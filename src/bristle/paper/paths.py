@@ -24,11 +24,6 @@ FRICTION, SENSOR = f"{RIG}, friction", f"{RIG}, torque sensor"
 LETTERS = "ABCDEDBF"
 RETURNS = {"D": (2, 4), "B": (0, 5)}  # where the inner loop closes, and where the outer one does
 REPEATS = 0.1  # of the largest torque: what a contact that scatters by some per cent may miss
-RAISED = (
-    "Friction torque over position along nested loops: models, each raised by one offset, over the virtual rig",
-    "The models of figure 10 again, each raised by the one offset with which it comes nearest to the curve that the "
-    "torque sensor read in figure 9, wide and light.",
-)
 
 Walks = Mapping[str, Walk]
 Missing = dict[str, float]
@@ -123,9 +118,7 @@ def figure_10(setting: Setting) -> Reproduced:
     missing = {name: _missing_of(path) for name, path in walks.items()}
     open_ = [name for name, pair in missing.items() if max(map(abs, pair.values())) > CLOSED]
     apart = {name: _apart(path, rig) for name, path in walks.items()}
-    raised = {name: path._replace(torque=path.torque + apart[name]["offset"]) for name, path in walks.items()}
     beneath, names, beside = dict.fromkeys(walks, rig), (SENSOR, "model"), apart[constructed]
-    left = {name: f"{percent(difference['with_offset'])} apart" for name, difference in apart.items()}
     rows = []
     for name, difference in apart.items():
         shares = [*(missing[name][letter] for letter in RETURNS), difference["as_it_is"], difference["with_offset"]]
@@ -150,7 +143,6 @@ def figure_10(setting: Setting) -> Reproduced:
         numbers={"missing_at_return": missing, "apart_from_rig": apart}
         | {"corner_error": branches.corner_error, "symmetry_error": branches.symmetry_error},
         tables=(table,),
-        extras={"raised": (lambda: _draw(raised, left, LETTERS, beneath, names), *RAISED)},
     )
 
 

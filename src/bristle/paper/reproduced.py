@@ -30,7 +30,7 @@ class Words(NamedTuple):
     claim: str
     quotation: str
     differs: str
-    alternative: str
+    alternative: str = ""
     short: str = ""
 
 
@@ -44,7 +44,7 @@ class Reproduced:
     number: int
     verdict: Verdict
     found: list[str]
-    draw: Callable[[], Figure]
+    draw: Callable[[], Figure] | None
     origin: Origin
     numbers: Mapping[str, Any]
     tables: tuple[Table, ...] = ()

@@ -33,7 +33,7 @@ import numpy as np
 
 from bristle.core.content import Origin, content_of
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind, Variable
 from bristle.files.components import check_keys, check_schema, model_from, number_at, table_at
 from bristle.files.results import results_folder
@@ -131,7 +131,7 @@ def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
     content = content_of(path, limit=TOML_LIMIT)
     data, source, _ = read_toml(content)
     sources = Sources(source.parent, allow_code)
-    try:
+    with located(path):
         check_keys(data, KEYS, "")
         check_schema(data)
         lead = number_at(data.get("lead", 2.0 * math.pi), Variable("length", "lead", min=1e-9), "translational", "lead")
@@ -145,8 +145,6 @@ def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
             plant=model_from(data["plant"], PLANTS, kind=KIND, path="plant") if "plant" in data else None,
             numbers={section: _numbers(data[section], section) for section in SECTIONS if section in data},
         )
-    except InputError as error:
-        raise error.at(str(path)) from None
 
 
 def _numbers(value: Any, section: str) -> dict[str, Any]:

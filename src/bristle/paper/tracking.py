@@ -1,4 +1,4 @@
-"""The loop of the rig, simulated once for all figures that show it; the same at sound margins; and figure 7, what it is."""
+"""The loop of the rig, simulated once for all figures that show it; the same at sound margins; and figure 7, its parts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from bristle.core.lazy import cached_property
 from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
 from bristle.figures.loop_rows import error_over, tracking_error
-from bristle.figures.rig_layout import Mechanics, rig_layout
 from bristle.files.experiment import read_experiment
 from bristle.loop import assess
 from bristle.paper.bench import bench_of
 from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.rig import SETS
 from bristle.paper.setting import Setting
+from bristle.report.loops import parts_table
 from bristle.report.table import Table
 from bristle.simulation import SimulationResult, VariantResult, simulate
 
@@ -216,7 +216,7 @@ def least_margins(variant: Variant) -> tuple[float, float]:
 
 
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
-    """Return figure 7: the rig and its control scheme, drawn from their experiments."""
+    """Return figure 7: the rig and its control scheme, told from their experiments."""
     variant = next(variant for variant in tracked.experiment.variants if variant.name == PRINTED)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
@@ -232,8 +232,9 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
             f"A loop at {number(1e-3 / run.sample_time, digits=2)} kHz with {run.delay} sample of delay and an encoder "
             f"of {in_micrometres(resolution)}; control is {law}, the compensator {compensator}.",
         ],
-        draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
+        draw=None,
         origin=tracked.origin,
         numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution}
         | {"lead": lead, "inertia": bench.J, "inertia_before_sensor": bench.J_m},
+        tables=(parts_table(variant),),
     )

@@ -191,7 +191,4 @@ def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:
     try:
         return log_and_axis(log, axis)
     except InputError as error:
-        if error.path != "log":
-            raise
-        facts = {name: getattr(error, name) for name in ("value", "allowed", "mend")}
-        raise InputError(error.message, path=path, **facts) from None
+        raise error.at(path=path if error.path == "log" else error.path) from None

@@ -207,7 +207,8 @@ def design_sentences(design: Design) -> list[str]:
         if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
             about_causes = f"No cause weighs more than this one, {first.cause}: without it, that is {without}."
         lines.append(f"It errs by {length_text(error, kind)} peak to peak. {about_causes}")
-    return lines + _advice(design)
+    choice = _choice(design)
+    return [*lines, *([f"{choice[0].upper()}{choice[1:]}."] if _best(design) is not None else [])]
 
 
 def _counts_much(design: Design) -> bool:
@@ -232,20 +233,13 @@ def _chosen(design: Design) -> Proposal:
     return best if best is not None and (not design.is_stable or _peak(best) < 0.8 * _peak(present)) else present
 
 
-def _advice(design: Design) -> list[str]:
-    best, present = _best(design), design.proposals[0]
-    if best is None:
-        return []
-    is_simulated, error = present.following_error is not None, length_text(_peak(best), design.experiment.kind)
-    if is_simulated and _peak(best) > (1.0 + NO_CHANGE) * _peak(present):
-        return ["None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against the error."]
-    loop = f"The loop {best.name} ({best.variant.controller.name}, gains below) errs"
-    if is_simulated and _peak(best) > (1.0 - NO_CHANGE) * _peak(present):
-        return [f"{loop} about as little in the simulation, {error}, with margins kept."]
-    return [
-        f"{loop} by {error} in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
-        "the model leaves are a good start for any axis."
-    ]
+def _choice(design: Design) -> str:
+    """Return what the loop to run gains over the present one."""
+    chosen, present, kind = _chosen(design), design.proposals[0], design.experiment.kind
+    if chosen is present:
+        return "no loop proposed errs by a fifth less"
+    instead = "" if present.following_error is None else f" instead of {length_text(_peak(present), kind)}"
+    return f"the loop {chosen.name} errs by {length_text(_peak(chosen), kind)}{instead}, with margins kept"
 
 
 def design_ruling(design: Design) -> Ruling:
@@ -254,13 +248,10 @@ def design_ruling(design: Design) -> Ruling:
     if not design.is_stable:
         return Ruling("no", "Do not run it", (message(verdict_of(design.assessment)), *doubts))
     if chosen is not present:
-        kind = design.experiment.kind
-        instead = "" if present.following_error is None else f" instead of {length_text(_peak(present), kind)}"
-        reason = f"the loop {chosen.name} errs by {length_text(_peak(chosen), kind)}{instead}, with margins kept"
-        return Ruling("with_care", "Change the gains", (reason, *doubts))
+        return Ruling("with_care", "Change the gains", (_choice(design), *doubts))
     if doubts:
         return Ruling("with_care", "Keep it, with care", doubts)
-    return Ruling("usable", "Keep it", (_margin_text(present), "no loop proposed errs by a fifth less"))
+    return Ruling("usable", "Keep it", (_margin_text(present), _choice(design)))
 
 
 def _margin_text(proposal: Proposal) -> str:

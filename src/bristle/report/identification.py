@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from bristle.logs.passages import passages
 from bristle.prediction.drive_table import largest_deviation, level_values, never_slid, reversal_distance, steady_curve
 from bristle.prediction.drive_units import drive_units, length_units
 from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_of, names_text
-from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
+from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
@@ -25,7 +27,7 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import fixed, length_text, percent_text, short_text
+from bristle.report.table import Table, fixed, length_text, short_text
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from bristle.simulation.result import Prediction, SimulationResult
 
 NO_BREAK = "\u00a0"
+PAIRS_SHOWN = 20
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
 the position is differentiated twice for it, and its noise with it."""
 FIT_FOR_USE = """A feedforward along the desired motion needs a model that is well posed, and no more: it replays a motion that is
@@ -114,7 +117,7 @@ def identification_report(
         Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
         Section("doubts", "What this log does not tell", doubts),
         Section("following", f"Following error {heading}", loop),
-        Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
+        Section("fit", "How well the model fits", [*by_position, Figures("fit"), _correlations(fit)], folded=True),
         Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], folded=True),
         Section("certificates", "Is the model fit to be used?", certified, folded=True),
         Section("assumptions", "What was assumed", assumptions, folded=True),
@@ -129,6 +132,15 @@ def identification_report(
     without = "Nothing in this log speaks against it."
     front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
     return report_page("identification", facts, front, sections, living=living, **options)
+
+
+def _correlations(fit: Fit) -> Table:
+    """Return the pairs of parameters whose estimates are correlated most, the strongest first."""
+    pairs = [(float(fit.correlation[i][j]), i, j) for i, j in combinations(range(len(fit.correlation_names)), 2)]
+    strongest = sorted((pair for pair in pairs if math.isfinite(pair[0])), key=lambda pair: -abs(pair[0]))[:PAIRS_SHOWN]
+    rows = [(fit.correlation_names[i], fit.correlation_names[j], f"{value:+.2f}".replace("-", "−")) for value, i, j in strongest]
+    caption = "Correlation of the estimates, strongest first: near ± 1 the log knows a combination of two better than either"
+    return Table(caption, ("Parameter", "With", "Correlation"), rows)
 
 
 def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | None) -> list[object]:
@@ -151,21 +163,8 @@ def answers(
 ) -> list[tuple[str, list[str]]]:
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit, kind = identification.best, identification.best.plant.kind
-    if fit.position_rmse is not None:
-        quality = f"misses the position of the log by {length_text(fit.position_rmse, kind)}"
-    elif fit.loop_rmse is not None:
-        quality = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', kind))}"
-    else:
-        quality = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
-        quality += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
-    held_out = "nothing was held out"
-    if fit.held_out is not None:
-        held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
-        # Ratio of held-out to fitted error from which the page says so.
-        if fit.held_out.mean_percent > 1.25 * fit.error_percent:
-            held_out += ", clearly larger: too free a model for this log, or friction that changed"
     return answered(
-        [quality, held_out],
+        misfit(fit),
         _typed_in(fit, axis) if usable else ["nothing yet: measure again first"],
         gain_lines(simulation, following, kind),
         _trust(fit),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bristle.core.variable import unit_of
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
+from bristle.report.table import fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
@@ -64,6 +66,25 @@ ADVICE = {
     ),
     "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
 }
+
+
+def misfit(fit: Fit) -> list[str]:
+    """Return how far off a fit is: on what it was fitted to, and on what it was not."""
+    kind = fit.plant.kind
+    if fit.position_rmse is not None:
+        quality = f"misses the position of the log by {length_text(fit.position_rmse, kind)}"
+    elif fit.loop_rmse is not None:
+        quality = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', kind))}"
+    else:
+        quality = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
+        quality += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
+    held_out = "nothing was held out"
+    if fit.held_out is not None:
+        held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
+        # Ratio of held-out to fitted error from which the page says so.
+        if fit.held_out.mean_percent > 1.25 * fit.error_percent:
+            held_out += ", clearly larger: too free a model for this log, or friction that changed"
+    return [quality, held_out]
 
 
 def judged(fit: Fit, settings: Settings, following: Following | None = None) -> Ruling:

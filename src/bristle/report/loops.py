@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from bristle.core.symbols import GREEK
 from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
+from bristle.files.toml import Said, as_toml
 from bristle.loop import Assessment, Verdict, doubts_of, verdict_of
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
@@ -100,6 +102,15 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
     return Table(title, ("Part", "Model", "Parameters"), rows)
 
 
+def parts_table(variant: Variant) -> Table:
+    """Return the parameters of the parts of a variant: of an open loop without a controller."""
+    models: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
+    if variant.effort is None:
+        models.insert(2, ("Controller", variant.controller))
+        models += [("Reference", variant.reference), ("Friction fed forward", variant.feedforward.friction)]
+    return component_table(f"The parts of {variant.name}", models)
+
+
 def run_table(variants: Sequence[Variant]) -> Table:
     """Return how each variant was run."""
     rows = []
@@ -144,19 +155,16 @@ def law_lines(variant: Variant) -> list[str]:
 def controller_text(variant: Variant) -> str:
     """Return control law and inertia fed forward of a loop as the tables of an experiment file that describe them."""
     controller, mass = variant.controller, variant.feedforward.mass
-    lines = ["[controller]", f'model = "{controller.name}"']
+    table: dict[str, Any] = {"model": controller.name}
     for name, value in controller.values.items():
         unit = controller.component.variables[name].unit(controller.kind)
-        if isinstance(value, str):
-            lines.append(f'{key_of(name)} = "{value}"')
-        elif isinstance(value, int) or unit == "1":
-            lines.append(f"{key_of(name)} = {value}")
+        if isinstance(value, (str, int)) or unit == "1":
+            table[key_of(name)] = value
         elif math.isfinite(value):
-            motor = _at_the_motor(value, unit, variant)
-            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"' + (f"  # {motor}" if motor else ""))
+            table[key_of(name)] = Said(f"{value:.6g} {unit}", _at_the_motor(value, unit, variant))
     if mass > 0.0:
-        lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit_of("mass", controller.kind)}"']
-    return "\n".join(lines)
+        table["feedforward"] = {"mass": f"{mass:.6g} {unit_of('mass', controller.kind)}"}
+    return as_toml({"controller": table}).rstrip()
 
 
 def _at_the_motor(value: float, unit: str, variant: Variant) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.edge import Progress
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.fingerprint import digest
 from bristle.core.status import Status
@@ -78,10 +78,8 @@ def prepare(
     """
     data, source, _ = read_toml(experiment, path="experiment", what="an experiment file")
     sources = Sources(source.parent, allow_code, size_of(size_limit))
-    try:
+    with located(source):
         planned = planned_in(data, source, sources)
-    except InputError as error:
-        raise error.at(str(source)) from None
     ready = []
     for number, plan in enumerate(planned.values()):
         best = None
@@ -91,10 +89,8 @@ def prepare(
                 if progress is not None:
                     progress((done + share) / len(planned), words)
 
-            try:
+            with located(f"{source}: {plan.path}"):
                 best = _identified(plan, source, size_of(size_limit), part)
-            except InputError as error:
-                raise error.at(f"{source}: {plan.path}") from None
         ready.append(Prepared(plan.name, plan.folder, best))
     return tuple(ready)
 

@@ -166,7 +166,7 @@ def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
 
 def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
     """Write a figure as files; return whether that was done, which an error in its code may prevent."""
-    from bristle.figures import as_csv, figure_file, fits_as_png, numbers_of
+    from bristle.figures import as_csv, figure_file, numbers_of
 
     try:
         for ending in endings:
@@ -176,12 +176,7 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
                     behind = f"-panel-{number}" if len(panels) > 1 else ""
                     folder.write(f"{FOLDER}/{plate.name}{behind}.csv", as_csv(panel))
                 continue
-            form = ending
-            if ending == "png" and not fits_as_png(plate.figure):
-                remark = f"the figure {plate.name} would have too many pixels as png, and is written as pdf"
-                warnings.warn(remark, InputWarning, stacklevel=2)
-                form = "pdf"
-            folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
+            folder.write(f"{FOLDER}/{plate.name}.{ending}", figure_file(plate.figure, ending, plate.alternative))
     except OSError:
         raise  # no room on the disk, and no fault of the figure
     except (Exception, SystemExit) as error:  # noqa: BLE001  (what a user's code may raise has no common type)

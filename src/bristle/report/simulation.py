@@ -4,12 +4,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.report.compensation import Standing, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
-from bristle.report.loops import component_table, direction_table, law_lines, loop_doubts, loop_warnings, run_table, variant_table
+from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
 from bristle.report.messages import as_data
 from bristle.report.page import Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text
@@ -40,19 +39,11 @@ def simulation_report(
         basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
     else:
         basis = ["Following error is the reference less the encoder reading; true error is the reference less the position itself."]
-    parts = []
-    for variant in variants:
-        models: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction)]
-        models += [] if variant.effort is not None else [("Controller", variant.controller)]
-        models += [("Sensor", variant.sensor)]
-        if variant.effort is None:
-            models += [("Reference", variant.reference), ("Friction fed forward", variant.feedforward.friction)]
-        parts.append(component_table(f"The parts of {variant.name}", models))
     sections = [
         Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
         Section("summary", "In words", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], folded=True),
         Section("directions", "Forward and backward", [None if is_open else direction_table(result)], folded=True),
-        Section("assumptions", "What was simulated", [*basis, run_table(variants), *parts], folded=True),
+        Section("assumptions", "What was simulated", [*basis, run_table(variants), *map(parts_table, variants)], folded=True),
     ]
     front = _front(result, warnings if doubts is None else doubts)
     return report_page("simulation", facts, front, sections, **options)

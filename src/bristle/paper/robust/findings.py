@@ -9,7 +9,7 @@ import numpy as np
 from bristle.core.typography import number
 from bristle.paper.robust.loops import CHOSEN, VARIANTS, setting
 from bristle.paper.robust.trial import Cell, Trial
-from bristle.paper.robust.truths import MEANINGS, NOMINAL, Truth
+from bristle.paper.robust.truths import NOMINAL, Truth
 from bristle.paper.tracking import least_margins
 from bristle.report.table import Table
 
@@ -60,12 +60,11 @@ def share_left(trial: Trial, place: str, truth: str, variant: str, family: str =
     return after.peak_to_peak / before.peak_to_peak if before and after else math.nan
 
 
-def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False) -> str:
+def best_family(trial: Trial, place: str, truth: Truth, *, strangers: bool = False) -> str:
     """Return the family whose feedforward leaves least of the error of a truth; empty where none was fitted."""
-    own = next(friction.families for friction in trial.plan.truths if friction.name == truth) if strangers else ()
-    families = [family for family in trial.plan.compensators if family not in own]
-    errors = _peaks({family: error_of(trial, place, truth, "feedforward", family=family) for family in families})
-    return min(errors, key=lambda family: errors[family], default="")
+    families = [family for family in trial.plan.compensators if not (strangers and family in truth.families)]
+    errors = _peaks({family: error_of(trial, place, truth.name, "feedforward", family=family) for family in families})
+    return min(errors, key=errors.__getitem__, default="")
 
 
 def _peaks(errors: Mapping[str, Interval | None]) -> dict[str, float]:
@@ -92,7 +91,7 @@ def no_better(trial: Trial, place: str) -> list[str]:
 class Claim(NamedTuple):
     """What the table is to show, and whether it does."""
 
-    words: str
+    claim: str
     limit: float
     errors: Mapping[str, float]
 
@@ -119,43 +118,39 @@ def numbers(trial: Trial) -> dict[str, Any]:
     plan = trial.plan
     return {
         **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in plan.sets},
-        "families": {truth.name: _families(trial, truth) for truth in plan.truths},
-        "best_family": {truth.name: {place: _best(trial, place, truth.name) for place in plan.sets} for truth in plan.truths},
+        "families": {truth.name: {family: _family(trial, truth, family) for family in plan.compensators} for truth in plan.truths},
+        "best_family": {truth.name: {place: _best(trial, place, truth) for place in plan.sets} for truth in plan.truths},
         "observer_alone_does_as_well": {place: no_better(trial, place) for place in plan.sets},
-        "claims": {
-            place: [
-                {"claim": claim.words, "limit": claim.limit, "errors": claim.errors, "holds": claim.holds} for claim in claims(trial, place)
-            ]
-            for place in plan.sets
-        },
+        "claims": {place: [claim._asdict() | {"holds": claim.holds} for claim in claims(trial, place)] for place in plan.sets},
     }
 
 
 def _table(trial: Trial, place: str) -> dict[str, Any]:
-    table: dict[str, Any] = {}
-    for truth in trial.plan.truths:
-        for condition in trial.plan.conditions:
-            errors = {variant: error_of(trial, place, truth.name, variant, condition) for variant in VARIANTS}
-            simulated = {variant: error._asdict() for variant, error in errors.items() if error is not None}
-            table.setdefault(truth.name, {})[condition] = simulated
-    return table
+    return {
+        truth.name: {
+            condition: {
+                variant: error._asdict()
+                for variant in VARIANTS
+                if (error := error_of(trial, place, truth.name, variant, condition)) is not None
+            }
+            for condition in trial.plan.conditions
+        }
+        for truth in trial.plan.truths
+    }
 
 
-def _families(trial: Trial, truth: Truth) -> dict[str, Any]:
-    families: dict[str, Any] = {}
-    for family in trial.plan.compensators:
-        families[family] = {"own_structure": family in truth.families, "reason": trial.fits[truth.name, family].reason}
-        for place in trial.plan.sets:
-            error = error_of(trial, place, truth.name, "feedforward", family=family)
-            if error is not None:
-                share = share_left(trial, place, truth.name, "feedforward", family)
-                families[family][place] = error._asdict() | {"share_left": share}
-    return families
+def _family(trial: Trial, truth: Truth, family: str) -> dict[str, Any]:
+    by_set = {
+        place: error._asdict() | {"share_left": share_left(trial, place, truth.name, "feedforward", family)}
+        for place in trial.plan.sets
+        if (error := error_of(trial, place, truth.name, "feedforward", family=family)) is not None
+    }
+    return {"own_structure": family in truth.families, "reason": trial.fits[truth.name, family].reason} | by_set
 
 
-def _best(trial: Trial, place: str, truth: str) -> dict[str, Any]:
+def _best(trial: Trial, place: str, truth: Truth) -> dict[str, Any]:
     family, stranger = (best_family(trial, place, truth, strangers=strangers) for strangers in (False, True))
-    own_left, stranger_left = (share_left(trial, place, truth, "feedforward", name) for name in (family, stranger))
+    own_left, stranger_left = (share_left(trial, place, truth.name, "feedforward", name) for name in (family, stranger))
     return {"family": family, "share_left": own_left, "stranger": stranger, "stranger_share_left": stranger_left}
 
 
@@ -194,19 +189,13 @@ def error_table(trial: Trial, place: str) -> Table:
     return Table(caption, ("Friction of the rig", "Condition", *LOOPS.values()), rows)
 
 
-def condition_table(trial: Trial) -> Table:
-    """Return what each condition is."""
-    rows = [(condition, MEANINGS[condition]) for condition in trial.plan.conditions]
-    return Table("Conditions, which no compensator is told", ("Condition", "The rig"), rows)
-
-
 def claim_table(trial: Trial) -> Table:
     """Return what was to be shown, and whether it is."""
     rows = []
     for place in trial.plan.sets:
         for claim in claims(trial, place):
             worst, error = max(claim.errors.items(), key=lambda case: case[1])
-            rows.append((f"{SET_NAMES[place]}: {claim.words}", tenths(claim.limit), tenths(error), worst, "yes" if claim.holds else "no"))
+            rows.append((f"{SET_NAMES[place]}: {claim.claim}", tenths(claim.limit), tenths(error), worst, "yes" if claim.holds else "no"))
     heads = ("What", "At most [µm]", "Largest mean [µm]", "On", "Holds")
     return Table("Following error peak to peak", heads, rows)
 
@@ -216,7 +205,7 @@ def best_table(trial: Trial) -> Table:
     rows = []
     for truth in trial.plan.truths:
         for place in trial.plan.sets:
-            best, chosen = _best(trial, place, truth.name), share_left(trial, place, truth.name, "feedforward", CHOSEN)
+            best, chosen = _best(trial, place, truth), share_left(trial, place, truth.name, "feedforward", CHOSEN)
             left, stranger_left, chosen_left = map(_percent, (best["share_left"], best["stranger_share_left"], chosen))
             own = best["family"]
             is_own = "yes" if own in truth.families else "no"
@@ -245,20 +234,16 @@ def _percent(share: float) -> str:
     return DIVERGED if math.isinf(share) else number(100.0 * share, resolution=10.0)
 
 
-def unfitted(trial: Trial) -> list[str]:
-    """Return which families were not identified, and why."""
-    return [f"{family} on {truth}: {fit.reason}" for (truth, family), fit in trial.fits.items() if fit.friction is None]
-
-
 def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, float]]]:
     """Return the smallest margins of the loops of each set, whatever friction does: what is fed forward has none."""
-    margins: dict[str, dict[str, dict[str, float]]] = {place: {} for place in sets}
-    for place in sets:
-        for name, loop in setting(place).items():
-            if "feedforward" not in name:
-                phase, gain = least_margins(loop)
-                margins[place][name] = {"phase_deg": phase, "gain": gain}
-    return margins
+    return {
+        place: {
+            name: dict(zip(("phase_deg", "gain"), least_margins(loop), strict=True))
+            for name, loop in setting(place).items()
+            if "feedforward" not in name
+        }
+        for place in sets
+    }
 
 
 def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:

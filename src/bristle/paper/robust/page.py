@@ -9,7 +9,9 @@ from bristle.figures.loop_rows import Spread, errors_by_truth
 from bristle.paper.robust import findings
 from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
+from bristle.paper.robust.truths import CONDITIONS
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
+from bristle.report.table import Table
 
 HEADING = "Compensation on other truths"
 SIMULATED = "The loops are simulated; no machine was compensated."
@@ -83,6 +85,8 @@ def ruling_of(trial: Trial) -> Ruling:
 def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report as one HTML page."""
     plan = trial.plan
+    conditions = [(condition, CONDITIONS[condition].words) for condition in plan.conditions]
+    unfitted = [f"{family} on {truth}: {fit.reason}" for (truth, family), fit in trial.fits.items() if fit.friction is None]
     return render(
         "robust.html",
         provenance=provenance,
@@ -92,12 +96,12 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
         claims=findings.claim_table(trial),
         pipeline=PIPELINE,
         tables=[findings.error_table(trial, place) for place in plan.sets],
-        conditions=findings.condition_table(trial),
+        conditions=Table("Conditions, which no compensator is told", ("Condition", "The rig"), conditions),
         margins=findings.margin_table(findings.margins_of_sets(plan.sets)),
         families_in_words=FAMILIES,
         best=findings.best_table(trial),
         families=[findings.family_table(trial, place) for place in plan.sets],
-        unfitted=findings.unfitted(trial),
+        unfitted=unfitted,
         limits=LIMITS,
     )
 

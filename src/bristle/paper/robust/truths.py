@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import NamedTuple
 
 from bristle.core.content import Origin, content_of
 from bristle.core.contracts import Model
@@ -70,31 +71,32 @@ def _truth(name: str, allow_code: bool) -> Truth:
     return Truth(name if name in SIMULATED else file.stem, around, content_of(file).origin, families)
 
 
+class Condition(NamedTuple):
+    """What it means, and the parameters of the layer around a truth."""
+
+    words: str
+    changes: dict[str, float]
+
+
 NOMINAL = "nominal"
-CONDITIONS: dict[str, dict[str, float]] = {
-    NOMINAL: {},
-    "level_0.7": {"level": 0.7},
-    "level_1.3": {"level": 1.3},
-    "level_1.6": {"level": 1.6},
-    "scatter_10": {"unevenness": 0.1},
-    "position_wave": {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE},
-    "creep": {"k_creep": 10.0 / AMPLITUDE, "tau": 5.0},
-}
-"""Parameters of the layer around a truth, by condition; `MEANINGS` says them in words."""
-MEANINGS = {
-    NOMINAL: "as when the log for the compensator was made",
-    "level_0.7": "friction 0.7 times as large",
-    "level_1.3": "friction 1.3 times as large",
-    "level_1.6": "friction 1.6 times as large",
-    "scatter_10": "the level scatters by 10 % from reversal to reversal",
-    "position_wave": "the level waves by 20 % over three quarters of the amplitude",
-    "creep": "beside it a spring and a damper in series, 10 N over the amplitude, 5 s",
+CONDITIONS = {
+    NOMINAL: Condition("as when the log for the compensator was made", {}),
+    "level_0.7": Condition("friction 0.7 times as large", {"level": 0.7}),
+    "level_1.3": Condition("friction 1.3 times as large", {"level": 1.3}),
+    "level_1.6": Condition("friction 1.6 times as large", {"level": 1.6}),
+    "scatter_10": Condition("the level scatters by 10 % from reversal to reversal", {"unevenness": 0.1}),
+    "position_wave": Condition(
+        "the level waves by 20 % over three quarters of the amplitude", {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE}
+    ),
+    "creep": Condition(
+        "beside it a spring and a damper in series, 10 N over the amplitude, 5 s", {"k_creep": 10.0 / AMPLITUDE, "tau": 5.0}
+    ),
 }
 
 
 def under(condition: str, truth: Truth) -> Model:
     """Return the friction of a truth under a condition."""
-    changes = CONDITIONS[condition]
+    changes = CONDITIONS[condition].changes
     if "scatter" in truth.friction.values and "unevenness" in changes:  # a model that scatters by itself has that scatter
         changes = {"scatter": changes["unevenness"]}
     return truth.friction.with_values(**changes)
