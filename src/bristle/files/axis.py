@@ -184,13 +184,8 @@ def _column(name: str, entry: ColumnEntry, drive: Drive) -> Column:
 
 
 def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> Injected:
-    gain: Any = entry.gain
-    if entry.unit is not None:
-        if isinstance(gain, str):
-            raise InputError("has a unit, and so has `gain`", path=f"{path}.unit", mend="Keep one of them")
-        gain = f"{gain!r} {entry.unit}"
-    value = _effort(gain, file, drive, f"{path}.gain")
-    units.refuse_absurd(value, f"{path}.gain", gain)
+    value = _effort(entry.gain, file, drive, f"{path}.gain")
+    units.refuse_absurd(value, f"{path}.gain", entry.gain)
     return Injected(entry.column, value, entry.optional)
 
 

@@ -57,6 +57,7 @@ MISSING = {
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }
 """What to write for a table or key that a file cannot do without."""
+REMOVED = {"injected.unit": 'It was removed: write the unit behind the number, gain = "2 V"'}
 
 
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
@@ -76,7 +77,8 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
         tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
-        mend = did_you_mean(key, keys) or (f"It belongs under [{tables[0]}]" if len(tables) == 1 else "") or more
+        elsewhere = f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
+        mend = REMOVED.get(f"{loc[0]}.{key}") or did_you_mean(key, keys) or elsewhere or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
         return InputError("is missing", path=path, mend=MISSING.get(path, more))
@@ -167,7 +169,6 @@ class InjectedEntry(Strict):
 
     column: ColumnName
     gain: Quantity
-    unit: str | None = None
     optional: bool = False
 
 
