@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.errors import InputError, close_names, told_by
+from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
@@ -31,8 +31,6 @@ class FixedLimit(int):
 SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
 HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
 CHUNK = 2**20  # [byte]
-_SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B")
-_POWERS = {"": 0, "k": 1, "M": 2, "G": 3, "T": 4}
 _KINDS = (
     (stat.S_ISDIR, "a folder", "Name a file in it"),
     (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
@@ -140,10 +138,11 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
     """Return a size in bytes, of a number or of text such as ``"2 GB"``."""
-    match = _SIZE.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 32 else None
+    spelt = text.strip() if isinstance(text, str) and len(text) < 32 else ""
+    match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B", spelt)
     if match is not None:
         number, prefix, binary = match.groups()
-        size = float(number) * (1024 if binary else 1000) ** _POWERS[prefix]
+        size = float(number) * (1024 if binary else 1000) ** " kMGT".index(prefix or " ")
     elif isinstance(text, int) and not isinstance(text, bool):
         size = text
     else:
@@ -230,9 +229,7 @@ def _refusal(source: Path, error: OSError) -> InputError:
         names: list[str] = []
         with suppress(OSError):
             names = os.listdir(source.parent)
-        close = close_names(source.name, names, cutoff=0.75)
-        mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
-        return InputError("there is no such file", path=str(source), mend=mend)
+        return InputError("there is no such file", path=str(source), mend=did_you_mean(source.name, names, 0.75) or "Check the path")
     if error.errno == errno.ENAMETOOLONG:
         return InputError("is too long for the name of a file", path=str(source))
     return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))

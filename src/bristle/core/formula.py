@@ -19,7 +19,6 @@ TEXT, EQUATION, REFERENCE = "text", "equation", "reference"
 DIRECTIVE = ".. math::"
 WIDTH = 88
 NO_BREAK = "\u00a0"
-LONGEST_WHOLE = 30
 _MATH = re.compile(r":math:`([^`]*)`")
 _ROLE = re.compile(r"(?::\w+:)?`~?([^`]*)`")
 
@@ -38,7 +37,6 @@ LETTERS = _pairs(
 RELATIONS = _pairs(
     "le ≤ leq ≤ ge ≥ geq ≥ ne ≠ neq ≠ in ∈ to → leftarrow ← rightarrow → sim ~ approx ≈ equiv ≡ propto ∝ ll ≪ gg ≫ Rightarrow ⇒ lt < gt >"
 )
-SIGNS = _pairs("pm ± mp ∓ times × cdot · circ ∘ cup ∪ cap ∩")
 FRAMES = _pairs("lfloor ⌊ rfloor ⌋ lceil ⌈ rceil ⌉ langle ⟨ rangle ⟩ { { } } | ‖ lvert | rvert |")
 FUNCTIONS = ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg"]
 ACCENTS = {"dot": "\u0307", "ddot": "\u0308", "hat": "\u0302", "bar": "\u0304", "tilde": "\u0303", "vec": "\u20d7"}
@@ -74,7 +72,7 @@ COMMANDS = {
     for role, table in (
         (ATOM, LETTERS),
         (RELATION, RELATIONS),
-        (SIGN, SIGNS),
+        (SIGN, _pairs("pm ± mp ∓ times × cdot · circ ∘ cup ∪ cap ∩")),
         (FUNCTION, dict(zip(FUNCTIONS, FUNCTIONS, strict=True))),
         (BLANK, dict.fromkeys((",", ";", ":", " ", "quad", "qquad", "~", "\\"), " ")),
         (TIGHT, {"!": ""}),
@@ -92,9 +90,7 @@ _TOKEN = re.compile(r"\\(?:[A-Za-z]+|.)|\s+|.", re.DOTALL)
 _UNSEEN = re.compile(
     r"\\(?:displaystyle|limits|nolimits|mathcal|mathbb|boldsymbol|mathbf|big|Big|bigl|bigr)(?![A-Za-z])\s*|(?<!\\)\s+(?=[_^])"
 )
-_CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
 _ENVIRONMENT = re.compile(r"\\(?:begin|end)\{(?:aligned|align\*?|split|gathered)\}")
-_FIRST = re.compile(r".[\u0300-\u036f]*")
 _SUM = re.compile(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]")
 _TOGETHER = re.compile(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]")  # by the roles of two pieces
 _APART = re.compile(r".[rsfFq]|[rsfq,].")
@@ -134,7 +130,7 @@ def _split(latex: str) -> Iterator[str]:
 
 
 def _with_cases(latex: str) -> list[str]:
-    cases = _CASES.search(latex)
+    cases = re.search(r"\\begin\{cases\}(.*?)\\end\{cases\}", latex, re.DOTALL)
     if cases is None:
         return [as_text(latex).removesuffix(",")]
     before, after = as_text(latex[: cases.start()]), as_text(latex[cases.end() :])
@@ -237,7 +233,7 @@ class _Reader:
             inner = self._argument()
             return Piece(f"√{inner}" if re.fullmatch(r"\w+|\|[^|]*\|", inner) else f"√({inner})", ATOM)
         if name in ACCENTS:
-            return Piece(_FIRST.sub(rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
+            return Piece(re.sub(r".[\u0300-\u036f]*", rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
         return Piece(name, ATOM)
 
 
@@ -320,7 +316,7 @@ def _filled(text: str, width: int, first: str, further: str) -> str:
 def _kept_whole(formula: re.Match[str]) -> str:
     """Return a formula within a sentence; a short one is not broken."""
     text = as_text(formula[1])
-    return text.replace(" ", NO_BREAK) if len(text) <= LONGEST_WHOLE else text
+    return text.replace(" ", NO_BREAK) if len(text) <= 30 else text  # characters of a short one
 
 
 def _whole_terms(line: str) -> str:

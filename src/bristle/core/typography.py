@@ -11,7 +11,6 @@ _MULTIPLES = dict.fromkeys(("m", "rad", "s"), _METRE) | dict.fromkeys(("N", "V",
 _WHOLE_UNITS = {"kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)), "kg": (("kg", 0, 0.1), ("g", -3, 0.0))}
 LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
 _UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*")
-_BYTE = re.compile("[\udc80-\udcff]")  # of a name, as `os.fsdecode` has it
 
 
 class Scale(NamedTuple):
@@ -27,7 +26,7 @@ class Scale(NamedTuple):
 
 def escaped(text: str) -> str:
     """Return text that can be written: bytes of a file's name that are no letters stand there as their numbers."""
-    return _BYTE.sub(lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)
+    return re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)  # as `os.fsdecode` has them
 
 
 def printable(text: str) -> str:

@@ -24,11 +24,14 @@ _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or 
 _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
 LARGEST = 1e100  # No quantity of an axis is larger: products of a few of them are still numbers
-AMBIGUOUS = ("mil", "mils")  # of an inch a thousandth, of a turn the 6400th
 LONGEST_UNIT = 64
 _GRAMMAR = grammar(r"(?:[^\W\d_]\w*|%|‰|1)")
-_PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3}
-_DECIMALS = {f"{prefix}{si}": (si, power) for prefix, power in _PREFIXES.items() for si in SYMBOLS if si not in ("kg", "T")}
+_DECIMALS = {
+    f"{prefix}{si}": (si, power)
+    for prefix, power in {"n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3}.items()
+    for si in SYMBOLS
+    if si not in ("kg", "T")
+}
 _DECIMALS |= {"kg": ("kg", 0), "g": ("kg", -3), "%": ("rated", -2), "‰": ("rated", -3), "1": ("1", 0)}
 _PRODUCTS = {"N": "kg*m/s^2", "Hz": "1/s", "V": "kg*m^2/(s^3*A)"}
 _SPELLINGS = (
@@ -171,7 +174,7 @@ def is_unit(text: str) -> bool:
     """Return whether `text` is a unit."""
     if _decimal(_spelt(text)) is not None:
         return True
-    if text.strip().lower() in AMBIGUOUS:
+    if text.strip().lower() in ("mil", "mils"):  # of an inch a thousandth, of a turn the 6400th
         return False
     try:
         _unit(_spelt(text))

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (asked for here)
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, did_you_mean, located
 
 OF_SLOTS = ("place", "load", "temperature", "channel")  # What a log must contain for what only a slot has; the last of one's own
 EXCITATIONS = ("", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", *OF_SLOTS, "drive")
@@ -61,10 +61,8 @@ class Variable:
         if not self.description:
             mend = 'Write both, Variable("force", "Coulomb friction force")'
             raise InputError("lacks its quantity or its description", path=f"Variable({self.quantity!r})", mend=mend)
-        try:
+        with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
-        except InputError as error:
-            raise error.at(f"quantity of {self.description!r}") from None
         if self.excitation not in EXCITATIONS:
             place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty"
             mend = did_you_mean(self.excitation, EXCITATIONS[1:])

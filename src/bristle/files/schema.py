@@ -116,9 +116,6 @@ def _table_in(annotation: Any) -> type[Strict] | None:
     return next((table for inner in get_args(annotation) if (table := _table_in(inner))), None)
 
 
-Harmonic = Annotated[int, Field(ge=1, le=10_000)]
-
-
 def _no_truth_value(value: Any) -> Any:
     """Refuse what Python takes for a number, and nobody for a sign."""
     if isinstance(value, bool):
@@ -184,7 +181,7 @@ class CoggingEntry(Strict):
     """What of the effort comes back with every turn of something."""
 
     turn: Literal["motor", "screw"] = "motor"
-    harmonics: Annotated[list[Harmonic], Field(max_length=200)] | Literal["identify"] = "identify"
+    harmonics: Annotated[list[Annotated[int, Field(ge=1, le=10_000)]], Field(max_length=200)] | Literal["identify"] = "identify"
 
 
 class EffortEntry(Strict):

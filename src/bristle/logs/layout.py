@@ -83,7 +83,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
-PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
+HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines in which numbers begin, with the first rows of them
 MOST_COLUMNS = 50_000
 
 

@@ -41,7 +41,6 @@ _GRAVITY = {
     for name, part in (("g_sin", "sine"), ("g_cos", "cosine"))
 }
 _WAVE = re.compile(r"(motor|screw)_([1-9][0-9]*)_(cos|sin)")
-_COLUMN = re.compile(r"known_(\w+)")
 
 
 class Terms(NamedTuple):
@@ -206,7 +205,7 @@ def terms_in(names: Iterable[str]) -> dict[str, Any]:
     return {
         "gravity": "g_sin" in parameters or "g_cos" in parameters,
         "cogging": {turner: {int(match[2]) for match in waves if match[1] == turner} for turner in TURNS},
-        "columns": list(dict.fromkeys(match[1] for name in parameters if (match := _COLUMN.fullmatch(name)))),
+        "columns": list(dict.fromkeys(match[1] for name in parameters if (match := re.fullmatch(r"known_(\w+)", name)))),
     }
 
 
