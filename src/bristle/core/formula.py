@@ -20,7 +20,6 @@ DIRECTIVE = ".. math::"
 WIDTH = 88
 NO_BREAK = "\u00a0"
 _MATH = re.compile(r":math:`([^`]*)`")
-_ROLE = re.compile(r"(?::\w+:)?`~?([^`]*)`")
 
 
 def _pairs(text: str) -> dict[str, str]:
@@ -91,9 +90,6 @@ _UNSEEN = re.compile(
     r"\\(?:displaystyle|limits|nolimits|mathcal|mathbb|boldsymbol|mathbf|big|Big|bigl|bigr)(?![A-Za-z])\s*|(?<!\\)\s+(?=[_^])"
 )
 _ENVIRONMENT = re.compile(r"\\(?:begin|end)\{(?:aligned|align\*?|split|gathered)\}")
-_SUM = re.compile(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]")
-_TOGETHER = re.compile(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]")  # by the roles of two pieces
-_APART = re.compile(r".[rsfFq]|[rsfq,].")
 
 
 def as_text(latex: str) -> str:
@@ -161,8 +157,9 @@ class _Reader:
                 continue
             after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
             bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
-            together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
-            blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
+            # By the roles of two pieces.
+            together = re.fullmatch(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]", left + role) or (before == "Δ" and left + role == ATOM + ATOM)
+            blank = re.fullmatch(r".[rsfFq]|[rsfq,].", left + role) or (place and visible[place - 1].role == BLANK)
             line += f" {bracketed}" if blank and not together else bracketed
             # A sign with nothing before it belongs to what follows.
             left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
@@ -224,7 +221,7 @@ class _Reader:
             if (above, below) in HALVES:
                 return Piece(HALVES[above, below], ATOM)
             # A sum in brackets, and what a function without them would take the fraction bar into.
-            product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+            product = not re.search(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]", _without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
             simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
             return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
         if name in ("operatorname", "mathrm", "text", "textrm"):
@@ -302,7 +299,7 @@ def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
 def _laid_out(paragraph: Paragraph, width: int) -> str:
     if paragraph.kind == EQUATION:
         return "\n".join(_filled(_whole_terms(line), width, "    ", "        ") for line in lines_of(paragraph.text))
-    plain = _ROLE.sub(r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`"))
+    plain = re.sub(r"(?::\w+:)?`~?([^`]*)`", r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`"))
     plain = re.sub(r"(?<!\w)\*(\w[^*]*)\*", r"\1", plain)
     return _filled(re.sub(r"(?<=\])_", "", plain), width, "", "  " if plain.startswith(("* ", "[")) else "")
 

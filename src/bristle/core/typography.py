@@ -10,7 +10,6 @@ _NEWTON = (("k{}", 3, 1e4), *_METRE[:3])
 _MULTIPLES = dict.fromkeys(("m", "rad", "s"), _METRE) | dict.fromkeys(("N", "V", "A"), _NEWTON) | {"Hz": _NEWTON[:2]}
 _WHOLE_UNITS = {"kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)), "kg": (("kg", 0, 0.1), ("g", -3, 0.0))}
 LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
-_UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*")
 
 
 class Scale(NamedTuple):
@@ -44,7 +43,7 @@ def typeset(unit: str) -> str:
 
 def typeset_sentence(text: str) -> str:
     """Return a sentence with the units behind its numbers set for reading."""
-    return _UNIT_IN_TEXT.sub(lambda match: typeset(match[0]), text)
+    return re.sub(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*", lambda match: typeset(match[0]), text)
 
 
 def scale_of(unit: str, magnitude: float) -> Scale:

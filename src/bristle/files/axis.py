@@ -93,10 +93,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     if held is not None and hold is not None and held != (hold == "zero"):
         raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
     if file.plant.gravity is not None and file.kind != "rotational":
-        message, mend = (
-            "turns with the angle of a link, and this axis is translational",
-            "A weight on a vertical axis is the offset, which is identified",
-        )
+        message, mend = f"turns with the angle of a link, and this axis is {file.kind}", "A weight is the offset, which is identified"
         raise InputError(message, path="plant.gravity", value=file.plant.gravity, mend=mend)
     fields = raw | {
         "name": file.name,

@@ -10,7 +10,7 @@ from bristle.controllers import CONTROLLERS
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Component, Controller, Model, make_model
-from bristle.core.dimensions import KINDS, Kind, exponents_of, kind_called, unit_of
+from bristle.core.dimensions import KINDS, Kind, exponents_of, unit_of
 from bristle.core.edge import TEXT
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Variable
@@ -150,10 +150,9 @@ def choice_at(table: Mapping[str, Any], key: str, choices: Sequence[str], path: 
 
 def kind_at(value: Any, path: str, kinds: Sequence[Kind] = KINDS) -> Kind:
     """Return a kind of axis."""
-    kind = kind_called(value)
-    if kind not in kinds:
+    if value not in kinds:
         raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(kinds))
-    return kind
+    return value
 
 
 INTEGRAL_TIME = "T_n"

@@ -28,7 +28,6 @@ from bristle.files.owned import NOTE, Folder, Note
 
 SUMMARY = "summary.json"  # The file that every folder of results of a command holds
 
-_UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
 _open: set[Results] = set()
@@ -225,7 +224,7 @@ def _abandon(results: Results) -> None:
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
     """Yield folders that programs write into, or wrote into as they were killed."""
     for name in sorted(os.listdir(parent)):
-        if (match := _UNFINISHED.fullmatch(name)) is None:
+        if (match := re.fullmatch(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)", name)) is None:
             continue
         with suppress(OSError), Folder(parent / name) as folder:
             note = owned.note_in(folder)

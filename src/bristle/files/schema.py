@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from bristle.core.dimensions import AxisKind, kind_called
+from bristle.core.dimensions import AxisKind
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.motion import Side
 
@@ -269,7 +269,7 @@ class AxisFile(Strict):
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
-    kind: Annotated[AxisKind, BeforeValidator(kind_called)]
+    kind: AxisKind
     log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()

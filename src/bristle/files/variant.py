@@ -80,11 +80,8 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
     if "table_friction" in content:  # in N and m whatever the kind of axis
         path = tables.path("table_friction")
         if not has_screw:
-            message, mend = (
-                "needs a plant with a table behind a screw",
-                'Write model = "ball_screw" under [plant], or put the friction under [friction]',
-            )
-            raise InputError(message, path=path, value=plant.name, allowed="ball_screw", mend=mend)
+            mend = 'Write model = "ball_screw" under [plant], or put the friction under [friction]'
+            raise InputError("needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw", mend=mend)
         table_friction = sources.friction(content["table_friction"], "translational", path)[1]
     path, sensor = tables.path("sensor"), tables.table("sensor")
     # The sensor reads the side of the motor, unless the file says otherwise.
@@ -160,12 +157,16 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     if force is None:
         mend = f"Take [{path}] out of the file"
         raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=mend)
-    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + experiment.OF_A_SAMPLE)
-    if at[-1] >= force.size:
-        message = f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s"
-        mend = f"Leave duration out, or take [{path}] out of the file"
-        raise InputError(message, path=tables.path("run", "duration"), value=run.duration, mend=mend)
-    return force[at.astype(int)]
+    described, mend = f"the force in {entries['file']}", f"Leave duration out, or take [{path}] out of the file"
+    return _repeated(force, record.sample_time, run, described, tables.path("run", "duration"), mend)
+
+
+def _repeated(values: np.ndarray, sample_time: float, run: Run, described: str, path: str, mend: str) -> np.ndarray:
+    """Return a recorded signal at each sample of a run, which must not last longer."""
+    at = np.floor(run.sample_time / sample_time * np.arange(round(run.duration / run.sample_time)) + experiment.OF_A_SAMPLE)
+    if at[-1] >= values.size:
+        raise InputError(f"is longer than {described}, {values.size * sample_time:g} s", path=path, value=run.duration, mend=mend)
+    return values[at.astype(int)]
 
 
 def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
@@ -296,11 +297,8 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     """Return what drives an open loop, sample by sample."""
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     if log is not None and log.effort is not None:
-        at = np.floor(time / log.sample_time + experiment.OF_A_SAMPLE).astype(int)
-        if at[-1] >= len(log):
-            message = f"is longer than the log of the effort, {len(log) * log.sample_time:g} s"
-            raise InputError(message, path="run.duration", value=run.duration, mend="Leave duration out")
-        return Effort(log.effort.values[at], f"that of {table['file']}")
+        effort = _repeated(log.effort.values, log.sample_time, run, "the log of the effort", "run.duration", "Leave duration out")
+        return Effort(effort, f"that of {table['file']}")
     if "model" not in table:
         allowed, mend = f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}", f'Write model = "sine" under [{path}]'
         raise InputError("names no model", path=path, allowed=allowed, mend=mend)

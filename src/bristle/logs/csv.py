@@ -19,7 +19,6 @@ from bristle.logs.words import is_time
 HEAD_BYTES = 2**17
 LONGEST_LINE = 4 * 2**20
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
-_NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 PIECE = 2**20
 
 
@@ -191,7 +190,8 @@ def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], e
 def _plain(body: bytes, layout: Layout) -> bytes:
     """Return rows without comments, with numbers spelt as everywhere."""
     if b".#" in body:
-        body = re.sub(_NOT_FINITE, lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
+        # As the C library of Windows wrote it until 2015.
+        body = re.sub(rb"(?<![\d.])1\.#([A-Za-z]+)\w*", lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
     if b"D" in body or b"d" in body:
@@ -218,10 +218,9 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
     return None
 
 
-_STAMP = r"(?:\((?:\d{4}-\d\d-\d\d[ T])?[\d:.]+\)\s+)?"
 # ``(1436509052.249713) vcan0 044#2A366C2BBA``, as -L writes it, and ``vcan0  123   [8]  11 22 ...`` for the eye.
 _FRAME = re.compile(
-    rf"\s*{_STAMP}\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
+    r"\s*(?:\((?:\d{4}-\d\d-\d\d[ T])?[\d:.]+\)\s+)?\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
     r"[0-9A-Fa-f]{3,8}(?:#[0-9A-Fa-fR]*|##[0-9A-Fa-f]+|\s+\[\d+\](?:\s+[0-9A-Fa-f]{2})*.*)(?:\s+[RT])?\s*"
 )
 
