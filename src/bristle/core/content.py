@@ -31,12 +31,6 @@ class FixedLimit(int):
 SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
 HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
 CHUNK = 2**20  # [byte]
-_KINDS = (
-    (stat.S_ISDIR, "a folder", "Name a file in it"),
-    (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
-    (stat.S_ISBLK, "a device", "Name a file: a device is no log"),
-    (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
-)
 
 Readable = Any  # What can be read: a path, bytes, an open file, or a `Content` that was read before
 
@@ -162,9 +156,19 @@ def size_in_words(size: float) -> str:
 
 def _bytes_of(source: Path, limit: int) -> bytes:
     if str(source) == "-":
-        return _within(_pieces(_standard_input(), source), limit, "<stdin>")
+        try:
+            opened = sys.stdin.fileno()
+        except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
+            mend = "Name a file, or send one: cat log.csv | bristle log -"
+            raise InputError("there is nothing to read", path="<stdin>", mend=mend) from None
+        return _within(_pieces(opened, source), limit, "<stdin>")
     mode = os.stat(source).st_mode
-    for is_kind, kind, mend in _KINDS:
+    for is_kind, kind, mend in (
+        (stat.S_ISDIR, "a folder", "Name a file in it"),
+        (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
+        (stat.S_ISBLK, "a device", "Name a file: a device is no log"),
+        (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
+    ):
         if is_kind(mode):
             raise InputError(f"is {kind}, not a file", path=str(source), mend=mend)
     # A pipe that nobody writes to must not be waited for, so it is opened without; a regular file does not care.
@@ -176,13 +180,6 @@ def _bytes_of(source: Path, limit: int) -> bytes:
         return _within(_pieces(opened, source), limit, str(source))
     finally:
         os.close(opened)
-
-
-def _standard_input() -> int:
-    try:
-        return sys.stdin.fileno()
-    except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
-        raise InputError("there is nothing to read", path="<stdin>", mend="Name a file, or send one: cat log.csv | bristle log -") from None
 
 
 def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:

@@ -77,13 +77,13 @@ class Variable:
         if self.choices:
             return ", ".join(self.choices)
         unit = "" if self.quantity == "1" else f" {self.unit(kind)}"
-        if math.isinf(self.min) and math.isinf(self.max):
-            return f"any number{unit and ' in'}{unit}"
-        if math.isinf(self.max):
-            return f">= {self.min:g}{unit}"
-        if math.isinf(self.min):
-            return f"<= {self.max:g}{unit}"
-        return f"{self.min:g} to {self.max:g}{unit}"
+        by_end = {  # without a smallest value, without a largest one
+            (True, True): f"any number{unit and ' in'}{unit}",
+            (False, True): f">= {self.min:g}{unit}",
+            (True, False): f"<= {self.max:g}{unit}",
+            (False, False): f"{self.min:g} to {self.max:g}{unit}",
+        }
+        return by_end[math.isinf(self.min), math.isinf(self.max)]
 
     def code(self, value: Any, path: str) -> int:
         """Return the place of a name among the choices.

@@ -136,14 +136,7 @@ def run_adaptive(
         np.zeros(4),
     )
     reached = int(driver(doubling)(entries, vectors, before, full_step, course, limits, samples, report))
-    return _trace(samples, report, effort, dt, tolerance, reached, contact)
-
-
-def _trace(
-    samples: Samples, report: np.ndarray, u: np.ndarray, dt: float, tolerance: float, reached: int, contact: Instance
-) -> AdaptiveTrace:
-    """Return what a run left behind, from its samples, its report and the number of samples reached."""
-    cut = slice(0, min(reached, u.size))
+    cut = slice(0, min(reached, effort.size))
     accepted, rejected, missed, failed = report
     if tolerance < 16.0 * ROUNDING * float(np.max(np.abs(samples.x))):
         missed = max(missed, 1.0)
@@ -158,10 +151,10 @@ def _trace(
         time=samples.times[cut],
         position=x,
         velocity=v,
-        effort=u[cut],
+        effort=effort[cut],
         friction=np.diff(samples.impulse)[cut] / dt,
         measured=x,
-        command=u[cut],
+        command=effort[cut],
         motor_position=x,
         motor_velocity=v,
         status=next((status for status, happened in causes.items() if happened), Status.OK),

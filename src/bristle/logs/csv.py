@@ -229,6 +229,5 @@ def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
     filled = [line for line in lines if line.strip()][:20]
     if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
-        message = "is a log of a CAN bus (candump): frames of bytes, and no signals"
         mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do"
-        raise InputError(message, path=str(source), mend=mend)
+        raise InputError("is a log of a CAN bus (candump): frames of bytes, and no signals", path=str(source), mend=mend)

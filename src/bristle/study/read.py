@@ -66,8 +66,7 @@ class _Reader:
         tables, sources, origins = self._experiment()
         experiment = experiment_from(tables, self.source, sources)
         # One run of each variant: the runs of a study have seeds of their own.
-        variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
-        experiment = replace(experiment, variants=variants)
+        experiment = replace(experiment, variants=tuple(replace(each, run=replace(each.run, seeds=1)) for each in experiment.variants))
         tables = {"kind": experiment.kind, **tables}
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
