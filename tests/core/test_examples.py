@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bristle.core.content import size_in_words, size_of
-from bristle.core.dimensions import canonical, exponents_of, kind_called, unit_elsewhere
+from bristle.core.dimensions import canonical, exponents_of, unit_elsewhere
 from bristle.core.errors import close_names, did_you_mean, in_one_line, said_by_library
 from bristle.core.experiment import substeps_for
 from bristle.core.formula import Paragraph, as_markdown, as_text, paragraphs_of, spelt_out
@@ -20,11 +20,6 @@ from bristle.files.variant import merged
     [
         pytest.param(lambda: (size_of("1.5 GB"), size_of("64 MiB")), (1500000000, 67108864), id="size_of"),
         pytest.param(lambda: (size_in_words(1500000000.0), size_in_words(700)), ("1.5 GB", "700 B"), id="size_in_words"),
-        pytest.param(
-            lambda: (kind_called("linear"), kind_called("rotary"), kind_called("magnetic")),
-            ("translational", "rotational", "magnetic"),
-            id="kind_called",
-        ),
         pytest.param(
             lambda: (canonical("time * force/length/length"), canonical("length/length")), ("force*time/length^2", "1"), id="canonical"
         ),

@@ -43,7 +43,7 @@ def table(**entries):
         table(columns__effort={"column": "u", "unit": "%"}),
         table(columns__effort={"column": "u", "unit": "‰"}),
         table(columns__effort={"column": "u", "unit": "V"}),
-        table(columns__effort={"column": "u", "unit": "A"}, kind="rotary", columns__position={"column": "q"}),
+        table(columns__effort={"column": "u", "unit": "A"}, kind="rotational", columns__position={"column": "q"}),
         table(columns__effort={"column": "u", "unit": "N*m"}),
         table(columns__position={"column": "q", "unit": "rev"}),
         table(columns__position={"column": "q", "unit": "count"}),
@@ -81,7 +81,7 @@ def test_what_is_to_be_filled_in_is_named_until_it_is():
 
 def test_a_share_of_the_rated_effort_may_be_that_of_a_gain():
     data = table(
-        kind="linear",
+        kind="translational",
         columns__effort={"column": "u", "unit": "‰"},
         effort={"rated": "2.4 N*m"},
         transmission={"gear_ratio": 2, "lead": "10 mm"},
@@ -93,12 +93,6 @@ def test_a_share_of_the_rated_effort_may_be_that_of_a_gain():
     assert axis.columns["effort"].unit == "‰"
 
 
-@pytest.mark.parametrize(("told", "kind"), [("linear", "translational"), ("rotary", "rotational")])
-def test_a_kind_of_axis_by_what_people_call_it(told, kind):
-    data = table(kind=told, columns__position={"column": "q"})
-    assert axis_from(data).kind == kind
-
-
 @pytest.mark.parametrize(("unit", "kind"), [("mm", "translational"), ("deg", "rotational")])
 def test_the_unit_of_the_position_says_which_kind_it_is(unit, kind):
     assert axis_from(table(kind=None, columns__position={"column": "q", "unit": unit})).kind == kind
@@ -107,7 +101,7 @@ def test_the_unit_of_the_position_says_which_kind_it_is(unit, kind):
 def test_one_constant_is_of_a_force_or_of_a_torque():
     effort = {"column": "u", "unit": "A"}
     straight = axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A"}))
-    turning = axis_from(table(kind="rotary", columns__position="q", columns__effort=effort, effort={"constant": "0.12 N*m/A"}))
+    turning = axis_from(table(kind="rotational", columns__position="q", columns__effort=effort, effort={"constant": "0.12 N*m/A"}))
     assert (straight.columns["effort"].scale, turning.columns["effort"].scale) == (61.2, 0.12)
     with pytest.raises(InputError, match="has both a force_constant and a constant"):
         axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}))

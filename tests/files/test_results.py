@@ -456,14 +456,14 @@ def test_a_process_about_to_be_ended_by_force_removes_what_it_was_writing(out):
 
 
 def test_whoever_ends_a_process_waits_until_the_other_thread_has_removed(out, monkeypatch):
-    removing, remove = threading.Event(), results.remove_own
+    removing, remove = threading.Event(), results.owned.remove_own
 
     def slow(*arguments, **options):
         removing.set()
         time.sleep(0.3)
         return remove(*arguments, **options)
 
-    monkeypatch.setattr(results, "remove_own", slow)
+    monkeypatch.setattr(results.owned, "remove_own", slow)
 
     def work():
         with pytest.raises(KeyboardInterrupt), results_folder(out, force=True):
@@ -646,10 +646,10 @@ def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_soon
 def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, monkeypatch):
     def removed(path, **options):
         # The note of these results is the file too many.
-        return not any(item._note is not None for item in opened) and owned.remove_own(path, **options)
+        return not any(item._note is not None for item in opened) and remove(path, **options)
 
-    opened = []
-    monkeypatch.setattr(results, "remove_own", removed)
+    opened, remove = [], owned.remove_own
+    monkeypatch.setattr(results.owned, "remove_own", removed)
 
     def work():
         with results_folder(tmp_path / "run") as folder:
@@ -797,8 +797,8 @@ def test_another_process_that_is_removing_the_same_old_results_is_waited_for(out
         both[0].start()
         return results_removed(path)
 
-    results_removed = results.remove_own
-    monkeypatch.setattr(results, "remove_own", beside)
+    results_removed = results.owned.remove_own
+    monkeypatch.setattr(results.owned, "remove_own", beside)
     write_results(out, "new")
     both[0].join()
     assert mark_of(out) == "new"

@@ -14,7 +14,7 @@ MOTION = motion(1.0)
 
 
 def axis(**columns):
-    return axis_from({"schema": 1, "kind": "linear", "columns": columns})
+    return axis_from({"schema": 1, "kind": "translational", "columns": columns})
 
 
 def test_a_column_may_be_called_by_its_number(tmp_path):
@@ -35,7 +35,7 @@ def test_a_known_input_and_a_known_column_may_be_called_by_their_numbers(header)
     described = axis_from(
         {
             "schema": 1,
-            "kind": "linear",
+            "kind": "translational",
             "columns": {"time": 1, "position": 2, "effort": 3},
             "injected": [{"column": 4, "gain": "2 N"}],
             "known": [{"column": 5, "name": "last"}],

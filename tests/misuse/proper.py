@@ -179,8 +179,7 @@ def calls() -> dict[str, Call]:
         ),
         "run_open_loop": Call(engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}),
         "run_adaptive": Call(
-            engine.run_adaptive,
-            driven | where | {"tolerance": 1e-6, "hold": "zero", "max_step": 1.0, "verify": False, "state": None, "memory": None},
+            engine.run_adaptive, driven | where | {"tolerance": 1e-6, "hold": "zero", "max_step": 1.0, "state": None, "memory": None}
         ),
         "run_batch": Call(engine.run_batch, driven | run | {"threads": 1}),
         "run_closed_loop": Call(

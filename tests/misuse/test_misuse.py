@@ -135,7 +135,6 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("run_open_loop", "state", [5, (), ("x",), parts()["friction"].parameters]),
     ("run_open_loop", "memory", [np.zeros(3), "x"]),
     ("run_adaptive", "tolerance", [0.0, -1.0, math.nan, math.inf, None, True]),
-    ("run_adaptive", "verify", [1, None, "x"]),
     ("run_batch", "threads", [0, -1, 1.5, True, 10**9]),
     ("run_batch", "plant", [[], [None], [parts()["plant"]] * 3 + [5]]),
     ("transition_branches", "x_r", [1e18, 0.0, "1 s"]),

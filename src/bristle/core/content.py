@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.errors import InputError, close_names, told_by
+from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
@@ -31,14 +31,6 @@ class FixedLimit(int):
 SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
 HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
 CHUNK = 2**20  # [byte]
-_SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B")
-_POWERS = {"": 0, "k": 1, "M": 2, "G": 3, "T": 4}
-_KINDS = (
-    (stat.S_ISDIR, "a folder", "Name a file in it"),
-    (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
-    (stat.S_ISBLK, "a device", "Name a file: a device is no log"),
-    (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
-)
 
 Readable = Any  # What can be read: a path, bytes, an open file, or a `Content` that was read before
 
@@ -140,10 +132,11 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
     """Return a size in bytes, of a number or of text such as ``"2 GB"``."""
-    match = _SIZE.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 32 else None
+    spelt = text.strip() if isinstance(text, str) and len(text) < 32 else ""
+    match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B", spelt)
     if match is not None:
         number, prefix, binary = match.groups()
-        size = float(number) * (1024 if binary else 1000) ** _POWERS[prefix]
+        size = float(number) * (1024 if binary else 1000) ** " kMGT".index(prefix or " ")
     elif isinstance(text, int) and not isinstance(text, bool):
         size = text
     else:
@@ -163,9 +156,19 @@ def size_in_words(size: float) -> str:
 
 def _bytes_of(source: Path, limit: int) -> bytes:
     if str(source) == "-":
-        return _within(_pieces(_standard_input(), source), limit, "<stdin>")
+        try:
+            opened = sys.stdin.fileno()
+        except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
+            mend = "Name a file, or send one: cat log.csv | bristle log -"
+            raise InputError("there is nothing to read", path="<stdin>", mend=mend) from None
+        return _within(_pieces(opened, source), limit, "<stdin>")
     mode = os.stat(source).st_mode
-    for is_kind, kind, mend in _KINDS:
+    for is_kind, kind, mend in (
+        (stat.S_ISDIR, "a folder", "Name a file in it"),
+        (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
+        (stat.S_ISBLK, "a device", "Name a file: a device is no log"),
+        (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
+    ):
         if is_kind(mode):
             raise InputError(f"is {kind}, not a file", path=str(source), mend=mend)
     # A pipe that nobody writes to must not be waited for, so it is opened without; a regular file does not care.
@@ -177,13 +180,6 @@ def _bytes_of(source: Path, limit: int) -> bytes:
         return _within(_pieces(opened, source), limit, str(source))
     finally:
         os.close(opened)
-
-
-def _standard_input() -> int:
-    try:
-        return sys.stdin.fileno()
-    except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
-        raise InputError("there is nothing to read", path="<stdin>", mend="Name a file, or send one: cat log.csv | bristle log -") from None
 
 
 def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:
@@ -230,9 +226,7 @@ def _refusal(source: Path, error: OSError) -> InputError:
         names: list[str] = []
         with suppress(OSError):
             names = os.listdir(source.parent)
-        close = close_names(source.name, names, cutoff=0.75)
-        mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
-        return InputError("there is no such file", path=str(source), mend=mend)
+        return InputError("there is no such file", path=str(source), mend=did_you_mean(source.name, names, 0.75) or "Check the path")
     if error.errno == errno.ENAMETOOLONG:
         return InputError("is too long for the name of a file", path=str(source))
     return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))

@@ -55,7 +55,6 @@ class HeldOut:
 
 
 T = TypeVar("T")
-NEARNESS = 0.02  # in coordinates: of a typical magnitude, or of a factor e
 UNFINISHED = Diagnostic("unfinished")
 
 
@@ -83,7 +82,8 @@ class BestSoFar:
 
     def is_known(self, at: np.ndarray) -> bool:
         """Return whether a point is where the best descent ended."""
-        return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < NEARNESS))
+        # 0.02 in coordinates: of a typical magnitude, or of a factor e
+        return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < 0.02))
 
     def take(self, result: Any) -> None:
         """Take note of a descent that ended."""

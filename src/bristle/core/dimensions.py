@@ -20,15 +20,6 @@ Kind = Literal["translational", "rotational", "magnetic", "piezo"]
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
 
 
-OTHER_NAMES: dict[str, Kind] = {"linear": "translational", "rotary": "rotational", "rotatory": "rotational", "rotating": "rotational"}
-"""What people call a kind of axis as well."""
-
-
-def kind_called(name: Any) -> Any:
-    """Return a kind of axis by its own name, whatever it was called; what is none as it is."""
-    return OTHER_NAMES.get(name, name) if isinstance(name, str) else name
-
-
 class Name(NamedTuple):
     """A quantity with a name: its SI unit on each kind, and the product that it is short for, if it is."""
 

@@ -5,12 +5,13 @@ In plain Python each function looks the component up by ``type(p)``; for the com
 
 import inspect
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 from bristle.core.kernel import on_activation
 
 _functions: dict[tuple[str, str, type], Callable[..., Any]] = {}
+_DISPATCHERS: dict[Callable[..., Any], tuple[str, str, str]] = {}
+"""Dispatching function -> family and name of what it calls, and its arguments."""
 _by_fields: dict[Callable[..., Any], Callable[[tuple[str, ...]], Callable[..., Any]]] = {}
 
 
@@ -29,134 +30,44 @@ def functions_of(parameters: Any) -> tuple[Callable[..., Any], ...]:
     return tuple(function for (_, _, cls), function in _functions.items() if cls is parameters)
 
 
-def operator_trial(state, memory, u, p):
-    """Call ``trial`` of the hysteresis operator with parameters `p`."""
-    return _functions["hysteresis", "trial", type(p)](state, memory, u, p)
+def _dispatching(family: str, name: str, arguments: str) -> Callable[..., Any]:
+    """Return what calls the function `name` of a component, whose parameters are the last of the arguments."""
+
+    def dispatch(*given):
+        return _functions[family, name, type(given[-1])](*given)
+
+    dispatch.__name__ = dispatch.__qualname__ = f"{family}_{name}"
+    _DISPATCHERS[dispatch] = (family, name, arguments)
+    return dispatch
 
 
-def operator_commit(state, memory, move, p):
-    """Call ``commit`` of the hysteresis operator with parameters `p`."""
-    return _functions["hysteresis", "commit", type(p)](state, memory, move, p)
-
-
-def operator_measure(p):
-    """Return the measure of the hysteresis operator with parameters `p`, by its Everett function."""
-    return _functions["hysteresis", "measure", type(p)](p)
-
-
-def everett(alpha, beta, q):
-    """Return the Everett function E(alpha, beta), alpha >= beta, of the measure `q`."""
-    return _functions["everett", "value", type(q)](alpha, beta, q)
-
-
-def everett_slope(alpha, beta, side, q):
-    """Return the derivative of E to its moving end: by alpha for ``side > 0``, else by -beta."""
-    return _functions["everett", "slope", type(q)](alpha, beta, side, q)
-
-
-def virgin_curve(u, q):
-    """Return the output that the demagnetised measure `q` has at the first input `u`."""
-    return _functions["everett", "virgin", type(q)](u, q)
-
-
-def virgin_slope(u, q):
-    """Return the derivative of `virgin_curve`."""
-    return _functions["everett", "virgin_slope", type(q)](u, q)
-
-
-def friction_trial(state, memory, motion, dt, p):
-    """Call ``trial`` of the friction model with parameters `p`."""
-    return _functions["friction", "trial", type(p)](state, memory, motion, dt, p)
-
-
-def friction_trial_sided(state, memory, motion, dt, backward, forward):
-    """Call ``trial_sided`` of the friction model with parameters `forward` and, on the other side, `backward`."""
-    return _functions["friction", "trial_sided", type(forward)](state, memory, motion, dt, backward, forward)
-
-
-def friction_commit(state, memory, move, p):
-    """Call ``commit`` of the friction model with parameters `p`."""
-    return _functions["friction", "commit", type(p)](state, memory, move, p)
-
-
-def friction_rate(state, motion, p):
-    """Call ``rate`` of the friction model with parameters `p`."""
-    return _functions["friction", "rate", type(p)](state, motion, p)
-
-
-def friction_piece(state, memory, motion, p):
-    """Call ``piece`` of the friction model with parameters `p`."""
-    return _functions["friction", "piece", type(p)](state, memory, motion, p)
-
-
-def friction_flow(contact, piece, motion, p):
-    """Call ``flow`` of the friction model with parameters `p`."""
-    return _functions["friction", "flow", type(p)](contact, piece, motion, p)
-
-
-def friction_arrival(state, memory, contact, p):
-    """Call ``arrival`` of the friction model with parameters `p`."""
-    return _functions["friction", "arrival", type(p)](state, memory, contact, p)
-
-
-def plant_port(state, effort, dt, p):
-    """Call ``port`` of the plant with parameters `p`."""
-    return _functions["plant", "port", type(p)](state, effort, dt, p)
-
-
-def plant_step(state, effort, force, dt, p):
-    """Call ``step`` of the plant with parameters `p`."""
-    return _functions["plant", "step", type(p)](state, effort, force, dt, p)
-
-
-def plant_rest(state, effort, dt, p):
-    """Call ``rest`` of the plant with parameters `p`."""
-    return _functions["plant", "rest", type(p)](state, effort, dt, p)
-
-
-def plant_rate(state, effort, force, p):
-    """Call ``rate`` of the plant with parameters `p`."""
-    return _functions["plant", "rate", type(p)](state, effort, force, p)
-
-
-def controller_step(state, reference, measured, dt, p):
-    """Call ``step`` of the controller with parameters `p`."""
-    return _functions["controller", "step", type(p)](state, reference, measured, dt, p)
-
-
-def sensor_step(state, x, dt, p):
-    """Call ``step`` of the sensor with parameters `p`."""
-    return _functions["sensor", "step", type(p)](state, x, dt, p)
-
-
-_DISPATCHERS = {
-    operator_trial: ("hysteresis", "trial"),
-    operator_commit: ("hysteresis", "commit"),
-    operator_measure: ("hysteresis", "measure"),
-    everett: ("everett", "value"),
-    everett_slope: ("everett", "slope"),
-    virgin_curve: ("everett", "virgin"),
-    virgin_slope: ("everett", "virgin_slope"),
-    friction_trial: ("friction", "trial"),
-    friction_trial_sided: ("friction", "trial_sided"),
-    friction_commit: ("friction", "commit"),
-    friction_rate: ("friction", "rate"),
-    friction_piece: ("friction", "piece"),
-    friction_flow: ("friction", "flow"),
-    friction_arrival: ("friction", "arrival"),
-    plant_port: ("plant", "port"),
-    plant_step: ("plant", "step"),
-    plant_rest: ("plant", "rest"),
-    plant_rate: ("plant", "rate"),
-    controller_step: ("controller", "step"),
-    sensor_step: ("sensor", "step"),
-}
+operator_trial = _dispatching("hysteresis", "trial", "state, memory, u, p")
+operator_commit = _dispatching("hysteresis", "commit", "state, memory, move, p")
+operator_measure = _dispatching("hysteresis", "measure", "p")
+everett = _dispatching("everett", "value", "alpha, beta, q")
+everett_slope = _dispatching("everett", "slope", "alpha, beta, side, q")
+virgin_curve = _dispatching("everett", "virgin", "u, q")
+virgin_slope = _dispatching("everett", "virgin_slope", "u, q")
+friction_trial = _dispatching("friction", "trial", "state, memory, motion, dt, p")
+friction_trial_sided = _dispatching("friction", "trial_sided", "state, memory, motion, dt, backward, forward")
+friction_commit = _dispatching("friction", "commit", "state, memory, move, p")
+friction_rate = _dispatching("friction", "rate", "state, motion, p")
+friction_piece = _dispatching("friction", "piece", "state, memory, motion, p")
+friction_flow = _dispatching("friction", "flow", "contact, piece, motion, p")
+friction_arrival = _dispatching("friction", "arrival", "state, memory, contact, p")
+plant_port = _dispatching("plant", "port", "state, effort, dt, p")
+plant_step = _dispatching("plant", "step", "state, effort, force, dt, p")
+plant_rest = _dispatching("plant", "rest", "state, effort, dt, p")
+plant_rate = _dispatching("plant", "rate", "state, effort, force, p")
+controller_step = _dispatching("controller", "step", "state, reference, measured, dt, p")
+sensor_step = _dispatching("sensor", "step", "state, x, dt, p")
 
 
 def chosen_by_fields(function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]) -> Callable[..., Any]:
     """Return a function of one NamedTuple, for which `choose` has a kernel by the names of the fields of that."""
     _by_fields[function] = choose
-    on_activation(lambda: _overload(function, lambda types: choose(types[-1].fields)))
+    names = ", ".join(inspect.signature(function).parameters)
+    on_activation(lambda: _overload(function, names, lambda types: choose(types[-1].fields)))
     return function
 
 
@@ -169,26 +80,25 @@ def implementation_of(function: Callable[..., Any], parameters: type) -> Callabl
     """Return what a dispatching function of this module calls for parameters of this type; None where nothing is."""
     if function in _by_fields:
         return _by_fields[function](getattr(parameters, "_fields", ()))
-    return _functions.get((*_DISPATCHERS[function], parameters))
+    return _functions.get((*_DISPATCHERS[function][:2], parameters))
 
 
 def overload_all() -> None:
     """Make every dispatching function of this module known to the compiler."""
-    for function, key in _DISPATCHERS.items():
-        _overload(function, partial(_by_type, key))
+    for function, (family, name, arguments) in _DISPATCHERS.items():
+        _overload(
+            function,
+            arguments,
+            lambda types, family=family, name=name: _functions.get((family, name, getattr(types[-1], "instance_class", type(None)))),
+        )
 
 
-def _by_type(key: tuple[str, str], types: tuple[Any, ...]) -> Any:
-    return _functions.get((*key, getattr(types[-1], "instance_class", type(None))))
-
-
-def _overload(function: Callable[..., Any], choose: Callable[[tuple[Any, ...]], Any]) -> None:
+def _overload(function: Callable[..., Any], names: str, choose: Callable[[tuple[Any, ...]], Any]) -> None:
     """Make what is chosen in place of a function known to the compiler, by the types of its arguments."""
     from numba.extending import overload
 
     options: Any = {"forceinline": True, "error_model": "numpy"}
     # The compiler matches arguments by name, so the implementation carries those of its dispatcher.
-    names = ", ".join(inspect.signature(function).parameters)
     scope: dict[str, Any] = {"choose": lambda *types: choose(types)}
     exec(f"def chosen({names}): return choose({names})", scope)
     overload(function, jit_options=options, strict=False)(scope["chosen"])

@@ -183,7 +183,9 @@ def _docstring_of(component: Documented) -> str:
         f"{name} : {_unit_of(component, name, variable)}{defaults.get(name, '')}\n    {_said_of(component, variable)}"
         for name, variable in component.variables.items()
     ]
-    sections = {"Parameters": "\n".join([*named, *_FURTHER])}
+    named += [f"kind : {KIND}, optional\n    Kind of axis; told from the units where they are given, else translational."]
+    named += ["validate : bool, default True\n    False lets values through that break a range or a relation."]
+    sections = {"Parameters": "\n".join(named)}
     sections["Notes"] = "\n".join(
         f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}." for relation in component.relations
     )
@@ -194,14 +196,6 @@ def _docstring_of(component: Documented) -> str:
     sections["References"] = sources.replace("\n\n", "\n")
     text = laid_out(paragraph for paragraph in explained if paragraph.kind != REFERENCE)
     return "\n\n".join([text, *(f"{head}\n{'-' * len(head)}\n{body}" for head, body in sections.items() if body)])
-
-
-_FURTHER = (
-    f"kind : {KIND}, optional",
-    "    Kind of axis; told from the units where they are given, else translational.",
-    "validate : bool, default True",
-    "    False lets values through that break a range or a relation.",
-)
 
 
 def _written(value: Any) -> str:

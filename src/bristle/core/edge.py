@@ -28,7 +28,6 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from bristle.core.contracts import Component, Model
-from bristle.core.dimensions import kind_called
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.units import quantity
 from bristle.core.values import LARGEST_COUNT, Converter, looked_at, shown
@@ -264,15 +263,7 @@ Progress = Callable[[float, str], None]
 PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 
-_AMONG_KINDS: Converter = among(*KINDS)
-
-
-def _kind(value: Any, path: str, kind: Kind | None) -> str:
-    """Take a kind of axis, also by what else people call it."""
-    return _AMONG_KINDS(kind_called(value), path, kind)
-
-
-KIND: Converter = _kind
+KIND: Converter = among(*KINDS)
 
 
 def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool = True) -> Converter:

@@ -100,9 +100,9 @@ class FaultWarning(InputWarning):
         self.__cause__ = error
 
 
-def did_you_mean(name: object, names: Iterable[str]) -> str:
+def did_you_mean(name: object, names: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the question after the name that was meant; nothing where no known one is close."""
-    close = close_names(str(name), names, cutoff=0.6)
+    close = close_names(str(name), names, cutoff)
     return f"Did you mean {close[0]!r}?" if close else ""
 
 

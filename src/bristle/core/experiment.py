@@ -26,7 +26,6 @@ ALONG = ("desired", "measured")
 RESTS = ("held", "middle")  # Rules for the force of a memoryless friction model at rest; the first one is that of feedforward
 
 OF_A_SAMPLE = 1e-6  # within which times are the same: those told in decimals, or as a mean of differences, are not exact
-FEWEST_STEPS = 4  # in a sample
 
 
 @guarded()
@@ -88,7 +87,7 @@ RUN = variables_in(Run)
 @guarded(sample_time=amount(RUN["sample_time"]))
 def substeps_for(sample_time: float) -> int:
     """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
-    return max(FEWEST_STEPS, math.ceil(sample_time / 2.5e-4 - OF_A_SAMPLE))  # of the integration [s]
+    return max(4, math.ceil(sample_time / 2.5e-4 - OF_A_SAMPLE))  # of the integration [s]
 
 
 @guarded()

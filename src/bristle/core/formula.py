@@ -19,9 +19,7 @@ TEXT, EQUATION, REFERENCE = "text", "equation", "reference"
 DIRECTIVE = ".. math::"
 WIDTH = 88
 NO_BREAK = "\u00a0"
-LONGEST_WHOLE = 30
 _MATH = re.compile(r":math:`([^`]*)`")
-_ROLE = re.compile(r"(?::\w+:)?`~?([^`]*)`")
 
 
 def _pairs(text: str) -> dict[str, str]:
@@ -38,7 +36,6 @@ LETTERS = _pairs(
 RELATIONS = _pairs(
     "le ≤ leq ≤ ge ≥ geq ≥ ne ≠ neq ≠ in ∈ to → leftarrow ← rightarrow → sim ~ approx ≈ equiv ≡ propto ∝ ll ≪ gg ≫ Rightarrow ⇒ lt < gt >"
 )
-SIGNS = _pairs("pm ± mp ∓ times × cdot · circ ∘ cup ∪ cap ∩")
 FRAMES = _pairs("lfloor ⌊ rfloor ⌋ lceil ⌈ rceil ⌉ langle ⟨ rangle ⟩ { { } } | ‖ lvert | rvert |")
 FUNCTIONS = ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg"]
 ACCENTS = {"dot": "\u0307", "ddot": "\u0308", "hat": "\u0302", "bar": "\u0304", "tilde": "\u0303", "vec": "\u20d7"}
@@ -74,7 +71,7 @@ COMMANDS = {
     for role, table in (
         (ATOM, LETTERS),
         (RELATION, RELATIONS),
-        (SIGN, SIGNS),
+        (SIGN, _pairs("pm ± mp ∓ times × cdot · circ ∘ cup ∪ cap ∩")),
         (FUNCTION, dict(zip(FUNCTIONS, FUNCTIONS, strict=True))),
         (BLANK, dict.fromkeys((",", ";", ":", " ", "quad", "qquad", "~", "\\"), " ")),
         (TIGHT, {"!": ""}),
@@ -92,12 +89,7 @@ _TOKEN = re.compile(r"\\(?:[A-Za-z]+|.)|\s+|.", re.DOTALL)
 _UNSEEN = re.compile(
     r"\\(?:displaystyle|limits|nolimits|mathcal|mathbb|boldsymbol|mathbf|big|Big|bigl|bigr)(?![A-Za-z])\s*|(?<!\\)\s+(?=[_^])"
 )
-_CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
 _ENVIRONMENT = re.compile(r"\\(?:begin|end)\{(?:aligned|align\*?|split|gathered)\}")
-_FIRST = re.compile(r".[\u0300-\u036f]*")
-_SUM = re.compile(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]")
-_TOGETHER = re.compile(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]")  # by the roles of two pieces
-_APART = re.compile(r".[rsfFq]|[rsfq,].")
 
 
 def as_text(latex: str) -> str:
@@ -134,7 +126,7 @@ def _split(latex: str) -> Iterator[str]:
 
 
 def _with_cases(latex: str) -> list[str]:
-    cases = _CASES.search(latex)
+    cases = re.search(r"\\begin\{cases\}(.*?)\\end\{cases\}", latex, re.DOTALL)
     if cases is None:
         return [as_text(latex).removesuffix(",")]
     before, after = as_text(latex[: cases.start()]), as_text(latex[cases.end() :])
@@ -165,8 +157,9 @@ class _Reader:
                 continue
             after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
             bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
-            together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
-            blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
+            # By the roles of two pieces.
+            together = re.fullmatch(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]", left + role) or (before == "Δ" and left + role == ATOM + ATOM)
+            blank = re.fullmatch(r".[rsfFq]|[rsfq,].", left + role) or (place and visible[place - 1].role == BLANK)
             line += f" {bracketed}" if blank and not together else bracketed
             # A sign with nothing before it belongs to what follows.
             left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
@@ -228,7 +221,7 @@ class _Reader:
             if (above, below) in HALVES:
                 return Piece(HALVES[above, below], ATOM)
             # A sum in brackets, and what a function without them would take the fraction bar into.
-            product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+            product = not re.search(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]", _without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
             simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
             return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
         if name in ("operatorname", "mathrm", "text", "textrm"):
@@ -237,7 +230,7 @@ class _Reader:
             inner = self._argument()
             return Piece(f"√{inner}" if re.fullmatch(r"\w+|\|[^|]*\|", inner) else f"√({inner})", ATOM)
         if name in ACCENTS:
-            return Piece(_FIRST.sub(rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
+            return Piece(re.sub(r".[\u0300-\u036f]*", rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
         return Piece(name, ATOM)
 
 
@@ -306,7 +299,7 @@ def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
 def _laid_out(paragraph: Paragraph, width: int) -> str:
     if paragraph.kind == EQUATION:
         return "\n".join(_filled(_whole_terms(line), width, "    ", "        ") for line in lines_of(paragraph.text))
-    plain = _ROLE.sub(r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`"))
+    plain = re.sub(r"(?::\w+:)?`~?([^`]*)`", r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`"))
     plain = re.sub(r"(?<!\w)\*(\w[^*]*)\*", r"\1", plain)
     return _filled(re.sub(r"(?<=\])_", "", plain), width, "", "  " if plain.startswith(("* ", "[")) else "")
 
@@ -320,7 +313,7 @@ def _filled(text: str, width: int, first: str, further: str) -> str:
 def _kept_whole(formula: re.Match[str]) -> str:
     """Return a formula within a sentence; a short one is not broken."""
     text = as_text(formula[1])
-    return text.replace(" ", NO_BREAK) if len(text) <= LONGEST_WHOLE else text
+    return text.replace(" ", NO_BREAK) if len(text) <= 30 else text  # characters of a short one
 
 
 def _whole_terms(line: str) -> str:

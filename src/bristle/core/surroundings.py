@@ -2,7 +2,7 @@
 
 import keyword
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -121,17 +121,8 @@ _classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
 
 
 @once
-def _at_rest(fields: tuple[str, ...]) -> Callable[..., Any]:
-    return _with_velocity("motion_at_rest", fields, {"transmitted": repr(NOTHING_TRANSMITTED)})
-
-
-@once
-def _on_side(fields: tuple[str, ...]) -> Callable[..., Any]:
-    return _with_velocity("motion_on_side", fields, {})
-
-
-def _with_velocity(name: str, fields: tuple[str, ...], changed: Mapping[str, str]) -> Callable[..., Any]:
-    values = ["v", *(changed.get(field, f"motion.{field}") for field in fields[1:])]
+def _with_velocity(name: str, fields: tuple[str, ...], transmitted: str = "motion.transmitted") -> Callable[..., Any]:
+    values = ["v", *(transmitted if field == "transmitted" else f"motion.{field}" for field in fields[1:])]
     return kernel_of(f"{name}(v, motion)", [f"return Motion({', '.join(values)})"], {"__name__": __name__, "Motion": _classes[fields]})
 
 
@@ -145,8 +136,8 @@ def on_side(v, motion):
     return motion._replace(v=v)
 
 
-chosen_by_fields(at_rest, _at_rest)
-chosen_by_fields(on_side, _on_side)
+chosen_by_fields(at_rest, lambda fields: _with_velocity("motion_at_rest", fields, repr(NOTHING_TRANSMITTED)))
+chosen_by_fields(on_side, lambda fields: _with_velocity("motion_on_side", fields))
 
 
 @once

@@ -10,7 +10,6 @@ NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma ta
 GREEK: dict[str, str] = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
-_CODE = re.compile(r"`([^`]+)`")
 _NAME = re.compile(rf"(?<![\w`])({'|'.join(GREEK)}|[A-Za-z])_([A-Za-z0-9]{{1,3}})(_pos|_neg)?(?![\w`+])")
 
 
@@ -36,7 +35,7 @@ def worded(text: str) -> Markup:
     """
     if isinstance(text, Markup):
         return text
-    pieces = _CODE.split(text)
+    pieces = re.split(r"`([^`]+)`", text)
     return Markup().join(
         Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
     )

@@ -10,8 +10,6 @@ _NEWTON = (("k{}", 3, 1e4), *_METRE[:3])
 _MULTIPLES = dict.fromkeys(("m", "rad", "s"), _METRE) | dict.fromkeys(("N", "V", "A"), _NEWTON) | {"Hz": _NEWTON[:2]}
 _WHOLE_UNITS = {"kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)), "kg": (("kg", 0, 0.1), ("g", -3, 0.0))}
 LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
-_UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*")
-_BYTE = re.compile("[\udc80-\udcff]")  # of a name, as `os.fsdecode` has it
 
 
 class Scale(NamedTuple):
@@ -27,7 +25,7 @@ class Scale(NamedTuple):
 
 def escaped(text: str) -> str:
     """Return text that can be written: bytes of a file's name that are no letters stand there as their numbers."""
-    return _BYTE.sub(lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)
+    return re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)  # as `os.fsdecode` has them
 
 
 def printable(text: str) -> str:
@@ -45,7 +43,7 @@ def typeset(unit: str) -> str:
 
 def typeset_sentence(text: str) -> str:
     """Return a sentence with the units behind its numbers set for reading."""
-    return _UNIT_IN_TEXT.sub(lambda match: typeset(match[0]), text)
+    return re.sub(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*", lambda match: typeset(match[0]), text)
 
 
 def scale_of(unit: str, magnitude: float) -> Scale:

@@ -24,11 +24,14 @@ _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or 
 _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
 LARGEST = 1e100  # No quantity of an axis is larger: products of a few of them are still numbers
-AMBIGUOUS = ("mil", "mils")  # of an inch a thousandth, of a turn the 6400th
 LONGEST_UNIT = 64
 _GRAMMAR = grammar(r"(?:[^\W\d_]\w*|%|‰|1)")
-_PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3}
-_DECIMALS = {f"{prefix}{si}": (si, power) for prefix, power in _PREFIXES.items() for si in SYMBOLS if si not in ("kg", "T")}
+_DECIMALS = {
+    f"{prefix}{si}": (si, power)
+    for prefix, power in {"n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3}.items()
+    for si in SYMBOLS
+    if si not in ("kg", "T")
+}
 _DECIMALS |= {"kg": ("kg", 0), "g": ("kg", -3), "%": ("rated", -2), "‰": ("rated", -3), "1": ("1", 0)}
 _PRODUCTS = {"N": "kg*m/s^2", "Hz": "1/s", "V": "kg*m^2/(s^3*A)"}
 _SPELLINGS = (
@@ -171,7 +174,7 @@ def is_unit(text: str) -> bool:
     """Return whether `text` is a unit."""
     if _decimal(_spelt(text)) is not None:
         return True
-    if text.strip().lower() in AMBIGUOUS:
+    if text.strip().lower() in ("mil", "mils"):  # of an inch a thousandth, of a turn the 6400th
         return False
     try:
         _unit(_spelt(text))
@@ -241,18 +244,18 @@ def _misnamed(source_unit: str, unit: str) -> bool:
 
 def _mend(source_unit: str, unit: str) -> str:
     names, dimensions = _names(source_unit), dict(_unit(source_unit).dimensionality)
-    if names & ENERGY_UNITS and "N*m" in unit:
-        return 'An energy is not a torque: write newton times metre, such as "40 mN*m"'
-    if "count" in names:
-        return 'Counts need a resolution: write the length or the angle, one count being, say, "0.125 um"'
-    if dimensions == {"[time]": -1} and unit == "rad/s":
-        return 'A frequency is not an angular velocity: write "60 rad/s", "60 rev/s" or "3000 rpm"'
-    if "hertz" in names and unit == "1/s":
-        return "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)"
-    if dimensions == {"[angle]": 1, "[time]": -1} and unit == "Hz":
-        return "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"
-    if names & {"percent_rated", "permille_rated"}:
-        return "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file"
+    mends = {
+        'An energy is not a torque: write newton times metre, such as "40 mN*m"': names & ENERGY_UNITS and "N*m" in unit,
+        'Counts need a resolution: write the length or the angle, one count being, say, "0.125 um"': "count" in names,
+        'A frequency is not an angular velocity: write "60 rad/s", "60 rev/s" or "3000 rpm"': dimensions == {"[time]": -1}
+        and unit == "rad/s",
+        "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)": "hertz" in names and unit == "1/s",
+        "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz": dimensions == {"[angle]": 1, "[time]": -1}
+        and unit == "Hz",
+        "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file": names & {"percent_rated", "permille_rated"},
+    }
+    for mend in filter(mends.get, mends):
+        return mend
     for own_kind, unit_kind in (KINDS, KINDS[::-1]):
         elsewhere = unit_elsewhere(unit, own_kind, unit_kind)
         if elsewhere not in (None, unit) and compatible(source_unit, elsewhere):

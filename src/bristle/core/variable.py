@@ -6,7 +6,7 @@ from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (asked for here)
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, did_you_mean, located
 
 OF_SLOTS = ("place", "load", "temperature", "channel")  # What a log must contain for what only a slot has; the last of one's own
 EXCITATIONS = ("", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", *OF_SLOTS, "drive")
@@ -61,10 +61,8 @@ class Variable:
         if not self.description:
             mend = 'Write both, Variable("force", "Coulomb friction force")'
             raise InputError("lacks its quantity or its description", path=f"Variable({self.quantity!r})", mend=mend)
-        try:
+        with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
-        except InputError as error:
-            raise error.at(f"quantity of {self.description!r}") from None
         if self.excitation not in EXCITATIONS:
             place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty"
             mend = did_you_mean(self.excitation, EXCITATIONS[1:])
@@ -79,13 +77,13 @@ class Variable:
         if self.choices:
             return ", ".join(self.choices)
         unit = "" if self.quantity == "1" else f" {self.unit(kind)}"
-        if math.isinf(self.min) and math.isinf(self.max):
-            return f"any number{unit and ' in'}{unit}"
-        if math.isinf(self.max):
-            return f">= {self.min:g}{unit}"
-        if math.isinf(self.min):
-            return f"<= {self.max:g}{unit}"
-        return f"{self.min:g} to {self.max:g}{unit}"
+        by_end = {  # without a smallest value, without a largest one
+            (True, True): f"any number{unit and ' in'}{unit}",
+            (False, True): f">= {self.min:g}{unit}",
+            (True, False): f"<= {self.max:g}{unit}",
+            (False, False): f"{self.min:g} to {self.max:g}{unit}",
+        }
+        return by_end[math.isinf(self.min), math.isinf(self.max)]
 
     def code(self, value: Any, path: str) -> int:
         """Return the place of a name among the choices.

@@ -1,12 +1,12 @@
 """A plant with friction, integrated with steps of the length that a tolerance asks for."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, Amount, amount, guarded
+from bristle.core.edge import Amount, amount, guarded
 from bristle.core.status import Status
 from bristle.core.variable import Variable
 from bristle.engine.compilation import compiled, driver
@@ -23,7 +23,6 @@ from bristle.engine.step_doubling import GIVE_UP, ROUNDING, Course, DoublingEntr
 SHARE_OF_TOLERANCE, SHARE_OF_PRESLIDING = 0.3, 0.02
 # A contact carried along for so many times its pre-sliding distance only follows.
 FAR = 5.0
-REFINEMENTS = 4
 SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
 
@@ -45,7 +44,6 @@ class AdaptiveTrace(Trace):
     **MECHANISM,
     **DRIVEN,
     tolerance=amount(Variable("length", "error wanted", min=0.0), exclusive=True),
-    verify=FLAG,
     max_step=amount(Variable("time", "longest step", min=0.0), exclusive=True, endless=True),
 )
 def run_adaptive(
@@ -57,7 +55,6 @@ def run_adaptive(
     tolerance: Amount,
     hold: str = "linear",
     max_step: Amount = np.inf,
-    verify: bool = False,
     x: Amount = 0.0,
     v: Amount = 0.0,
     state: Any = None,
@@ -75,13 +72,11 @@ def run_adaptive(
         Time between samples [s]; steps may be longer.
     tolerance : float
         Largest error of the position wanted over the whole run [m or rad]. Where a motion is unstable, its growth
-        multiplies errors; `verify` finds that out.
+        multiplies errors: a second run with a tenth of the tolerance then differs.
     hold : {"linear", "zero"}
         Between samples the effort runs straight to the next one, or is held.
     max_step : float
         Longest step [s].
-    verify : bool
-        Integrate again and again, each time ten times as finely, until two runs agree within the tolerance.
     x, v : float
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
@@ -112,54 +107,36 @@ def run_adaptive(
     # The last sample must not be missed by rounding.
     course.knots[-1] = duration * (1.0 + 1e-12)
 
-    def run(allowed: float) -> AdaptiveTrace:
-        body, contact = Instance(plant), Instance(friction)
-        body.state[0], body.state[1] = x, v
-        contact.begin(state)
-        limits = Limits(
-            SHARE_OF_TOLERANCE * allowed / duration,
-            SHARE_OF_PRESLIDING * distance,
-            min(max_step, duration),
-            SHORTEST_STEP * duration,
-            FIRST_STEP * duration,
-            FAR * distance if np.isfinite(distance) else 0.0,
-            SHARE_OF_TOLERANCE * allowed,
-        )
-        rest_time = compiled(
-            f"rest_time-{body.key}-{contact.key}",
-            lambda: make_rest_time(*body.structures, *contact.structures),
-            Substeps,
-            body.functions + contact.functions,
-        )
-        vectors = vectors_of(body, contact, memory_of(friction, memory), np.zeros(OUT_SIZE))
-        before, full_step = (
-            vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE)) for _ in range(2)
-        )
-        before = before._replace(memory=vectors.memory.copy())
-        entries, samples, report = (
-            DoublingEntries(substeps_entry(body, contact), rest_time),
-            Samples(times, *np.zeros((3, times.size))),
-            np.zeros(4),
-        )
-        reached = int(driver(doubling)(entries, vectors, before, full_step, course, limits, samples, report))
-        return _trace(samples, report, effort, dt, allowed, reached, contact)
-
-    trace = run(tolerance)
-    if not verify:
-        return trace
-    for refinement in range(1, REFINEMENTS + 1):
-        coarse, trace = trace, run(tolerance * 0.1**refinement)
-        is_alike = trace.position.size == coarse.position.size
-        if is_alike and np.max(np.abs(trace.position - coarse.position), initial=0.0) <= tolerance:
-            return trace
-    return replace(trace, status=max(trace.status, Status.TOLERANCE_MISSED))
-
-
-def _trace(
-    samples: Samples, report: np.ndarray, u: np.ndarray, dt: float, tolerance: float, reached: int, contact: Instance
-) -> AdaptiveTrace:
-    """Return what a run left behind, from its samples, its report and the number of samples reached."""
-    cut = slice(0, min(reached, u.size))
+    body, contact = Instance(plant), Instance(friction)
+    body.state[0], body.state[1] = x, v
+    contact.begin(state)
+    limits = Limits(
+        SHARE_OF_TOLERANCE * tolerance / duration,
+        SHARE_OF_PRESLIDING * distance,
+        min(max_step, duration),
+        SHORTEST_STEP * duration,
+        FIRST_STEP * duration,
+        FAR * distance if np.isfinite(distance) else 0.0,
+        SHARE_OF_TOLERANCE * tolerance,
+    )
+    rest_time = compiled(
+        f"rest_time-{body.key}-{contact.key}",
+        lambda: make_rest_time(*body.structures, *contact.structures),
+        Substeps,
+        body.functions + contact.functions,
+    )
+    vectors = vectors_of(body, contact, memory_of(friction, memory), np.zeros(OUT_SIZE))
+    before, full_step = (
+        vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE)) for _ in range(2)
+    )
+    before = before._replace(memory=vectors.memory.copy())
+    entries, samples, report = (
+        DoublingEntries(substeps_entry(body, contact), rest_time),
+        Samples(times, *np.zeros((3, times.size))),
+        np.zeros(4),
+    )
+    reached = int(driver(doubling)(entries, vectors, before, full_step, course, limits, samples, report))
+    cut = slice(0, min(reached, effort.size))
     accepted, rejected, missed, failed = report
     if tolerance < 16.0 * ROUNDING * float(np.max(np.abs(samples.x))):
         missed = max(missed, 1.0)
@@ -174,10 +151,10 @@ def _trace(
         time=samples.times[cut],
         position=x,
         velocity=v,
-        effort=u[cut],
+        effort=effort[cut],
         friction=np.diff(samples.impulse)[cut] / dt,
         measured=x,
-        command=u[cut],
+        command=effort[cut],
         motor_position=x,
         motor_velocity=v,
         status=next((status for status, happened in causes.items() if happened), Status.OK),

@@ -21,8 +21,6 @@ from bristle.engine.lanes import InLanes, Rows, make_lanes
 from bristle.engine.loop import HOLDS, SAMPLE_TIME, held, substeps_entry
 from bristle.engine.screwed import refuse_screw
 
-# All vectors of a block at a time, where one holds eight numbers.
-INTERLEAVED = 4
 WORTH_LANES = 10_000_000  # steps in all: lanes of an implicit step are compiled apart, which takes seconds
 
 
@@ -175,7 +173,7 @@ class _Batch:
             lambda: make_lanes(*structures, rows, constants),
             InLanes,
             self.plant.functions + self.friction.functions,
-            INTERLEAVED,
+            4,  # all vectors of a block at a time, where one holds eight numbers
         )
         matrices = np.empty((3, len(self.effort), self.count))
         self.position, self.velocity, self.force = matrices.transpose(0, 2, 1)

@@ -34,8 +34,6 @@ from bristle.engine.signature import compiled_signature, flat, handed_over, link
 _interpreted = ContextVar("interpreted", default=False)
 _entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
 _compiled: list[str] = []
-KEEP_DAYS = 30.0
-_OWN = re.compile(r"-[0-9a-f]{16}\.bin$|\.partial$")
 
 
 def is_interpreted() -> bool:
@@ -94,10 +92,10 @@ def _is_own(folder: Path) -> bool:
 
 def _forget_old(folder: Path) -> None:
     """Remove what nobody has used for a month, of what was written here and nothing else."""
-    limit = time.time() - 86400.0 * KEEP_DAYS
+    limit = time.time() - 86400.0 * 30.0
     for file in folder.iterdir():
         with contextlib.suppress(OSError):
-            if _OWN.search(file.name) and file.stat().st_mtime < limit:
+            if re.search(r"-[0-9a-f]{16}\.bin$|\.partial$", file.name) and file.stat().st_mtime < limit:
                 file.unlink()
 
 

@@ -74,7 +74,6 @@ class Contact:
 
 Signals = Mapping[str, np.ndarray]
 PLACES = 7  # tried at once, from one stop to the other, then between the two neighbours of the best
-CLOSER = 3  # times
 FIRST = 1000  # samples that are looked at first
 THINNED = 500  # of them suffice to tell one place from another
 MARGIN = 100  # samples without a difference that end the look-out
@@ -97,7 +96,7 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
 
     places = np.linspace(-1.0, 1.0, PLACES)
     cost = costs(places)
-    for _ in range(CLOSER):
+    for _ in range(3):
         # As many places between the neighbours of the best one; the cost of these is known.
         best = int(np.argmin(cost))
         low, high = max(best - 1, 0), min(best + 1, PLACES - 1)

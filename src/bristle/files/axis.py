@@ -92,10 +92,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     if held is not None and hold is not None and held != (hold == "zero"):
         raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
     if file.plant.gravity is not None and file.kind != "rotational":
-        message, mend = (
-            "turns with the angle of a link, and this axis is translational",
-            "A weight on a vertical axis is the offset, which is identified",
-        )
+        message, mend = f"turns with the angle of a link, and this axis is {file.kind}", "A weight is the offset, which is identified"
         raise InputError(message, path="plant.gravity", value=file.plant.gravity, mend=mend)
     fields = raw | {
         "name": file.name,
@@ -183,13 +180,8 @@ def _column(name: str, entry: ColumnEntry, drive: Drive) -> Column:
 
 
 def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> Injected:
-    gain: Any = entry.gain
-    if entry.unit is not None:
-        if isinstance(gain, str):
-            raise InputError("has a unit, and so has `gain`", path=f"{path}.unit", mend="Keep one of them")
-        gain = f"{gain!r} {entry.unit}"
-    value = _effort(gain, file, drive, f"{path}.gain")
-    units.refuse_absurd(value, f"{path}.gain", gain)
+    value = _effort(entry.gain, file, drive, f"{path}.gain")
+    units.refuse_absurd(value, f"{path}.gain", entry.gain)
     return Injected(entry.column, value, entry.optional)
 
 

@@ -3,13 +3,15 @@
 import keyword
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 from bristle.controllers import CONTROLLERS
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Component, Controller, Model, make_model
-from bristle.core.dimensions import KINDS, Kind, exponents_of, kind_called, unit_of
+from bristle.core.dimensions import KINDS, Kind, exponents_of, unit_of
+from bristle.core.edge import TEXT
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Variable
 
@@ -42,6 +44,11 @@ def check_schema(data: Mapping[str, Any]) -> None:
     if type(data["schema"]) is not int or data["schema"] != 1:
         mend = "Is the file from a newer bristle?" if type(data["schema"]) is int else "Write schema = 1"
         raise InputError("is not one that this bristle reads", path="schema", value=data["schema"], allowed="1", mend=mend)
+
+
+def name_of(data: Mapping[str, Any], source: Path) -> str:
+    """Return what a file calls that which it describes; where it says nothing, its own name without the ending."""
+    return TEXT(data.get("name", source.stem), "name", None)
 
 
 def component_named(name: Any, registry: Mapping[str, Component], path: str) -> Any:
@@ -143,10 +150,9 @@ def choice_at(table: Mapping[str, Any], key: str, choices: Sequence[str], path: 
 
 def kind_at(value: Any, path: str, kinds: Sequence[Kind] = KINDS) -> Kind:
     """Return a kind of axis."""
-    kind = kind_called(value)
-    if kind not in kinds:
+    if value not in kinds:
         raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(kinds))
-    return kind
+    return value
 
 
 INTEGRAL_TIME = "T_n"

@@ -144,9 +144,6 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
     return {**data, "kind": KINDS[0] if entry_at("transmission", "lead") is not None else KINDS[1]}
 
 
-CELSIUS = ("degC", "°C", "celsius")
-
-
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
     """Return the columns of load and temperature that an axis file names, and those of further channels."""
     entries = (file.columns.model_extra or {}).items()
@@ -177,10 +174,9 @@ def _further(name: str, entry: ColumnEntry) -> Column:
     """Return the column of a temperature, or of a channel that bristle knows nothing of: its unit distinguishes it from a misspelt name."""
     path, is_temperature = f"columns.{name}.unit", name == "temperature"
     if not is_temperature and (entry.unit is None or not name.isidentifier()):
-        mend = f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
-        mend = did_you_mean(name, COLUMNS) or mend
-        raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=mend)
-    if entry.unit in CELSIUS:
+        further = f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
+        raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=did_you_mean(name, COLUMNS) or further)
+    if entry.unit in ("degC", "°C", "celsius"):
         return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
     base = "K" if is_temperature else units.si_of(entry.unit or "", path=path)
     if entry.unit is not None:

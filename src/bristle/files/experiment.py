@@ -16,7 +16,7 @@ from typing import Any
 from bristle.core.content import SIZE_LIMIT, Origin, Readable, content_of, size_of
 from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.experiment import Experiment, Variant
-from bristle.files.components import check_keys, check_schema, refuse_open, table_at
+from bristle.files.components import check_keys, check_schema, name_of, refuse_open, table_at
 from bristle.files.owned import NOTE, Folder, note_in, strangers_in
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
@@ -26,7 +26,6 @@ from bristle.logs.tables import content_of_log
 DEPENDS_ON, MODEL = "depends_on.json", "model.toml"
 OPTIONS = ("model", "cutoff", "decimation", "blocks", "offset", "mass", "free", "draws", "method")
 """What a table hands on to `bristle.identify`."""
-OF_IDENTIFIED = ("log", "excite", "axis", *OPTIONS)
 IDENTIFIED = "identified"
 MEND = "Run the experiment once with `bristle run`, or bristle.prepare(file) in Python"
 
@@ -93,7 +92,7 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
     from bristle import __version__
 
     path = f"identify.{name}"
-    check_keys(table_at(table, path), OF_IDENTIFIED, path)
+    check_keys(table_at(table, path), ("log", "excite", "axis", *OPTIONS), path)
     if not name.isidentifier():
         raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
     if ("log" in table) == ("excite" in table):
@@ -201,9 +200,7 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
     refuse_open(data)
     check_keys(data, KEYS, "")
     check_schema(data)
-    name = data.get("name", source.stem)
-    if not isinstance(name, str):
-        raise InputError("must be text", path="name", value=name)
+    name = name_of(data, source)
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     as_it_stands = variant_from("base", Tables(base), sources)
     overrides = table_at(data.get("compare", {}), "compare")

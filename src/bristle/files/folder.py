@@ -16,7 +16,6 @@ from bristle.core.content import CHUNK
 from bristle.core.errors import InputError
 
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
-_BINARY = getattr(os, "O_BINARY", 0)
 
 
 class Folder:
@@ -57,7 +56,7 @@ class Folder:
     def open(self, name: str, flags: int = os.O_RDONLY) -> int:
         """Return a file opened; a link is not followed."""
         with self._holder(name) as (holder, last):
-            return os.open(holder._at(last), flags | _NO_LINKS | _BINARY, 0o666, dir_fd=holder._opened)
+            return os.open(holder._at(last), flags | _NO_LINKS | getattr(os, "O_BINARY", 0), 0o666, dir_fd=holder._opened)
 
     def size(self, name: str) -> int:
         """Return how large a file is [byte]."""
@@ -146,7 +145,6 @@ _AS_IT_IS = "\\\\?\\"
 _CURRENT_FOLDER = -100  # AT_FDCWD: relative paths start from the current folder
 # Flags of Linux (renameat2) and of macOS (renamex_np).
 _NO_REPLACE, _EXCHANGE = (4, 2) if sys.platform == "darwin" else (1, 2)
-_UNKNOWN = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
 
 
 def rename_new(old: Path, new: Path) -> None:
@@ -203,6 +201,6 @@ def _rename(old: Path, new: Path, flag: int) -> bool:
     if not failed:
         return True
     code = ctypes.get_errno()
-    if code in _UNKNOWN:
+    if code in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP):  # the system does not know it
         return False
     raise OSError(code, os.strerror(code), str(old), None, str(new))

@@ -16,25 +16,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from bristle.core.errors import InputError, InputWarning
+from bristle.files import owned
 from bristle.files.folder import folder_wanted
-from bristle.files.owned import (
-    NOTE,
-    UNFINISHED,
-    Folder,
-    Note,
-    complete,
-    is_own_name,
-    listed,
-    lock,
-    new_note,
-    note_in,
-    strangers_in,
-    sync_folder,
-    write_line,
-)
+from bristle.files.owned import NOTE, UNFINISHED, Folder, Note
 
 DAMAGED = ".damaged"  # What stands behind the name of a file whose content is not the one that was written: it is kept
-_NO_FOLDER = {errno.ENOTDIR, errno.ELOOP}
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.EACCES, errno.EPERM}
 
 
@@ -73,14 +59,14 @@ class Growing:
 
     def write(self, name: str, content: str | bytes) -> Path:
         """Write a file; it appears whole under its name, in the place of one that was written before."""
-        if not is_own_name(name):
+        if not owned.is_own_name(name):
             raise ValueError(f"{name!r} is not the name of a file")
         data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
         with self._writing:
             try:
                 self._place_file(name, data)
             except OSError as error:
-                if error.errno in _NO_FOLDER:
+                if error.errno in (errno.ENOTDIR, errno.ELOOP):
                     place = str((self.path / name).parent)
                     raise InputError("is a link or a file, not a folder", path=place, mend="Move it elsewhere") from error
                 if error.errno not in _FULL:
@@ -98,14 +84,14 @@ class Growing:
             mend = "Move it elsewhere: it would be replaced"
             raise InputError("was changed since, or was not written here", path=str(self.path / name), mend=mend)
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
-        write_line(self._opened, {"file": partial})
+        owned.write_line(self._opened, {"file": partial})
         try:
             with os.fdopen(self._folder.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
             checksum = hashlib.sha256(data).hexdigest()
-            write_line(self._opened, {"file": name, "sha256": checksum})
+            owned.write_line(self._opened, {"file": name, "sha256": checksum})
             os.fsync(self._opened)
             self._sums.setdefault(name, set()).add(checksum)
             (self._folder.replace if present else self._folder.rename)(partial, name)
@@ -113,7 +99,7 @@ class Growing:
             with suppress(OSError):
                 self._folder.remove(partial)
             raise
-        sync_folder((self.path / name).parent)
+        owned.sync_folder((self.path / name).parent)
 
     def make(self, name: str) -> None:
         """Make a folder in it, unless it is there."""
@@ -151,18 +137,18 @@ def growing_folder(
         if not os.path.lexists(path):
             os.mkdir(path)
         with Folder(path) as folder:
-            note = note_in(folder)
+            note = owned.note_in(folder)
             opened = _new_note_in(folder, path, kind) if note is None else folder.open(NOTE, os.O_RDWR | os.O_APPEND)
             try:
                 try:
-                    lock(opened)
+                    owned.lock(opened)
                 except BlockingIOError:
                     holder = f" (process {note.process})" if note is not None and note.process else ""
                     mend = "Wait for it to end, or name another folder"
                     raise InputError(f"another process{holder} writes there", path=str(path), mend=mend) from None
                 damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
-                complete(opened)
-                write_line(opened, {"process": str(os.getpid())})
+                owned.complete(opened)
+                owned.write_line(opened, {"process": str(os.getpid())})
                 for name in note.files if note is not None else ():
                     # Left half written by a process that was killed: the lock says that none writes. A person's was refused.
                     if UNFINISHED.fullmatch(name) and folder.is_file(name):
@@ -184,21 +170,21 @@ def _new_note_in(folder: Folder, path: Path, kind: str) -> int:
         folder.remove(NOTE)  # of a process that was killed before it wrote a line
     if present := folder.names():
         present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"holds something else than a {kind}: {listed(present)}", path=str(path), mend="Name another folder")
-    return new_note(path, secrets.token_hex(16), path.name, kind)
+        raise InputError(f"holds something else than a {kind}: {owned.listed(present)}", path=str(path), mend="Name another folder")
+    return owned.new_note(path, secrets.token_hex(16), path.name, kind)
 
 
 def verified(path: Path, names: list[str]) -> None:
     """Refuse files of a folder whose content is not the one that was written."""
     with Folder(path) as folder:
-        note = note_in(folder)
+        note = owned.note_in(folder)
         if folder.is_there(NOTE) and not (note and note.is_intact):
             raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
         damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
     if damaged:
         verbs = ("is", "was") if len(damaged) == 1 else ("are", "were")
         mend = "Give the command that wrote the folder again: it makes damaged runs anew, and keeps them beside"
-        raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {listed(damaged)}", path=str(path), mend=mend)
+        raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
 
 
 DAMAGED_NOTE = "is damaged or was changed, and tells no more what was written"
@@ -212,18 +198,18 @@ def _looked_through(
     if note.kind != kind:
         message = f"holds something else than a {kind}: {note.kind or 'results of another command'}"
         raise InputError(message, path=str(path), mend="Name another folder")
-    foreign, changed = strangers_in(folder, note)
+    foreign, changed = owned.strangers_in(folder, note)
     if NOTE in changed:
         raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
     foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
     if foreign:
         mend = "Move it elsewhere: it would be replaced, or read as if it were"
-        raise InputError(f"holds what was not written here: {listed(foreign)}", path=str(path), mend=mend)
+        raise InputError(f"holds what was not written here: {owned.listed(foreign)}", path=str(path), mend=mend)
     changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]  # others are unfinished
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
         mend = "Move them elsewhere: they would be replaced"
-        raise InputError(f"holds files that were changed since: {listed(altered)}", path=str(path), mend=mend)
+        raise InputError(f"holds files that were changed since: {owned.listed(altered)}", path=str(path), mend=mend)
     return changed
 
 

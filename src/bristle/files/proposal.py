@@ -133,7 +133,6 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
 
 
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
-OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 # What stands above the columns of some exports -> where it belongs in an axis file.
 FACTS = {
     "effort.rated": r"(rated|nominal|nenn|bemessungs)[\s_-]*(torque|moment|drehmoment|force|kraft)"
@@ -236,8 +235,9 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
             axis = axis_from(_assumed(tables))
     except InputError:
         return axis
-    # The effort of a rotational axis goes with its angle as the gravity of a link does.
-    effort = log.effort if log is not None and axis.kind == KINDS[1] and set(missing) <= OF_EFFORT else None
+    # The effort of a rotational axis goes with its angle as the gravity of a link does; what scales it leaves its shape as it is.
+    is_known = set(missing) <= {"columns.effort.unit", "effort.rated", "effort.constant"}
+    effort = log.effort if log is not None and axis.kind == KINDS[1] and is_known else None
     if log is not None and effort is not None and pulls_as_a_link(effort.values, log.position.values):
         tables["plant"] = {"gravity": "link"}
         axis = axis_from(_assumed(tables))

@@ -22,26 +22,12 @@ from typing import Literal
 
 from bristle.core.content import Readable, noting_what_is_read, read_in
 from bristle.core.errors import InputError, InputWarning
+from bristle.files import owned
 from bristle.files.folder import exchange, folder_wanted, rename_new
-from bristle.files.owned import (
-    NOTE,
-    Folder,
-    Note,
-    is_own_name,
-    listed,
-    lock,
-    new_note,
-    note_aside,
-    note_in,
-    remove_own,
-    strangers_in,
-    sync_folder,
-    write_line,
-)
+from bristle.files.owned import NOTE, Folder, Note
 
 SUMMARY = "summary.json"  # The file that every folder of results of a command holds
 
-_UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
 _open: set[Results] = set()
@@ -64,10 +50,10 @@ class Results:
 
     def __truediv__(self, name: str) -> Path:
         """Note a file as one of the results, and return where to write it."""
-        if not is_own_name(name):
+        if not owned.is_own_name(name):
             raise ValueError(f"{name!r} is not the name of a file")
         if self._note is not None and name not in self._names:
-            write_line(self._note, {"file": name})
+            owned.write_line(self._note, {"file": name})
             self._names.append(name)
         path = self.path / name
         if path.parent != self.path:
@@ -86,12 +72,12 @@ class Results:
             raise RuntimeError("results without a file")
         with Folder(self.path) as folder:
             for name in self._names:
-                write_line(self._note, {"file": name, "sha256": folder.checksum(name)})
+                owned.write_line(self._note, {"file": name, "sha256": folder.checksum(name)})
                 with os.fdopen(folder.open(name, os.O_RDWR), "rb") as file:
                     os.fsync(file.fileno())
         os.fsync(self._note)
         for holder in sorted({(self.path / name).parent for name in self._names} | {self.path}, reverse=True):
-            sync_folder(holder)
+            owned.sync_folder(holder)
 
     def close(self) -> None:
         """Let go of the note."""
@@ -135,7 +121,7 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: I
     with suppress(OSError):  # what programs left that were killed: only theirs, only dead ones
         for path, _, state in _unfinished_in(target.parent):
             if state == "dead":
-                remove_own(path, half_written=True)
+                owned.remove_own(path, half_written=True)
 
 
 def remove_unfinished() -> None:
@@ -165,7 +151,7 @@ def _check_free(target: Path, force: bool) -> None:
             used = read_in(target)
             for is_so, message, mend in (
                 (not force, "exists already", "Name another folder, or add --force to replace these results"),
-                (used, f"holds what is read here: {listed(used)}", "It would be replaced with the rest: name another folder"),
+                (used, f"holds what is read here: {owned.listed(used)}", "It would be replaced with the rest: name another folder"),
                 (target.is_mount(), "is a mount point and cannot be renamed", "Name a folder in it"),
                 (not status.st_mode & stat.S_IWUSR, "is write-protected", "Name another folder"),
             ):
@@ -176,7 +162,7 @@ def _check_free(target: Path, force: bool) -> None:
 
 
 def _check_own(folder: Folder, target: Path) -> None:
-    note, present = note_in(folder), folder.names()
+    note, present = owned.note_in(folder), folder.names()
     rename, foreign, changed = "Name another folder", [], []
     if note is None and not present:
         message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
@@ -184,18 +170,18 @@ def _check_own(folder: Folder, target: Path) -> None:
         message = (
             f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle 0.1: they are not replaced"
         )
-        mend = f"{rename}, or remove by hand what is no longer needed: {listed(present)}"
+        mend = f"{rename}, or remove by hand what is no longer needed: {owned.listed(present)}"
     elif note is None:
-        message, mend = f"holds something else than results: {listed(present)}", rename
+        message, mend = f"holds something else than results: {owned.listed(present)}", rename
     elif note.kind:
         message = f"holds a {note.kind}, which grew over many runs and is replaced by nothing"
         mend = f"{rename}, or remove this one by hand"
     else:
-        foreign, changed = strangers_in(folder, note)
+        foreign, changed = owned.strangers_in(folder, note)
         if not foreign and not changed:
             return
         reason = "holds files besides the results" if foreign else "holds files that were changed since"
-        message, mend = f"{reason}: {listed(foreign or changed)}", "Move them elsewhere, for the whole folder is replaced, or name another"
+        message, mend = f"{reason}: {owned.listed(foreign or changed)}", "Move them elsewhere, as all of it is replaced, or name another"
     raise InputError(message, path=str(target), mend=mend)
 
 
@@ -205,7 +191,7 @@ def _begin(target: Path) -> Results:
     path = target.with_name(f"bristle-{token}.partial")
     try:
         os.mkdir(path)
-        results = Results(path, new_note(path, token, target.name))
+        results = Results(path, owned.new_note(path, token, target.name))
         _open.add(results)
     except BaseException as error:
         _remove_begun(path, own=True)
@@ -227,10 +213,10 @@ def _remove_begun(path: Path, *, own: bool = False) -> None:
 def _abandon(results: Results) -> None:
     with _removing:
         _open.discard(results)
-        removed = remove_own(results.path, half_written=True)
+        removed = owned.remove_own(results.path, half_written=True)
         results.close()
         # Where no more files can be opened, the one just closed may be what was lacking.
-        removed = removed or remove_own(results.path, half_written=True)
+        removed = removed or owned.remove_own(results.path, half_written=True)
     if not removed and os.path.lexists(results.path):
         warnings.warn(f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning, stacklevel=2)
 
@@ -238,10 +224,10 @@ def _abandon(results: Results) -> None:
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
     """Yield folders that programs write into, or wrote into as they were killed."""
     for name in sorted(os.listdir(parent)):
-        if (match := _UNFINISHED.fullmatch(name)) is None:
+        if (match := re.fullmatch(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)", name)) is None:
             continue
         with suppress(OSError), Folder(parent / name) as folder:
-            note = note_in(folder)
+            note = owned.note_in(folder)
             if note is None:
                 if os.lstat(parent / name).st_mtime < time.time() - 60.0:  # [s]
                     _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
@@ -254,7 +240,7 @@ def _state_of(folder: Folder) -> State:
     """Return whether a program writes into a folder: it is left alone where that cannot be told, or it is another's."""
     opened = folder.open(NOTE, os.O_RDWR)
     try:
-        locked = lock(opened)
+        locked = owned.lock(opened)
         own = not hasattr(os, "getuid") or os.fstat(opened).st_uid == os.getuid()
     except BlockingIOError:
         return "written"
@@ -283,21 +269,21 @@ def _publish(results: Results, target: Path, force: bool) -> None:
     if old is None:
         rename_new(results.path, target)
     _open.discard(results)
-    sync_folder(target.parent)
+    owned.sync_folder(target.parent)
     results.close()
     if old is None:
         return
     for pause in (0.0, 0.02, 0.2):  # [s]
         time.sleep(pause)
         # Another process that succeeds here may be removing them, too, and is waited for.
-        if remove_own(old) or not os.path.lexists(old):
+        if owned.remove_own(old) or not os.path.lexists(old):
             return
     warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
 
 
 def _replace(new: Path, target: Path) -> Path:
     """Put a folder in the place of another one; return where that one is now, which its note says before."""
-    note_aside(target, new.stem.removeprefix("bristle-"))
+    owned.note_aside(target, new.stem.removeprefix("bristle-"))
     if exchange(new, target):
         return new
     aside = new.with_suffix(".replaced")

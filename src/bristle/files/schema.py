@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from bristle.core.dimensions import AxisKind, kind_called
+from bristle.core.dimensions import AxisKind
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.motion import Side
 
@@ -57,6 +57,7 @@ MISSING = {
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }
 """What to write for a table or key that a file cannot do without."""
+REMOVED = {"injected.unit": 'It was removed: write the unit behind the number, gain = "2 V"'}
 
 
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
@@ -81,7 +82,8 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
         tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
-        mend = did_you_mean(key, keys) or (f"It belongs under [{tables[0]}]" if len(tables) == 1 else "") or more
+        elsewhere = f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
+        mend = REMOVED.get(f"{loc[0]}.{key}") or did_you_mean(key, keys) or elsewhere or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
         return InputError("is missing", path=path, mend=MISSING.get(path, more))
@@ -117,9 +119,6 @@ def _table_in(annotation: Any) -> type[Strict] | None:
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return annotation
     return next((table for inner in get_args(annotation) if (table := _table_in(inner))), None)
-
-
-Harmonic = Annotated[int, Field(ge=1, le=10_000)]
 
 
 def _no_truth_value(value: Any) -> Any:
@@ -172,7 +171,6 @@ class InjectedEntry(Strict):
 
     column: ColumnName
     gain: Quantity
-    unit: str | None = None
     optional: bool = False
 
 
@@ -188,7 +186,7 @@ class CoggingEntry(Strict):
     """What of the effort comes back with every turn of something."""
 
     turn: Literal["motor", "screw"] = "motor"
-    harmonics: Annotated[list[Harmonic], Field(max_length=200)] | Literal["identify"] = "identify"
+    harmonics: Annotated[list[Annotated[int, Field(ge=1, le=10_000)]], Field(max_length=200)] | Literal["identify"] = "identify"
 
 
 class EffortEntry(Strict):
@@ -275,7 +273,7 @@ class AxisFile(Strict):
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
-    kind: Annotated[AxisKind, BeforeValidator(kind_called)]
+    kind: AxisKind
     log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()

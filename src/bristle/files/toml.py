@@ -18,9 +18,7 @@ TOML_LIMIT = FixedLimit(4 * 2**20)
 
 DEEPEST = 32  # tables in one another, and parts of a key
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
-_TUPLE = re.compile(r"\(('(?:[^']|', ')*'),?\)")  # keys as the parser tells them
 _JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not those of a text
-_KEYS = re.compile(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+")
 
 
 class Settings(NamedTuple):
@@ -49,14 +47,16 @@ def _parsed(content: Content) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise InputError(f"is not a text file in UTF-8 (byte {error.start})", mend="Is it the right file?") from None
     before = ""
-    for match in _KEYS.finditer(text):  # keys of very many parts: the parser takes the square of their number
+    # Keys of very many parts: the parser takes the square of their number.
+    for match in re.finditer(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+", text):
         if match[0][0] in "=]" and before.count(".") > DEEPEST and len(_JOINTS.findall(before)) > DEEPEST:
             raise _too_deep(before.strip())
         before = match[0]
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        message = _TUPLE.sub(lambda match: match[1].replace("', '", "."), str(error))
+        # Keys as the parser tells them.
+        message = re.sub(r"\(('(?:[^']|', ')*'),?\)", lambda match: match[1].replace("', '", "."), str(error))
         raise InputError(f"is not valid TOML: {message}", mend=_mend(content, text, str(error))) from None
     except RecursionError:
         raise _too_deep("") from None

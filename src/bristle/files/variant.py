@@ -7,41 +7,14 @@ from typing import Any
 import numpy as np
 
 from bristle.controllers import open_loop
-from bristle.core import units
+from bristle.core import experiment, units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory, make_model
 from bristle.core.errors import InputError
-from bristle.core.experiment import (
-    ALONG,
-    FEEDFORWARD,
-    LEARNING,
-    OF_A_SAMPLE,
-    RESTS,
-    RUN,
-    SAMPLES_MAX,
-    SIDES,
-    START,
-    Effort,
-    Feedforward,
-    Learning,
-    Run,
-    Start,
-    Variant,
-)
+from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, START, Effort, Feedforward, Learning, Run, Start, Variant
 from bristle.core.variable import Kind, Variable
-from bristle.files.components import (
-    check_keys,
-    choice_at,
-    component_named,
-    controller_from,
-    in_effort,
-    key_of,
-    kind_at,
-    model_from,
-    number_at,
-    numbers_in,
-    table_at,
-)
+from bristle.files import components
+from bristle.files.components import check_keys, choice_at, in_effort, key_of, model_from, number_at, numbers_in, table_at
 from bristle.files.sources import Sources
 from bristle.friction import MODELS, with_presliding
 from bristle.friction.level import rises_with_effort
@@ -107,15 +80,12 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
     if "table_friction" in content:  # in N and m whatever the kind of axis
         path = tables.path("table_friction")
         if not has_screw:
-            message, mend = (
-                "needs a plant with a table behind a screw",
-                'Write model = "ball_screw" under [plant], or put the friction under [friction]',
-            )
-            raise InputError(message, path=path, value=plant.name, allowed="ball_screw", mend=mend)
+            mend = 'Write model = "ball_screw" under [plant], or put the friction under [friction]'
+            raise InputError("needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw", mend=mend)
         table_friction = sources.friction(content["table_friction"], "translational", path)[1]
     path, sensor = tables.path("sensor"), tables.table("sensor")
     # The sensor reads the side of the motor, unless the file says otherwise.
-    side = choice_at(sensor, "side", SIDES, path, "no such side", "motor" if has_screw else "load")
+    side = choice_at(sensor, "side", experiment.SIDES, path, "no such side", "motor" if has_screw else "load")
     sensor = {key: value for key, value in sensor.items() if key != "side"}
     if not sensor and axis is not None and axis.resolution is not None:
         sensor = {"resolution": axis.resolution}
@@ -187,17 +157,21 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     if force is None:
         mend = f"Take [{path}] out of the file"
         raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=mend)
-    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + OF_A_SAMPLE)
-    if at[-1] >= force.size:
-        message = f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s"
-        mend = f"Leave duration out, or take [{path}] out of the file"
-        raise InputError(message, path=tables.path("run", "duration"), value=run.duration, mend=mend)
-    return force[at.astype(int)]
+    described, mend = f"the force in {entries['file']}", f"Leave duration out, or take [{path}] out of the file"
+    return _repeated(force, record.sample_time, run, described, tables.path("run", "duration"), mend)
+
+
+def _repeated(values: np.ndarray, sample_time: float, run: Run, described: str, path: str, mend: str) -> np.ndarray:
+    """Return a recorded signal at each sample of a run, which must not last longer."""
+    at = np.floor(run.sample_time / sample_time * np.arange(round(run.duration / run.sample_time)) + experiment.OF_A_SAMPLE)
+    if at[-1] >= values.size:
+        raise InputError(f"is longer than {described}, {values.size * sample_time:g} s", path=path, value=run.duration, mend=mend)
+    return values[at.astype(int)]
 
 
 def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
     """Return the kind of axis: as the file says, its axis, its identified model, or the units of its parameters."""
-    kind = kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
+    kind = components.kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
     if kind and axis and kind != axis.kind:
         raise InputError(f"does not match the axis file, which is {axis.kind}", path="kind", value=kind)
     if kind or axis:
@@ -229,7 +203,7 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources)
     if own is None and "model" not in entries and axis is not None and axis.controller is not None:
         running = _values_of(axis.controller)
         entries = {key: value for key, value in running.items() if key != "k_i" or "T_n" not in entries} | entries
-    return controller_from(entries, kind=kind, axis=axis, path=path, own=own)
+    return components.controller_from(entries, kind=kind, axis=axis, path=path, own=own)
 
 
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
@@ -237,8 +211,8 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
     own = choice_at(entries, "plant", ("none", "own"), path, "is no plant whose gravity and cogging are fed forward")
-    along: Any = choice_at(entries, "along", ALONG, path, "is no motion that a compensator follows")
-    rest: Any = choice_at(entries, "rest", RESTS, path, "is no rule for the force at rest")
+    along: Any = choice_at(entries, "along", experiment.ALONG, path, "is no motion that a compensator follows")
+    rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is no rule for the force at rest")
     place, friction = tables.path("controller", "feedforward", "friction"), entries.get("friction", "none")
     if isinstance(friction, str) and friction != "none":
         mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
@@ -281,8 +255,8 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), integers=("substeps", "delay", "seeds"))
     duration, settle = values["duration"], values.get("settle", 0.0)
     samples = duration / values["sample_time"]
-    if not 3.0 <= samples <= SAMPLES_MAX:
-        message, allowed = f"asks for {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {SAMPLES_MAX} samples"
+    if not 3.0 <= samples <= experiment.SAMPLES_MAX:
+        message, allowed = f"asks for {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {experiment.SAMPLES_MAX} samples"
         raise InputError(message, path=f"{path}.duration", value=duration, allowed=allowed, mend="Change duration or sample_time")
     if settle >= duration:
         raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s")
@@ -323,11 +297,8 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     """Return what drives an open loop, sample by sample."""
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     if log is not None and log.effort is not None:
-        at = np.floor(time / log.sample_time + OF_A_SAMPLE).astype(int)
-        if at[-1] >= len(log):
-            message = f"is longer than the log of the effort, {len(log) * log.sample_time:g} s"
-            raise InputError(message, path="run.duration", value=run.duration, mend="Leave duration out")
-        return Effort(log.effort.values[at], f"that of {table['file']}")
+        effort = _repeated(log.effort.values, log.sample_time, run, "the log of the effort", "run.duration", "Leave duration out")
+        return Effort(effort, f"that of {table['file']}")
     if "model" not in table:
         allowed, mend = f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}", f'Write model = "sine" under [{path}]'
         raise InputError("names no model", path=path, allowed=allowed, mend=mend)
@@ -337,7 +308,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
         level = number_at(table.get("level", 0.0), LEVEL, kind, f"{path}.level")
         return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
     registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}  # those too are told of where a name is unknown
-    component: Trajectory = component_named(table["model"], registry, f"{path}.model")
+    component: Trajectory = components.component_named(table["model"], registry, f"{path}.model")
     variables = effort_variables(component.name)
     check_keys(table, ("model", *map(key_of, variables)), path)
     model = make_model(component, numbers_in(table, variables, kind, path), kind=kind, validate=True, path=path)

@@ -240,14 +240,11 @@ def _numbers(column: Any) -> np.ndarray | None:
     if pyarrow.types.is_time(column.type):
         counts = column.cast(pyarrow.int32() if pyarrow.types.is_time32(column.type) else pyarrow.int64())
         return counts.to_numpy().astype(float) * SECONDS[column.type.unit]
-    values = (column.cast(pyarrow.float64()) if pyarrow.types.is_decimal(column.type) else column).to_numpy()
+    # Whole numbers and truth values with gaps would arrive as objects.
+    may_lack = (pyarrow.types.is_decimal, pyarrow.types.is_integer, pyarrow.types.is_boolean)
+    values = (column.cast(pyarrow.float64(), safe=False) if any(is_so(column.type) for is_so in may_lack) else column).to_numpy()
     if values.dtype.kind == "M":
         return (values - values[:1]) / np.timedelta64(1, "s")
     if values.dtype.kind == "m":
         return values / np.timedelta64(1, "s")
-    if values.dtype == object:
-        # Whole numbers and truth values with gaps arrive as objects.
-        if not (pyarrow.types.is_integer(column.type) or pyarrow.types.is_boolean(column.type)):
-            return None
-        return np.array([np.nan if value is None else value for value in values], dtype=float)
     return values.astype(float) if values.dtype.kind in "fiub" else None

@@ -135,10 +135,8 @@ def _estimates(
     spare = len(legs) - len(columns)
     estimates: list[tuple[float, tuple[float, float] | None]] = []
     for speed in speeds:
-        row = np.zeros(len(columns))
-        row[0] = 1.0
-        if len(groups) > 1:
-            row[1] = math.log(speed)
+        known = [1.0, math.log(speed)] if len(groups) > 1 else [1.0]
+        row = np.pad(known, (0, len(columns) - len(known)))
         middle = float(row @ weights)
         interval = None
         if spare > 0:

@@ -20,7 +20,6 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
 ROUNDING = 1e-12  # of the largest value: less is no step
-FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
 OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
 
 
@@ -31,7 +30,7 @@ def quantisation(values: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def clear_step(values: np.ndarray, *, most: float = FEW_STEPS) -> float:
+def clear_step(values: np.ndarray, *, most: float = 20) -> float:
     """Return the step that all values are multiples of, where few lie between samples; 0 where there is none."""
     finite = np.asarray(values, dtype=float)[np.isfinite(values)]
     step = quantisation(finite)
@@ -39,6 +38,7 @@ def clear_step(values: np.ndarray, *, most: float = FEW_STEPS) -> float:
         return 0.0
     multiples = (finite - finite.min()) / step
     moves = np.abs(np.diff(multiples))
+    # `most` steps between samples that differ: half of them are no farther apart where steps are clear
     is_clear = np.median(moves[moves > OFF_STEP]) <= most
     return step if is_clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
 
@@ -121,9 +121,6 @@ def channel(name: str) -> Converter:
     return convert
 
 
-_PART = re.compile(r"columns (.*), (\S+) to (\S+) s", re.DOTALL)
-
-
 @dataclass(frozen=True, eq=False)
 class LogData(Tabular):
     """The data of a log, which nobody has handed in from outside; `bristle.logs.log.Log` says what each is."""
@@ -173,7 +170,7 @@ class LogData(Tabular):
 
     def is_part(self, part: str) -> bool:
         """Return whether another part of its file, as `part` tells it, has columns and a time in common with it."""
-        found, own = (_PART.fullmatch(text) for text in (part, self.part))
+        found, own = (re.fullmatch(r"columns (.*), (\S+) to (\S+) s", text, re.DOTALL) for text in (part, self.part))
         if found is None or own is None:
             return True
         (columns, *ends), (own_columns, *own_ends) = found.groups(), own.groups()

@@ -62,7 +62,7 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     for place, code in ((-2, "level_drifts"), (-1, "level_over_position")):
         if place in shares:
             yield code, {"percent": 100.0 * shares[place], "level": level}
-    if not look.is_fine:
+    if look.way < settings.steps_of_motion * look.resolution:  # the encoder does not resolve the motion
         yield "below_resolution", {"way": look.way, "resolution": look.resolution}
         return
     ways = np.concatenate(look.ways)

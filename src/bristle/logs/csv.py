@@ -11,39 +11,14 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.layout import (
-    COMMENTS,
-    PREAMBLE_LINES,
-    SAMPLE_ROWS,
-    Layout,
-    cells_of,
-    is_number,
-    layout_of,
-    why_no_number,
-    without_comments,
-)
-from bristle.logs.stamped_text import (
-    facts_above,
-    head_of,
-    names_beside_times,
-    partly_empty,
-    pattern_of,
-    period_told,
-    read_archive,
-    read_scope,
-    stamps_in,
-    units_of_labview,
-    with_own_times,
-)
+from bristle.logs import stamped_text
+from bristle.logs.layout import COMMENTS, HEAD_LINES, Layout, cells_of, is_number, layout_of, why_no_number, without_comments
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.words import is_time
 
 HEAD_BYTES = 2**17
 LONGEST_LINE = 4 * 2**20
-UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
-_NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
-_ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in a SINUMERIK, which names its column
 PIECE = 2**20
 
 
@@ -57,24 +32,25 @@ def read_csv(data: bytes, request: Request) -> Table:
     data, encoding = _decodable(data, request.source)
     head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
     refuse_frames(head, request.source)
-    if (scope := head_of(head)) is not None:  # channels with times of their own
-        return read_scope(data.decode(encoding).split("\n"), scope, request)
-    if (archived := pattern_of(head)) is not None:
-        return read_archive(data.decode(encoding).split("\n"), archived, request)
-    starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
+    if (scope := stamped_text.head_of(head)) is not None:  # channels with times of their own
+        return stamped_text.read_scope(data.decode(encoding).split("\n"), scope, request)
+    if (archived := stamped_text.pattern_of(head)) is not None:
+        return stamped_text.read_archive(data.decode(encoding).split("\n"), archived, request)
+    starts = _starts_of_lines(data, HEAD_LINES, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
-    layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
-    body, facts = data[starts[layout.first] :], facts_above(lines, layout)
+    layout = layout_of(lines[:HEAD_LINES], request.source)
+    body, facts = data[starts[layout.first] :], stamped_text.facts_above(lines, layout)
     body, notes = _without_open_end(body, layout, request.source, encoding)
-    layout = replace(layout, units=tuple(map(units_of_labview(lines, layout).get, layout.names, layout.units)))
-    program = "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
+    layout = replace(layout, units=tuple(map(stamped_text.units_of_labview(lines, layout).get, layout.names, layout.units)))
+    # A signal in a SINUMERIK has an address, which names its column.
+    program = "SINUMERIK trace, CSV" if any(re.match(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/", name) for name in layout.names) else ""
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts, format=program or apart.format)
     chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and request.choice(layout.names[i], i + 1)]
     values = _numbers(body, layout, request, chosen, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     has_stamps = any(not numeric or is_time(name) for name, numeric in zip(layout.names, layout.numeric, strict=True))
-    dates = stamps_in(body, layout, encoding) if has_stamps else {}
+    dates = stamped_text.stamps_in(body, layout, encoding) if has_stamps else {}
     columns |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
     names, texts = [], {}
     for i, cell in enumerate(cells_of(without_comments(lines[layout.first]), layout.delimiter)):
@@ -95,7 +71,7 @@ def read_csv(data: bytes, request: Request) -> Table:
         names=tuple(names),
         facts=facts,
         numbers={f"column_{i + 1}": name for i, name in enumerate(layout.names)},
-        sample_time=None if any(map(is_time, names)) else period_told(facts),
+        sample_time=None if any(map(is_time, names)) else stamped_text.period_told(facts),
     )
 
 
@@ -107,15 +83,15 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
     has_clocks = times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
     if not (has_clocks or gaps):
         return None
-    layout = replace(layout, names=names_beside_times(layout.names))
-    columns = partly_empty(body, layout, encoding) if gaps else None
+    layout = replace(layout, names=stamped_text.names_beside_times(layout.names))
+    columns = stamped_text.partly_empty(body, layout, encoding) if gaps else None
     if columns is None and has_clocks:
         numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
         columns = dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
     if columns is None:
         return None
     texts = [name for name, is_numeric in zip(layout.names, layout.numeric, strict=True) if not is_numeric]
-    return with_own_times(columns, layout, request, [*layout.notes, *notes, *_note_of_text(texts)])
+    return stamped_text.with_own_times(columns, layout, request, [*layout.notes, *notes, *_note_of_text(texts)])
 
 
 def _note_of_text(names: Sequence[str]) -> list[str]:
@@ -142,7 +118,7 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
             decoder.decode(data[at : at + PIECE])
         decoder.decode(b"", final=True)
     except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ where Latin-1 has none
-        return data, "latin-1" if any(sign in data for sign in UNUSED) else "cp1252"
+        return data, "latin-1" if any(sign in data for sign in (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")) else "cp1252"
     return data, "utf-8"
 
 
@@ -214,7 +190,8 @@ def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], e
 def _plain(body: bytes, layout: Layout) -> bytes:
     """Return rows without comments, with numbers spelt as everywhere."""
     if b".#" in body:
-        body = re.sub(_NOT_FINITE, lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
+        # As the C library of Windows wrote it until 2015.
+        body = re.sub(rb"(?<![\d.])1\.#([A-Za-z]+)\w*", lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
     if b"D" in body or b"d" in body:
@@ -241,10 +218,9 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
     return None
 
 
-_STAMP = r"(?:\((?:\d{4}-\d\d-\d\d[ T])?[\d:.]+\)\s+)?"
 # ``(1436509052.249713) vcan0 044#2A366C2BBA``, as -L writes it, and ``vcan0  123   [8]  11 22 ...`` for the eye.
 _FRAME = re.compile(
-    rf"\s*{_STAMP}\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
+    r"\s*(?:\((?:\d{4}-\d\d-\d\d[ T])?[\d:.]+\)\s+)?\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
     r"[0-9A-Fa-f]{3,8}(?:#[0-9A-Fa-fR]*|##[0-9A-Fa-f]+|\s+\[\d+\](?:\s+[0-9A-Fa-f]{2})*.*)(?:\s+[RT])?\s*"
 )
 
@@ -253,6 +229,5 @@ def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
     filled = [line for line in lines if line.strip()][:20]
     if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
-        message = "is a log of a CAN bus (candump): frames of bytes, and no signals"
         mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do"
-        raise InputError(message, path=str(source), mend=mend)
+        raise InputError("is a log of a CAN bus (candump): frames of bytes, and no signals", path=str(source), mend=mend)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.logs.formats import LogFormat
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Series, flattened, no_such_table, table_of_series
@@ -33,10 +33,8 @@ def recognises(head: bytes, suffix: str) -> bool:
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of a JSON file."""
     content, source = _parsed(data, request.source), request.source
-    try:
+    with located(source):
         tables = {path: table for path, table in _tables(content, "", 0) if table[0]}
-    except InputError as error:
-        raise error.at(str(source)) from None
     if not tables:
         raise InputError("holds no records and no columns of numbers", path=str(source), mend=MEND)
     name = request.table

@@ -19,8 +19,6 @@ COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
 LONGEST_CELL = 131_072  # what the reader of quoted cells takes
 TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
 CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)  # A date with a time, or a time of day
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", re.ASCII)
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?", re.ASCII)
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
 
 
@@ -71,9 +69,9 @@ def why_no_number(cell: str) -> tuple[str, str]:
         return "is a time of day", (
             "Export the time in seconds from the start, or leave the column of time out of the axis file and write sample_time in [timing]"
         )
-    if _THOUSANDS.fullmatch(cell):
+    if re.fullmatch(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", cell, re.ASCII):
         return "is a number with thousands separators", "Export numbers without them"
-    if _DECIMAL_COMMA.fullmatch(cell):
+    if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", cell, re.ASCII):
         return "is a number with a decimal comma", "Export with decimal points, or with semicolons between the cells"
     return "is not a number" if cell else "is empty", ""
 
@@ -83,7 +81,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
-PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
+HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines in which numbers begin, with the first rows of them
 MOST_COLUMNS = 50_000
 
 

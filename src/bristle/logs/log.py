@@ -13,8 +13,8 @@ from bristle.core import units
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.edge import KIND, amount, guarded, instance, optional
 from bristle.core.errors import InputError, did_you_mean, told_by
-from bristle.core.values import looked_at, shown
-from bristle.core.variable import KINDS, Kind, Variable, unit_of
+from bristle.core.values import shown
+from bristle.core.variable import KINDS, Variable, unit_of
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
 from bristle.logs.table import USUAL_NAMES, Table, some_of
@@ -25,20 +25,21 @@ KNOWN_INPUT = "injected."
 PLACE = "columns"
 SOURCE = Path("<columns>")
 MEND = 'Give a data frame or a dictionary with the columns "time", "position" and "effort"'
-PERIOD = optional(amount(Variable("time", "time between samples", min=0.0), exclusive=True))
 
 
-def record_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> LogData:
+@guarded(
+    axis=optional(instance(Axis, "an axis")),
+    kind=optional(KIND),
+    sample_time=optional(amount(Variable("time", "time between samples", min=0.0), exclusive=True)),
+    columns=lambda columns, path, kind: table_of(columns),
+)
+def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = None, sample_time: Any = None) -> LogData:
     """Return what was recorded in a table of columns; `Log.from_columns` tells more."""
-    described: Axis | None = looked_at(optional(instance(Axis, "an axis")), axis, "axis", None)
-    chosen: Kind | None = looked_at(optional(KIND), kind, "kind", None)
-    period = looked_at(PERIOD, sample_time, "sample_time", None)
-    table = looked_at(lambda columns, path, kind: table_of(columns), source, PLACE, None)
-    by_name = described is None or not described.columns
-    used = described or Axis()
-    if described is None and chosen:
-        used = Axis(kind=chosen)
-    elif described is None:
+    by_name, table = axis is None or not axis.columns, columns
+    used = axis or Axis()
+    if axis is None and kind:
+        used = Axis(kind=kind)
+    elif axis is None:
         position = _named(table.names, "position")
         name, base = (position, "rad") if position else (_named(table.names, "velocity"), "rad/s")
         unit = table.units.get(name or "", "")
@@ -46,9 +47,9 @@ def record_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None
     if by_name:
         used = _axis_of(table, used)
         table = replace(table, notes=tuple(_notes_on(table, used)))
-    if chosen is not None and used.kind != chosen:
-        raise InputError("is not that of the axis", path="kind", value=chosen, allowed=used.kind)
-    record = record_of(table, used if period is None else replace(used, sample_time=period))
+    if kind is not None and used.kind != kind:
+        raise InputError("is not that of the axis", path="kind", value=kind, allowed=used.kind)
+    record = record_of(table, used if sample_time is None else replace(used, sample_time=sample_time))
     renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in record.injected)
     return replace(record, injected=tuple(renamed)) if by_name else record
 

@@ -202,11 +202,6 @@ class Look:
         return float(np.median(between)) if between.size else float(np.ptp(self.log.position.values))
 
     @property
-    def is_fine(self) -> bool:
-        """Whether the encoder resolves the motion."""
-        return self.way >= self.settings.steps_of_motion * self.resolution
-
-    @property
     def segments(self) -> list[np.ndarray]:
         """The positions of each segment."""
         return [self.log.position.values[segment] for segment in self.log.segments]

@@ -55,8 +55,7 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     far = far_outside(values)
     if far.size:
         at = int(far[np.argmax(np.abs(values[far]))])
-        place = _moment(gathered, at)
-        yield f"has {values[at]:.6g} {channel.unit} at {place}, which is no measurement; {far.size} such in all", REPAIR
+        yield f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; {far.size} such in all", REPAIR
 
 
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:

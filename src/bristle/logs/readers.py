@@ -16,7 +16,7 @@ from bristle.logs.assembly import record_of
 from bristle.logs.catalogue import ARCHIVE, format_of
 from bristle.logs.formats import LogFormat
 from bristle.logs.gather import axis_of
-from bristle.logs.log import Log, log_of
+from bristle.logs.log import Log, is_table, log_of, table_of
 from bristle.logs.stamped_text import period_told
 from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
 from bristle.logs.tables import content_of_log
@@ -80,8 +80,6 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     """Return what a reader gives, of one of a person's own too, which may give any table of columns."""
     if isinstance(read, Table):
         return read
-    from bristle.logs.log import is_table, table_of
-
     if not is_table(read):
         message = f"is read by {log_format.name}, which gives a {type(read).__name__}"
         raise InputError(message, path=str(content.source), allowed="a Table, a data frame, or arrays by name")

@@ -20,7 +20,6 @@ from bristle.logs.tables import Series, by_name, table_of_series
 from bristle.logs.words import distinct
 
 LEAD_IN_BYTES = 28
-UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
 def read_tdms(data: bytes, request: Request) -> Table:
@@ -43,7 +42,9 @@ def read_tdms(data: bytes, request: Request) -> Table:
             elif step is not None:
                 notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
             numbers = np.asarray(channel[:]) if request.choice(name) else None
-            unit = next((str(channel.properties[key]).strip() for key in UNIT_PROPERTIES if channel.properties.get(key)), "")
+            unit = next(
+                (str(channel.properties[key]).strip() for key in ("unit_string", "NI_UnitDescription") if channel.properties.get(key)), ""
+            )
             if numbers is not None and numbers.dtype.kind == "M":
                 numbers, unit = (numbers - numbers[:1]) / np.timedelta64(1, "s"), "s"
             series.append(Series(name, numbers, unit=unit))
@@ -88,9 +89,6 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
             raise InputError("is truncated: its last segment is not complete", path=str(source), mend=mend)
 
 
-MASTERS = (2, 3)  # kinds of channels that others are sampled by: real ones, and those that are only counted
-
-
 def read_mf4(data: bytes, request: Request) -> Table:
     """Return the channels of a measurement data file, converted to their physical units."""
     import asammdf  # pyright: ignore[reportMissingImports]
@@ -98,11 +96,12 @@ def read_mf4(data: bytes, request: Request) -> Table:
     logging.disable(logging.CRITICAL)  # what the library tells of a file is for those who make such files
     with asammdf.MDF(io.BytesIO(data)) as opened:
         content: Any = opened
+        # Kinds 2 and 3 of channels are those that others are sampled by: real ones, and those that are only counted.
         places = [
             (channel.name, str(group_index), (group_index, index))
             for group_index, group in enumerate(content.groups)
             for index, channel in enumerate(group.channels)
-            if getattr(channel, "channel_type", 0) not in MASTERS and content.masters_db.get(group_index) != index
+            if getattr(channel, "channel_type", 0) not in (2, 3) and content.masters_db.get(group_index) != index
         ]
         called = by_name(places)
         cycles = [content.groups[group].channel_group.cycles_nr for group, _ in called.values()]

@@ -99,21 +99,16 @@ def correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Return the correlation of two signals, 0 where one of them stands still."""
     if first.size != second.size or first.size < EDGE:
         return 0.0
-    sized = []
-    for signal in (first, second):  # 1 at most: its squares are neither too large nor too small for a number
-        about = signal - signal.mean()
-        largest = float(np.max(np.abs(about)))
-        sized.append(about / largest if largest > 0.0 else about)
-    a, b = sized
-    scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
-    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+    about = (signal - signal.mean() for signal in (first, second))
+    # 1 at most: its squares are neither too large nor too small for a number.
+    a, b = (signal / (float(np.max(np.abs(signal))) or 1.0) for signal in about)
+    return float(np.dot(a, b)) / (float(np.sqrt(np.dot(a, a) * np.dot(b, b))) or np.inf)
 
 
 def slope(first: np.ndarray, second: np.ndarray) -> float:
     """Return by what `first` is multiplied to be `second`, but for a constant."""
     a, b = first - first.mean(), second - second.mean()
-    scale = float(np.dot(a, a))
-    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+    return float(np.dot(a, b)) / (float(np.dot(a, a)) or np.inf)
 
 
 def roughness(values: np.ndarray) -> float:
@@ -163,7 +158,6 @@ EFFORTS = ("N", "N*m", "A", "rated", "V")
 ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
 WITHIN = 0.03  # of a factor between two units
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
-MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
 PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
 RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}
 
@@ -369,7 +363,7 @@ def _unit_of_effort(effort: Candidate, about: str) -> tuple[str, str]:
     if effort.unit or effort.unknown:
         return effort.unit, effort.told_by
     words = {*words_of(effort.name), "".join(words_of(effort.name))}
-    for unit, names in MEASURED_IN.items():
+    for unit, names in (("A", ("current", "strom", "iq", "isq", "motorstrom", "amps")), ("V", ("voltage", "spannung", "uq"))):
         if words & set(names) or any(len(name) > 4 and name in "".join(words) for name in names):
             return unit, "its name"
     integral = bool(np.all(effort.values == np.round(effort.values)))

@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, close_names, place_in_own_code, said_by_library, shortened, told_by
+from bristle.core.errors import InputError, did_you_mean, place_in_own_code, said_by_library, shortened, told_by
 
 NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
@@ -101,9 +101,8 @@ class Table:
             message = f"holds {len(self.tables)} tables, and no column {name!r} beside them, which is to be the {key}"
             mend = 'Name the table: table = "..." under [log] of the axis file, or FILE::TABLE in place of the file'
             return InputError(message, path=str(self.source), allowed=some_of(self.tables), mend=mend)
-        close = close_names(name, self.names)
         mend = f"{name!r} is a single number there. " if name in self.constants else ""
-        mend += f"Did you mean {close[0]!r}?" if close else f"Name the {key} in the axis file"
+        mend += did_you_mean(name, self.names, 0.5) or f"Name the {key} in the axis file"
         message = f"has no column {name!r}, which is to be the {key}"
         return InputError(message, path=str(self.source), allowed=some_of(self.names, 40), mend=mend)
 

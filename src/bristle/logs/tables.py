@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
-from bristle.core.errors import InputError, close_names
+from bristle.core.errors import InputError, did_you_mean
 from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
 T = TypeVar("T")
@@ -119,8 +119,7 @@ def tall(values: np.ndarray) -> np.ndarray:
 
 def no_such_table(table: str, names: list[str], source: Path) -> InputError:
     """Return the error that says which tables there are instead of one that is asked for."""
-    close = close_names(table, names)
-    mend = f"Did you mean {close[0]!r}?" if close else "Mend the name behind ::, or `table` under [log] of the axis file"
+    mend = did_you_mean(table, names, 0.5) or "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
 
 

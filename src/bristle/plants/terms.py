@@ -23,11 +23,11 @@ import numpy as np
 
 from bristle.core.contracts import Model, Plant
 from bristle.core.dispatch import plant_port, plant_rate, plant_rest, plant_step
+from bristle.core.documented import Enclosing
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property, once
+from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
-from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 
 TWO_PI = 2.0 * math.pi
@@ -41,7 +41,6 @@ _GRAVITY = {
     for name, part in (("g_sin", "sine"), ("g_cos", "cosine"))
 }
 _WAVE = re.compile(r"(motor|screw)_([1-9][0-9]*)_(cos|sin)")
-_COLUMN = re.compile(r"known_(\w+)")
 
 
 class Terms(NamedTuple):
@@ -124,7 +123,7 @@ def rate(state, effort, force, p):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TermedPlant(Plant):
+class TermedPlant(Enclosing, Plant):
     """A plant with terms: gravity, the orders of cogging for a turn of motor and screw, known columns by name."""
 
     inner: Plant
@@ -140,27 +139,18 @@ class TermedPlant(Plant):
         """What cogging counts the turns of."""
         return tuple(turner for turner in TURNS if any(turner == counted for counted, _ in self.orders))
 
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the plant, then those of its terms."""
-        return ReadOnly(self.inner.variables | _variables(self.gravity, self.turners, self.orders, self.columns))
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """The parameters of its terms."""
+        return _variables(self.gravity, self.turners, self.orders, self.columns)
 
     @property
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value: a turn must be given."""
         return self.inner.defaults | dict.fromkeys(_variables(self.gravity, (), self.orders, self.columns), 0.0)
 
-    def is_array(self, name: str) -> bool:
-        """Return False: every coefficient is a parameter of its own."""
-        return name in self.inner.variables and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name in self.inner.variables and self.inner.is_integer(name)
-
     def assemble(self, values: Mapping[str, Any]) -> Termed:
         """Return what kernels receive, from the values that a person sets."""
-        inner = {name: values[name] for name in self.inner.variables}
         turns = {turner: float(values.get(name, 1.0)) for turner, name in TURNS.items()}
         cosines, sines = (np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float) for part in ("cos", "sin"))
         terms = Terms(
@@ -173,7 +163,7 @@ class TermedPlant(Plant):
             sines,
             np.array([values[f"known_{name}"] for name in self.columns], dtype=float),
         )
-        return Termed(self.inner.assemble(inner), terms)
+        return Termed(self.inside(values), terms)
 
     def values(self, parameters: Termed) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
@@ -184,10 +174,6 @@ class TermedPlant(Plant):
         for wave, cosine, sine in zip(self.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True):
             values |= {_wave(*wave, "cos"): cosine, _wave(*wave, "sin"): sine}
         return values | {f"known_{name}": k for name, k in zip(self.columns, terms.per_column.tolist(), strict=True)}
-
-    def initial_state(self, parameters: Any) -> Any:
-        """Return the virgin state of the plant."""
-        return self.inner.initial_state(parameters.inner)
 
 
 def with_terms(
@@ -219,7 +205,7 @@ def terms_in(names: Iterable[str]) -> dict[str, Any]:
     return {
         "gravity": "g_sin" in parameters or "g_cos" in parameters,
         "cogging": {turner: {int(match[2]) for match in waves if match[1] == turner} for turner in TURNS},
-        "columns": list(dict.fromkeys(match[1] for name in parameters if (match := _COLUMN.fullmatch(name)))),
+        "columns": list(dict.fromkeys(match[1] for name in parameters if (match := re.fullmatch(r"known_(\w+)", name)))),
     }
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.axis import COLUMNS
 from bristle.core.content import Content
-from bristle.core.dimensions import KINDS, kind_called, unit_of
+from bristle.core.dimensions import KINDS, unit_of
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
 from bristle.exports.face import NAME
@@ -335,8 +335,7 @@ def _with_columns(text: str) -> str:
     tables = read_toml(text.encode()).data
     if "columns" in tables:
         return text
-    named = kind_called(tables.get("kind"))
-    kind = named if named in KINDS else KINDS[0]  # what is none is refused where the file is read
+    kind = tables["kind"] if tables.get("kind") in KINDS else KINDS[0]  # what is none is refused where the file is read
     entries = {f"columns.{name}.column": name for name in OF_MOTION}
     return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in OF_MOTION.items()})
 

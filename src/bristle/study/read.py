@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core.content import SIZE_LIMIT, Readable, content_of, size_of
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.experiment import Experiment
 from bristle.core.random_numbers import SEED_MAX
-from bristle.files.components import check_keys, check_schema, table_at
+from bristle.files.components import check_keys, check_schema, name_of, table_at
 from bristle.files.experiment import experiment_from, with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
@@ -41,10 +41,8 @@ def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int
         With file, key, value and what is allowed there.
     """
     data, source, content = read_toml(path, path="study", what="a study file")
-    try:
+    with located(source):
         study = _Reader(data, source, allow_code, size_of(size_limit)).study()
-    except InputError as error:
-        raise error.at(str(source)) from None
     return study if content is None else replace(study, origins={"study": (content.origin,)} | dict(study.origins))
 
 
@@ -68,20 +66,16 @@ class _Reader:
         tables, sources, origins = self._experiment()
         experiment = experiment_from(tables, self.source, sources)
         # One run of each variant: the runs of a study have seeds of their own.
-        variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
-        experiment = replace(experiment, variants=variants)
+        experiment = replace(experiment, variants=tuple(replace(each, run=replace(each.run, seeds=1)) for each in experiment.variants))
         tables = {"kind": experiment.kind, **tables}
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
         sampling = self._sampling(causes, grid)
-        name = self.data.get("name", self.source.stem)
-        if not isinstance(name, str):
-            raise InputError("must be text", path="name", value=name)
         origins = origins | sources.origins
         if self.fitted:
             origins["draws"] = tuple(fitted.origin for fitted in self.fitted.values())
         study = Study(
-            name=name,
+            name=name_of(self.data, self.source),
             experiment=experiment,
             tables=tables,
             sources=sources,
@@ -123,11 +117,9 @@ class _Reader:
         content = content_of(self.source.parent / named, limit=TOML_LIMIT, path="experiment", what="an experiment file")
         tables, source, _ = read_toml(content)
         sources = Sources(source.parent, self.allow_code, self.size_limit)
-        try:
+        with located(source):
             tables = with_models(tables, source, sources)
             experiment_from(tables, source, sources)
-        except InputError as error:
-            raise error.at(str(source)) from None
         return copy.deepcopy(tables), sources, {"experiment": (content.origin,)}
 
     def _causes(self, experiment: Experiment, tables: Mapping[str, Any]) -> tuple[Cause, ...]:
