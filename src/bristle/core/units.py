@@ -244,18 +244,21 @@ def _misnamed(source_unit: str, unit: str) -> bool:
 
 def _mend(source_unit: str, unit: str) -> str:
     names, dimensions = _names(source_unit), dict(_unit(source_unit).dimensionality)
-    mends = {
-        'An energy is not a torque: write newton times metre, such as "40 mN*m"': names & ENERGY_UNITS and "N*m" in unit,
-        'Counts need a resolution: write the length or the angle, one count being, say, "0.125 um"': "count" in names,
-        'A frequency is not an angular velocity: write "60 rad/s", "60 rev/s" or "3000 rpm"': dimensions == {"[time]": -1}
-        and unit == "rad/s",
-        "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)": "hertz" in names and unit == "1/s",
-        "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz": dimensions == {"[angle]": 1, "[time]": -1}
-        and unit == "Hz",
-        "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file": names & {"percent_rated", "permille_rated"},
-    }
-    for mend in filter(mends.get, mends):
-        return mend
+    is_frequency, turns = dimensions == {"[time]": -1}, dimensions == {"[angle]": 1, "[time]": -1}
+    confusions = (
+        (names & ENERGY_UNITS and "N*m" in unit, 'An energy is not a torque: write newton times metre, such as "40 mN*m"'),
+        ("count" in names, 'Counts need a resolution: write the length or the angle, one count being, say, "0.125 um"'),
+        (is_frequency and unit == "rad/s", 'A frequency is not an angular velocity: write "60 rad/s", "60 rev/s" or "3000 rpm"'),
+        ("hertz" in names and unit == "1/s", "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)"),
+        (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
+        (
+            names & {"percent_rated", "permille_rated"},
+            "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file",
+        ),
+    )
+    for is_confused, mend in confusions:
+        if is_confused:
+            return mend
     for own_kind, unit_kind in (KINDS, KINDS[::-1]):
         elsewhere = unit_elsewhere(unit, own_kind, unit_kind)
         if elsewhere not in (None, unit) and compatible(source_unit, elsewhere):
