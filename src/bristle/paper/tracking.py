@@ -216,7 +216,7 @@ def least_margins(variant: Variant) -> tuple[float, float]:
 
 
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
-    """Return figure 7: the rig and its control scheme, told from their experiments."""
+    """Return figure 7: the parts of the rig and of its loop, with their values."""
     variant = next(variant for variant in tracked.experiment.variants if variant.name == PRINTED)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
