@@ -12,11 +12,7 @@ from bristle.paper.setting import read_setting
 from bristle.simulation import simulate
 
 # By experiment: how many runs are enough for the fast tests, and the variants of which they read the last place.
-FEWER = {
-    "set_a.toml": (2, ("none", "printed")),
-    "set_c.toml": (2, ()),
-    "set_a_break_away.toml": (1, ("F_S_40", "F_S_75")),
-}
+FEWER = {"set_a.toml": (2, ("none", "printed")), "set_c.toml": (2, ()), "set_a_break_away.toml": (1, ("F_S_40", "F_S_75"))}
 
 
 @pytest.fixture(scope="session")
