@@ -12,7 +12,7 @@ from bristle.lab import lab_page
 from bristle.lab.described import example_named
 from bristle.paper.setting import EXPERIMENTS, read_setting
 
-pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")]
 
 
 @pytest.fixture(scope="module")
