@@ -11,6 +11,7 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 import pytest
+from markupsafe import Markup
 
 from bristle import controllers, friction, plants
 from bristle.core import Axis
@@ -116,6 +117,17 @@ def nothing_remembered(tmp_path_factory, monkeypatch):
     """Nobody has allowed any code yet, and what is allowed here is forgotten."""
     # `mktemp` would read the whole folder of ten thousand tests for each of them.
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.getbasetemp() / "states" / str(next(COUNT))))
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Reports have their captions, and no figure is drawn: for tests of what stands beside figures."""
+    from bristle.report import page
+
+    def picture(name, draw, alternative, caption, **_):
+        return page.Picture(f"figure-{name}", Markup('<svg role="img" aria-label="not drawn"></svg>'), caption)
+
+    monkeypatch.setattr(page, "picture", picture)
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,8 @@ from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report.identification import answers
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 DT = 2e-3
 RATED = {
     "schema": 1,
