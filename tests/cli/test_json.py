@@ -27,8 +27,8 @@ DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper",
 
 
 @pytest.fixture(autouse=True)
-def page_of_the_lab(monkeypatch):
-    """What every page of the lab begins with is enough here: the pages themselves have their tests."""
+def pages_in_short(monkeypatch, undrawn):
+    """Reports without figures, and what every page of the lab begins with: the pages themselves have their tests."""
     monkeypatch.setattr("bristle.lab.lab_page", lambda *_, **__: MARK)
 
 
