@@ -11,6 +11,7 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 import pytest
+from markupsafe import Markup
 
 from bristle import controllers, friction, plants
 from bristle.core import Axis
@@ -41,7 +42,8 @@ FRICTION = {
     "translational": {"F_C": 8.0, "F_S": 10.0, "v_S": 5e-3, "F_v": 30.0},
     "rotational": {"F_C": 0.034, "F_S": 0.04, "v_S": 0.5, "F_v": 3e-3},
 }
-PAPER = "tests/paper/"
+# Folders whose tests share what takes long to make: the figures of the source paper, the page of all models.
+TOGETHER = ("tests/paper/", "tests/lab/")
 COUNT = itertools.count()
 # Ten thousand tests, what they import and what compiles kernels are many objects, and are looked through in vain.
 gc.set_threshold(50_000, 10, 20)
@@ -80,7 +82,7 @@ def build_workbench(kind: Kind) -> Workbench:
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Give each file of tests to one process, and those of the source paper, which share its figures, to one."""
+    """Give each file of tests to one process, and those that share what takes long to make, to one together."""
     from xdist.scheduler import LoadFileScheduling
 
     if config.getvalue("dist") != "loadfile":
@@ -88,7 +90,7 @@ def pytest_xdist_make_scheduler(config, log):
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid):
-            return PAPER if nodeid.startswith(PAPER) else super()._split_scope(nodeid)
+            return next((folder for folder in TOGETHER if nodeid.startswith(folder)), None) or super()._split_scope(nodeid)
 
     return Scheduling(config, log)
 
@@ -115,6 +117,17 @@ def nothing_remembered(tmp_path_factory, monkeypatch):
     """Nobody has allowed any code yet, and what is allowed here is forgotten."""
     # `mktemp` would read the whole folder of ten thousand tests for each of them.
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.getbasetemp() / "states" / str(next(COUNT))))
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Reports have their captions, and no figure is drawn: for tests of what stands beside figures."""
+    from bristle.report import page
+
+    def picture(name, draw, alternative, caption, **_):
+        return page.Picture(f"figure-{name}", Markup('<svg role="img" aria-label="not drawn"></svg>'), caption)
+
+    monkeypatch.setattr(page, "picture", picture)
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,6 @@
 """The stranger's axes do what their truth says: momentum, friction, delays, encoder, seeds and lies."""
 
 import json
-import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
@@ -9,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from benchmarks.strangers import FAMILIES, HABITS, LIES, draw, make, make_record, record_of, simulate
+from benchmarks.strangers.__main__ import main
 from benchmarks.strangers.contact import contact_of
 from benchmarks.strangers.recording import plain
 from benchmarks.strangers.steps import bristle_step, static_step
@@ -304,10 +304,10 @@ def test_there_are_enough_habits():
     assert set(HABITS) <= set(LIES)
 
 
-def test_the_command_line_writes_record_and_truth(tmp_path):
+def test_the_command_line_writes_record_and_truth(tmp_path, monkeypatch):
     out = tmp_path / "x.csv"
-    line = [sys.executable, "-m", "benchmarks.strangers", "--seed", "5", "--family", "coulomb", "--out", str(out)]
-    subprocess.run(line, check=True)
+    monkeypatch.setattr(sys, "argv", ["benchmarks.strangers", "--seed", "5", "--family", "coulomb", "--out", str(out)])
+    main()
     header = out.read_text(encoding="utf-8").splitlines()[0].split(",")
     table = np.loadtxt(out, delimiter=",", skiprows=1)
     truth, record = make(5, "coulomb")

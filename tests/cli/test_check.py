@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from tests.golden.yard import COMPOSITE, LUGRE
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 KEYS = {"applies", "value", "unit", "threshold", "passed", "advice"}
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from tests.cli.conftest import written_in
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def test_a_loop_is_designed_in_numbers(bristle, place):
     result = bristle("design", "experiment.toml", "--json")

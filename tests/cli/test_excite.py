@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from tests.cli.conftest import written_in
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 AXIS = """
 schema = 1
 name = "stage"

@@ -13,6 +13,8 @@ import bristle as br
 from bristle.exports import fmu
 from bristle.files.operator import write_operator
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def test_c_of_a_model_file(bristle, place):
     result = bristle("export", "model.toml", "--to", "c", "--name", "knee", "--step", "1ms", "--out", "knee", "--json")

@@ -16,6 +16,8 @@ from bristle.core.errors import InputWarning
 from bristle.files import read_model
 from bristle.identification.settings import thresholds
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
 
 
@@ -185,6 +187,7 @@ def test_tables_for_people(bristle, place):
     assert "Models compared" in result.out
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.measured
 @pytest.mark.parametrize(("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))])
 def test_emps(bristle, emps, model, error):

@@ -13,6 +13,7 @@ from tests.golden.comparison import differences
 from tests.golden.skeleton import skeleton
 
 from bristle.cli.application import app
+from bristle.lab.page import MARK
 
 FAST = [item for item in (CASES[f"json_{name}"] for name in COMMANDS) if item.fast]
 
@@ -23,6 +24,12 @@ DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper",
     "check": "check_own",
     "models": "models_lugre",
 }
+
+
+@pytest.fixture(autouse=True)
+def pages_in_short(monkeypatch, undrawn):
+    """Reports without figures, and what every page of the lab begins with: the pages themselves have their tests."""
+    monkeypatch.setattr("bristle.lab.lab_page", lambda *_, **__: MARK)
 
 
 @cache

@@ -10,6 +10,8 @@ from tests.logs.exports import EXPORTS, motion
 from bristle.logs import readers
 from bristle.logs.passages import KINDS
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def test_columns_channels_and_rate(bristle, place):
     result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")

@@ -15,6 +15,8 @@ from bristle.core.typography import escaped, printable
 from bristle.files.axis import read_axis
 from bristle.logs import read_log
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 ODD = os.fsdecode(b"press_\xff")
 SHOWN = r"press_\xff"
 

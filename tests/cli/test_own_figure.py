@@ -13,7 +13,7 @@ from bristle.files.arrays import read_arrays
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 PREDICT = ("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--out", "run")
-IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
+IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "run")
 RUN = ("run", "experiment.toml", "--out", "run")
 DESIGN = ("design", "experiment.toml", "--out", "run")
 COMPARE = ("compare", "log.csv", "later.csv", "--axis", "axis.toml", "--out", "run")

@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from tests.files.own_slot import AXIS, SEALS, SLOT, TRUTH, pressed, write_bench
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 @pytest.mark.slow
 def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):

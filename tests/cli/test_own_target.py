@@ -7,6 +7,8 @@ import pytest
 from tests.cli.conftest import written_in
 from tests.exports.test_targets import EXAMPLE, own
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
     shutil.copy(EXAMPLE, "own_exporter.py")

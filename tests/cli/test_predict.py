@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from tests.cli.conftest import written_in
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 @pytest.mark.parametrize(("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)])
 def test_each_mode_tells_what_it_predicts(bristle, place, mode, effort, position):

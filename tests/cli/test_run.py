@@ -11,6 +11,8 @@ from tests.cli.conftest import written_in
 from bristle.core import InputError
 from bristle.files import read_axis, read_log
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
 
 

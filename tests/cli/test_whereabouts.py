@@ -7,6 +7,8 @@ from tests.attack.yard import build
 
 from bristle.cli.main import main
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 TELLING = "customer_secret"
 RESULTS = {
     "identify": "identify {0}/log.csv --axis {0}/axis.toml --model coulomb_viscous --draws 20",

@@ -58,6 +58,7 @@ def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
     assert counts == pytest.approx(counts.round(), abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPECTED)
 def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder, name):
     place, motion = folder
@@ -69,6 +70,7 @@ def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder,
     assert covered > 0.5 * sum(end - begin for begin, end in pieces)
 
 
+@pytest.mark.slow
 def test_what_was_put_in_is_found(folder):
     place, _ = folder
     result, truth = read_model(place / "fit" / "model.toml"), read_model(EXAMPLE / "rig.toml").friction.values

@@ -7,8 +7,11 @@ import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
 
 import bristle as br
-from bristle.exports import fmu
+from bristle.exports import effect, fmu
+from bristle.exports.described import hash_of_model
 from bristle.files.owned import lock
+
+AS_FOR_A_PERSON = ("lugre_2", "coulomb_3")
 
 
 def alone(note):
@@ -22,6 +25,23 @@ def alone(note):
             return
 
 
+@pytest.fixture(scope="session", autouse=True)
+def forces_known():
+    """Friction along the moves of an effect, which runs uncompiled: once for each model."""
+    known, along = {}, effect.force_along
+
+    def once(model, v, dt, x):
+        key = hash_of_model(model), model.kind, dt, v.tobytes(), x.tobytes()
+        if key not in known:
+            known[key] = along(model, v, dt, x)
+            known[key].setflags(write=False)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(effect, "force_along", once)
+        yield
+
+
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory):
     """FMUs of some models, of one for both versions; workers of one run share them."""
@@ -33,8 +53,8 @@ def fmus(tmp_path_factory):
         patch.setattr(fmu, "zig", list)  # other platforms take minutes, and cannot be run here
         flags = fmu.FLAGS
         for name in WRITTEN:
-            # The largest takes a compiler half as long so; the others are built as they are for a person.
-            patch.setattr(fmu, "FLAGS", f"{flags} -O1" if name.startswith("preisach") else flags)
+            # Most take a compiler half as long so; some are built as they are for a person.
+            patch.setattr(fmu, "FLAGS", flags if name in AS_FOR_A_PERSON else f"{flags} -O1")
             if not (folder / name).exists():
                 br.export(example(name), f"fmu{name[-1]}", folder / name, step=STEP, plant=PLANT)
     return folder

@@ -101,6 +101,7 @@ class Quiet(SimpleHTTPRequestHandler):
 
 @pytest.mark.slow
 @needs_node
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):
     (exported / "page.html").write_text("<!doctype html><title>forces</title>")

@@ -59,7 +59,7 @@ def test_figures_of_bristle_meet_the_contract_of_figures(report):
         assert "\n" not in plate.alternative.strip(), plate.name
         points = sum(len(stroke) for panel in figures.numbers_of(plate.figure) for _, drawn in panel.drawn for stroke in drawn.strokes)
         assert points > 1, plate.name
-        assert figures.figure_file(plate.figure, "pdf", plate.alternative), plate.name
+    assert figures.figure_file(plate.figure, "pdf", plate.alternative), plate.name
 
 
 def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():

@@ -22,10 +22,13 @@ from bristle.core.cores import Abreast
 ROOT = Path(__file__).parents[2]
 # Between them: names at axes, a legend, a title, numbers in every form, hatches, marks.
 SOME = ("preisach_stages", "margins", "errors_by_truth", "residuals")
-DRAW = f"""
-import hashlib, json, sys
+GALLERY = """
 from tests.figures.gallery import gallery
 from bristle.figures import inline_svg
+"""
+DRAW = f"""
+import hashlib, json
+{GALLERY}
 found, draws = {{}}, gallery()
 for name in {SOME}:
     svg = inline_svg(draws[name](), name.replace("_", "-"), name)
@@ -117,7 +120,7 @@ def run(code, folder, **environment):
 @pytest.mark.parametrize(
     ("file", "environment"),
     [
-        pytest.param(SETTINGS.encode(), {}, id="settings"),
+        pytest.param(SETTINGS.encode(), {}, id="settings", marks=pytest.mark.slow),
         pytest.param(b"text.usetex = True\n<html>\n::\n\x00\n", {"MPLBACKEND": "module://no.such"}, id="no settings"),
         pytest.param(b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, id="locale", marks=pytest.mark.slow),
         pytest.param(None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders", marks=pytest.mark.slow),
@@ -169,7 +172,8 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
         "logging.getLogger('matplotlib').setLevel(15)\n"
         "figure, canvas = plt.figure(), plt.gcf().canvas\n"
         "before = dict(matplotlib.rcParams.copy())\n"
-        f"{DRAW}\n"
+        f"{GALLERY}\n"
+        "inline_svg(gallery()['correlation'](), 'a', '')\n"
         "gallery()['margins']().savefig('saved.svg')\n"
         "assert dict(matplotlib.rcParams.copy()) == before\n"
         "assert plt.get_backend() == 'template'\n"
@@ -186,7 +190,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
     message, _ = run(
         "import os, signal, threading, warnings, matplotlib\n"
         "from bristle.figures.drawing import own_settings\n"
-        f"{DRAW}\n"
+        f"{GALLERY}\n"
         "warnings.simplefilter('ignore')\n"
         "matplotlib.rcParams['font.size'] = 31\n"
         "begun, end = threading.Event(), threading.Event()\n"
@@ -198,7 +202,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
         "if not child:\n"
         "    signal.alarm(20)\n"
         "    size = matplotlib.rcParams['font.size']\n"
-        "    inline_svg(gallery()['margins'](), 'a', '')\n"
+        "    inline_svg(gallery()['correlation'](), 'a', '')\n"
         "    os._exit(int(size))\n"
         "thread.join()\n"
         "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), matplotlib.rcParams['font.size'])",

@@ -16,6 +16,8 @@ from bristle.fleet.identify import Identifier
 from bristle.study.store import runs_in
 from bristle.study.workers import Crew
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def each(logs, out, **options):
     return identify_each([logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options)

@@ -1,6 +1,7 @@
 """Fewer rows where noise of a coarse encoder, differentiated twice, would hide what friction takes."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,9 +15,16 @@ FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "ph
 AXIS = Axis(kind="translational")
 
 
-def coarse_log(step):
-    motion = sines(20.0, 5e-4, **FAST)
+@cache
+def coarse_log(step, seconds=20.0):
+    motion = sines(seconds, 5e-4, **FAST)
     return log_of(motion, sliding_effort(motion, noise=0.05), step=step)
+
+
+@cache
+def coarsely(**named):
+    """An encoder whose steps make more noise in the acceleration than friction takes."""
+    return found(coarse_log(2.5e-5), **named)
 
 
 def found(log, axis=AXIS, **named):
@@ -24,8 +32,7 @@ def found(log, axis=AXIS, **named):
 
 
 def test_noise_of_a_coarse_encoder_hides_no_friction():
-    log = coarse_log(2.5e-5)
-    usual, calm = found(log, decimation=10), found(log)
+    usual, calm = coarsely(decimation=10), coarsely()
     assert usual.best.metrics["friction_error_percent"] > 40.0
     assert calm.best.metrics["friction_error_percent"] < 8.0
     assert calm.treatment["decimation"] > 20
@@ -34,7 +41,7 @@ def test_noise_of_a_coarse_encoder_hides_no_friction():
 
 
 def test_fewer_rows_are_told_with_what_they_cost():
-    (message,) = (text for text in assumptions_of(found(coarse_log(2.5e-5)).best) if "as many rows as usual" in text)
+    (message,) = (text for text in assumptions_of(coarsely().best) if "as many rows as usual" in text)
     share = float(message.split(" % of what friction")[0].split()[-1])
     # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
     motion = sines(20.0, 5e-4, **FAST)
@@ -65,12 +72,10 @@ def test_a_fine_encoder_keeps_its_rows(step):
 
 
 def test_rows_that_are_stated_stay():
-    log = coarse_log(2.5e-5)
-    assert found(log, decimation=10).treatment["decimation"] == 10
-    assert found(log, replace(AXIS, decimation=12)).treatment["decimation"] == 12
+    assert coarsely(decimation=10).treatment["decimation"] == 10
+    assert found(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
 
 
 def test_a_short_log_keeps_a_thousand_rows():
-    motion = sines(7.0, 5e-4, **FAST)
-    log = log_of(motion, sliding_effort(motion, noise=0.05), step=2.5e-5)
+    log = coarse_log(2.5e-5, 7.0)
     assert 1000 <= found(log).treatment["rows"] < found(log, decimation=10).treatment["rows"]

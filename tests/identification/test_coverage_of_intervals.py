@@ -71,7 +71,7 @@ def levelled(count: int) -> Levelled:
     levels = LEVEL * (1.0 + SCATTER * rng.standard_normal(count))
     effort = MASS * motion.acceleration + np.repeat(levels, motion.time.size // count) * side_of(motion)
     log = log_of(motion, effort + 0.05 * rng.standard_normal(effort.size))
-    return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, blocks=0, draws=140).best, levels)
+    return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=140).best, levels)
 
 
 @pytest.mark.slow
@@ -111,7 +111,7 @@ def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
     effort = np.repeat(masses, size) * motion.acceleration + LEVEL * side_of(motion)
     parts = tuple(slice(k * size, (k + 1) * size) for k in range(count))
     log = log_of(motion, effort + 0.05 * rng.standard_normal(effort.size), segments=parts)
-    fit = identify(log, "coulomb", offset=0.0, decimation=5, blocks=0, draws=20).best
+    fit = identify(log, "coulomb", offset=0.0, decimation=5, axis=STATED, blocks=0, draws=20).best
     assert any(diagnostic.code == "half_cycles_differ" and diagnostic.numbers["names"] == ("M",) for diagnostic in fit.diagnostics) == told
     if told:
         assert fit.resampling.jackknife["M"] == pytest.approx(stats.sem(masses), rel=0.03)
@@ -140,7 +140,7 @@ def test_noise_explains_all_of_a_residual_that_is_noise():
 def wavy(seed: int):
     """A fit to a log with noise that lasts."""
     effort = sliding_effort(MOTION, noise=0.0) + SIZE * coloured(seed, LASTING, MOTION.time.size)
-    return identify(log_of(MOTION, effort), "coulomb_viscous", blocks=0, draws=40 if seed < 3 else 0).best
+    return identify(log_of(MOTION, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40 if seed < 3 else 0).best
 
 
 @pytest.mark.slow
@@ -172,7 +172,7 @@ def test_a_level_that_scatters_does_not_count_as_what_lasts():
     motion, rng = swings(10), np.random.default_rng(0)
     levels = np.repeat(LEVEL * (1.0 + 0.1 * rng.standard_normal(10)), motion.time.size // 10)
     effort = MASS * motion.acceleration + levels * side_of(motion) + SIZE * coloured(5, LASTING, levels.size)
-    fit = identify(log_of(motion, effort), "coulomb", mass=MASS, offset=0.0, blocks=0, draws=20).best
+    fit = identify(log_of(motion, effort), "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=20).best
     assert fit.resampling.bands.unexplained > 0.5 * SIZE
     assert fit.resampling.bands.lasting < lasting_share()
 
@@ -182,7 +182,7 @@ def rounded():
     """A fit to a log with sharp corners behind a filter that is too low for them, which biases it."""
     motion = trapezoids(6.0)
     return identify(
-        log_of(motion, sliding_effort(motion, noise=0.02)), "coulomb_viscous", cutoff=10.0, decimation=5, blocks=0, draws=40
+        log_of(motion, sliding_effort(motion, noise=0.02)), "coulomb_viscous", cutoff=10.0, decimation=5, axis=STATED, blocks=0, draws=40
     ).best
 
 
@@ -204,7 +204,7 @@ def spotted(seed: int) -> Log:
 
 
 def test_bands_hold_19_of_20_though_what_the_model_lacks_is_rare_and_large():
-    fit = identify(spotted(0), "coulomb_viscous", blocks=0, draws=20).best
+    fit = identify(spotted(0), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     inside = [predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent for seed in range(1, 5)]
     # A normal number of this size would be inside nine times of ten.
     assert 94.0 < np.mean(inside) < 98.5
@@ -230,7 +230,7 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
     # Over 2 cm/s to and fro viscous friction hardly differs from Coulomb's.
     motion = sines(4.0, amplitudes=(0.01,), frequencies=(0.5,), phases=(0.3,))
     log = log_of(motion, sliding_effort(motion, noise=4.0))
-    fit = identify(log, "coulomb_viscous", mass=MASS, offset=1.5, cutoff=50.0, decimation=5, blocks=0, draws=40).best
+    fit = identify(log, "coulomb_viscous", mass=MASS, offset=1.5, cutoff=50.0, decimation=5, axis=STATED, blocks=0, draws=40).best
     viscous, level = fit.parameters["F_v"], fit.parameters["F_C"]
     assert viscous.status == "unidentifiable"
     assert abs(fit.correlation[0, 1]) > 0.85
@@ -250,7 +250,7 @@ def test_at_an_edge_an_interval_goes_one_way(seed, status):
 
 def test_errors_of_a_stiffness_are_factors():
     log = slow_log(friction.dahl(F_C=LEVEL, sigma_0=4e4), duration=3.0, noise=20.0)
-    fit = identify(log, "dahl", mass=MASS, offset=0.0, blocks=0, draws=20).best
+    fit = identify(log, "dahl", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=20).best
     item, draws = fit.parameters["sigma_0"], fit.resampling.bands.draws["sigma_0"]
     assert item.interval[1] > 1.3 * item.value
     assert item.interval[0] < 4e4 < item.interval[1]
@@ -302,7 +302,7 @@ def test_noise_of_the_position_is_what_rounding_is_not(step, noise):
 def test_noise_of_the_position_explains_a_residual_that_it_makes():
     shaken = MOTION.position + 8e-6 * np.random.default_rng(0).standard_normal(MOTION.time.size)
     log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION, noise=0.0))
-    fit = identify(log, "coulomb_viscous", blocks=0, draws=20).best
+    fit = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert fit.resampling.bands.unexplained < 0.6 * np.std(fit.traces.residual)
 
 

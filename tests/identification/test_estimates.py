@@ -15,7 +15,7 @@ def codes(fit, name):
 
 @pytest.mark.parametrize(("F_v", "expected"), [(30.0, []), (-3.0, ["edge_of_model"])])
 def test_a_coefficient_that_would_be_negative_stays_at_the_edge_of_its_model(F_v, expected):
-    fit = identify(sliding_log(F_v=F_v), "coulomb_viscous", draws=0, blocks=0).best
+    fit = identify(sliding_log(F_v=F_v), "coulomb_viscous", axis=STATED, draws=0, blocks=0).best
     assert codes(fit, "F_v") == expected
     assert fit.parameters["F_v"].value == pytest.approx(max(F_v, 0.0), abs=1.0)
 
@@ -49,13 +49,13 @@ def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes(
 @pytest.mark.parametrize(("v_S", "told"), [(2e-3, False), (10.0, True)])
 def test_a_level_at_slow_speeds_is_told_as_one(v_S, told):
     truth = find("lugre")(F_C=8.0, F_S=11.0, v_S=v_S, sigma_0=3e5, sigma_1=600.0, sigma_2=0.0 if told else 30.0)
-    fit = identify(slow_log(truth), "lugre", blocks=0, draws=20).best
+    fit = identify(slow_log(truth), "lugre", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["F_C"].status == "identified"
     assert any("is what friction comes to at the speeds of this log" in text for text in warnings_of(fit)) is told
 
 
 def test_a_level_beside_a_viscous_friction_that_is_known_is_no_level_at_slow_speeds():
-    fit = identify(slow_log(find("coulomb_viscous")(F_C=8.0, F_v=90.0)), "stribeck", blocks=0, draws=0).best
+    fit = identify(slow_log(find("coulomb_viscous")(F_C=8.0, F_v=90.0)), "stribeck", axis=STATED, blocks=0, draws=0).best
     statuses = {name: fit.parameters[name].status == "identified" for name in ("F_C", "F_v", "v_S")}
     assert statuses == {"F_C": True, "F_v": True, "v_S": False}
     assert "level_as_seen" not in [diagnostic.code for diagnostic in fit.diagnostics]

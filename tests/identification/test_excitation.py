@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import Motion, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
 from bristle.core import Axis
@@ -31,7 +31,7 @@ def warning_about(name: str, warnings: tuple[str, ...]) -> str:
 
 def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
     motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
-    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0)), "coulomb_viscous", draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0)), "coulomb_viscous", axis=STATED, draws=0).best
     assert "never exceeds 628 µm/s" in warning_about("F_v", warnings_of(fit))
     assert "acceleration never exceeds" in warning_about("M", warnings_of(fit))
     assert "mm/s²" in warning_about("M", warnings_of(fit))
@@ -53,7 +53,7 @@ def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
 def test_few_fast_reversals_do_not_show_presliding():
     stiff = friction.find("lugre")(F_C=8.0, F_S=8.5, v_S=4e-3, sigma_0=2e7, sigma_1=100.0, sigma_2=30.0)
     log = slow_log(stiff, duration=8.0, step=2e-8)
-    fit = identify(log, "lugre", draws=0).best
+    fit = identify(log, "lugre", axis=STATED, draws=0).best
     for name in ("sigma_0", "sigma_1"):
         assert "reversals, each crosses the pre-sliding zone of" in warning_about(name, warnings_of(fit))
         assert fit.parameters[name].status == "unidentifiable"
@@ -62,7 +62,7 @@ def test_few_fast_reversals_do_not_show_presliding():
 
 def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     flat = friction.coulomb_viscous(F_C=8.0, F_v=30.0)
-    fit = identify(slow_log(flat), "stribeck", draws=0).best
+    fit = identify(slow_log(flat), "stribeck", axis=STATED, draws=0).best
     estimate = fit.parameters["v_S"]
     assert estimate.status in ("unidentifiable", "at_edge")
     assert estimate.std is None or estimate.relative_std_percent > 50.0
@@ -72,13 +72,13 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
 
 def test_the_speeds_at_which_a_log_slides_steadily_are_named():
     motion, _ = planned_sweeps((0.05, 0.2))
-    fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", blocks=0, draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", axis=STATED, blocks=0, draws=0).best
     assert "slides steadily at 49.8 mm/s to 200 mm/s" in note_of(fit.parameters["v_S"])
 
 
 def test_an_offset_of_zero_is_identified_as_zero():
     motion = sines()
-    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), "coulomb_viscous", draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), "coulomb_viscous", axis=STATED, draws=0).best
     offset = fit.parameters["offset"]
     assert offset.status == "identified"
     assert abs(offset.value) < 4.0 * offset.std
@@ -96,7 +96,7 @@ def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and
     assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
     assert not any(item.startswith("M is too small") for item in warnings_of(mended))
     # With nothing stated it is no matter.
-    best = identify(log, "coulomb_viscous", blocks=0, draws=0).best
+    best = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert best.parameters["M"].value == pytest.approx(12.0, rel=0.002)
     assert not any(item.startswith("M is too small") for item in warnings_of(best))
 
@@ -129,6 +129,6 @@ def test_noise_makes_no_inertia_too_small_that_is_not_identified():
 
 def test_a_model_that_explains_little_is_said():
     motion = sines()
-    fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", mass=400.0, draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, mass=400.0, draws=0).best
     assert fit.force_error_percent > 40.0
     assert any("of the effort unexplained" in item for item in warnings_of(fit))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
 from tests.identification.test_elements import elements_log
 
 from bristle import friction
@@ -18,7 +18,7 @@ from bristle.report.model_tables import comparison_table
 def compared():
     motion = sines(10.0)
     identification = identify(
-        log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0, blocks=0
+        log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0, blocks=0
     )
     return {fit.name: fit for fit in identification.fits}
 
@@ -63,5 +63,5 @@ def test_a_model_that_heeds_none_of_its_parameters_is_one_of_which_nothing_is_kn
     text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
     (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
     log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)
-    identification = identify(log, load_code(tmp_path / "own.py"), mass=28.0, offset=0.0, draws=0, blocks=0)
+    identification = identify(log, load_code(tmp_path / "own.py"), axis=STATED, mass=28.0, offset=0.0, draws=0, blocks=0)
     assert identification.best.parameters["F_C"].status == "unidentifiable"

@@ -17,7 +17,8 @@ ARM = {
     "schema": 1,
     "kind": "rotational",
     "plant": {"gravity": "link"},
-    "identification": {"decimation": 10},
+    "identification": {"decimation": 10, "cutoff": "100 Hz"},
+    "timing": {"delay": 0},
     "columns": COLUMNS | {"position": {"column": "q", "unit": "rad"}, "effort": {"column": "u", "unit": "N*m"}},
 }
 SCREW = {

@@ -20,7 +20,8 @@ def axis(kind="rotational", **tables):
     units = {"rotational": ("rad", "N*m"), "translational": ("m", "N")}[kind]
     columns = {name: dict(column) for name, column in COLUMNS.items()}
     columns["position"]["unit"], columns["effort"]["unit"] = units
-    return read_axis({"schema": 1, "kind": kind, "columns": columns, **tables})
+    stated = {"timing": {"delay": 0}, "identification": {"cutoff": "100 Hz"}}
+    return read_axis({"schema": 1, "kind": kind, "columns": columns} | stated | tables)
 
 
 def swing(seconds, amplitude, slowest, seed=0):

@@ -30,7 +30,7 @@ def test_each_direction_has_its_own_friction():
     forward = sliding_effort(motion, F_C=9.0, F_v=25.0, offset=0.0)
     backward = sliding_effort(motion, F_C=6.0, F_v=40.0, offset=0.0)
     log = log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
-    parameters = identify(log, "coulomb_viscous+asymmetry", draws=0).best.parameters
+    parameters = identify(log, "coulomb_viscous+asymmetry", axis=STATED, draws=0).best.parameters
     for name, truth in {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0, "M": 12.0}.items():
         assert abs(parameters[name].value - truth) < 4.0 * parameters[name].std
         assert parameters[name].status == "identified"
@@ -79,7 +79,7 @@ def test_what_is_known_is_held():
 
 
 def test_a_bound_is_kept_and_said():
-    fit = identify(sliding_log(F_v=-5.0), "coulomb_viscous", draws=0).best
+    fit = identify(sliding_log(F_v=-5.0), "coulomb_viscous", axis=STATED, draws=0).best
     assert fit.parameters["F_v"].value == 0.0
     assert fit.parameters["F_v"].status == "at_edge"
     assert fit.parameters["F_v"].std is None
@@ -122,7 +122,7 @@ def test_a_model_of_ones_own_is_identified():
 
 
 def test_predicted_and_measured_are_traced():
-    fit = identify(sliding_log(), "coulomb_viscous", draws=0).best
+    fit = identify(sliding_log(), "coulomb_viscous", axis=STATED, draws=0).best
     traces = fit.traces
     assert traces.time.shape == traces.velocity.shape == traces.measured.shape == traces.predicted.shape
     assert np.all(np.diff(traces.time) > 0.0)
@@ -137,7 +137,7 @@ def test_predicted_and_measured_are_traced():
 
 @pytest.mark.parametrize("model", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
 def test_weight_is_no_friction_that_an_error_could_hide_behind(model):
-    light, heavy = (identify(sliding_log(offset=offset), model, draws=0, blocks=0).best for offset in (0.0, 6.0))
+    light, heavy = (identify(sliding_log(offset=offset), model, axis=STATED, draws=0, blocks=0).best for offset in (0.0, 6.0))
     assert heavy.friction_alone_error_percent == pytest.approx(light.friction_alone_error_percent, rel=0.02)
     assert heavy.friction_error_percent < 0.9 * light.friction_error_percent
     assert heavy.metrics["friction_alone_error_percent"] == heavy.friction_alone_error_percent
@@ -145,7 +145,7 @@ def test_weight_is_no_friction_that_an_error_could_hide_behind(model):
 
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     message = []
-    identify(sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: message.append((share, text)), draws=0)
+    identify(sliding_log(), "coulomb_viscous,stribeck", axis=STATED, progress=lambda share, text: message.append((share, text)), draws=0)
     shares = [share for share, _ in message]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
@@ -155,7 +155,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        identify(sliding_log(), "coulomb_viscous", progress=interrupt, draws=0)
+        identify(sliding_log(), "coulomb_viscous", axis=STATED, progress=interrupt, draws=0)
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
 )
 def test_a_model_that_cannot_be_fitted_is_named(model, words):
     with pytest.raises(InputError, match=words) as caught:
-        identify(sliding_log(), model, draws=0)
+        identify(sliding_log(), model, axis=STATED, draws=0)
     assert caught.value.path == "model"
 
 

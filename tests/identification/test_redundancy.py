@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import Motion, log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort, sliding_log
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
@@ -37,7 +37,7 @@ def test_offset_is_held_with_asymmetry_and_said():
 @pytest.mark.parametrize("forward", [True, False])
 def test_one_direction_holds_the_offset(forward):
     motion = one_way(forward)
-    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), "coulomb_viscous", draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), "coulomb_viscous", axis=STATED, draws=0).best
     assert fit.parameters["offset"].status == "held"
     assert ("forward only" if forward else "backward only") in note_of(fit.parameters["offset"])
     assert fit.parameters["F_C"].value == pytest.approx(8.0, rel=0.02)
@@ -45,14 +45,14 @@ def test_one_direction_holds_the_offset(forward):
 
 def test_one_direction_leaves_the_offset_to_a_model_without_a_level():
     motion = one_way()
-    fit = identify(log_of(motion, sliding_effort(motion, F_C=0.0)), "viscous", draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, F_C=0.0)), "viscous", axis=STATED, draws=0).best
     assert fit.parameters["offset"].value == pytest.approx(1.5, abs=4.0 * fit.parameters["offset"].std)
 
 
 def test_one_direction_does_not_show_the_other():
     motion = one_way()
     with pytest.raises(InputError, match="forward only") as caught:
-        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+asymmetry", draws=0)
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+asymmetry", axis=STATED, draws=0)
     assert "drop +asymmetry" in caught.value.mend
 
 
@@ -69,9 +69,9 @@ def test_friction_too_small_to_tell_is_no_reversed_effort():
     motion = sines()
     for seed in range(5):
         effort = sliding_effort(motion, seed, noise=0.3, F_C=0.0, F_v=0.0)
-        assert identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters["M"].value == pytest.approx(
-            12.0, rel=0.01
-        )
+        assert identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters[
+            "M"
+        ].value == pytest.approx(12.0, rel=0.01)
 
 
 @pytest.mark.parametrize(("length", "force"), [(1.0, 1.0), (2.0**10, 2.0**-10), (2.0**-10, 2.0**10)])
@@ -87,7 +87,7 @@ def test_friction_that_puts_energy_in_is_told_whatever_the_magnitudes(length, fo
 def test_an_effort_of_zero_is_refused():
     motion = sines()
     with pytest.raises(InputError, match="zero throughout"):
-        identify(log_of(motion, np.zeros(motion.time.size)), "coulomb_viscous", draws=0)
+        identify(log_of(motion, np.zeros(motion.time.size)), "coulomb_viscous", axis=STATED, draws=0)
 
 
 def test_a_log_without_effort_is_refused():
@@ -95,7 +95,7 @@ def test_a_log_without_effort_is_refused():
     log = log_of(motion, sliding_effort(motion))
     bare = type(log)(log.time, log.position, sample_time=log.sample_time, segments=log.segments)
     with pytest.raises(InputError, match="no effort"):
-        identify(bare, "coulomb_viscous", draws=0)
+        identify(bare, "coulomb_viscous", axis=STATED, draws=0)
 
 
 def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import pytest
-from tests.identification.known_logs import sliding_log, slow_log
+from tests.identification.known_logs import STATED, sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import FrictionModel, InputError, Relation, Variable
@@ -55,7 +55,7 @@ def rising():
 @pytest.mark.parametrize("linear", [False, True])
 def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear):
     model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C, linear=linear)
-    fit = identify(rising, model, blocks=0, draws=0).best
+    fit = identify(rising, model, axis=STATED, blocks=0, draws=0).best
     values = fit.friction.values
     assert values["F_S"] >= values["F_C"]
     assert values["F_S"] == pytest.approx(values["F_C"], rel=1e-3)
@@ -64,7 +64,7 @@ def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear)
 
 def test_what_must_exceed_another_one_does_so_clearly(rising):
     model = two_levels("F_S > F_C", lambda p: p.F_S > p.F_C)
-    values = identify(rising, model, blocks=0, draws=0).best.friction.values
+    values = identify(rising, model, axis=STATED, blocks=0, draws=0).best.friction.values
     assert values["F_S"] > 1.02 * values["F_C"]
 
 
@@ -76,14 +76,14 @@ class OneSided(NamedTuple):
 def test_a_relation_holds_in_both_directions_where_only_one_side_of_it_is_by_direction(rising):
     model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C)
     model = slotted(replace(model, name="one_sided", Parameters=OneSided), asymmetry=True)
-    values = identify(rising, model, blocks=0, draws=0).best.friction.values
+    values = identify(rising, model, axis=STATED, blocks=0, draws=0).best.friction.values
     assert min(values["F_S_pos"], values["F_S_neg"]) >= values["F_C"]
 
 
 def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
     with pytest.raises(InputError, match="not what the model allows") as caught:
-        identify(rising, model, blocks=0, draws=0)
+        identify(rising, model, axis=STATED, blocks=0, draws=0)
     assert caught.value.path == "model"
     assert "F_C within F_S" in caught.value.message
     assert "another model" in caught.value.mend
@@ -91,7 +91,7 @@ def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
 
 def test_among_others_it_is_left_out_and_told(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
-    identification = identify(rising, [model, "coulomb_viscous"], blocks=0, draws=0)
+    identification = identify(rising, [model, "coulomb_viscous"], axis=STATED, blocks=0, draws=0)
     assert [fit.name for fit in identification.fits] == ["coulomb_viscous"]
     assert "two_levels is left out: the best fit of two_levels is not what the model allows" in identification.notes[-1]
 
@@ -101,6 +101,6 @@ def test_among_others_it_is_left_out_and_told(rising):
     "name", ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"]
 )
 def test_what_is_identified_can_be_read_again(tmp_path, name):
-    best = identify(sliding_log(F_v=-2.0), name, blocks=0, draws=0).best
+    best = identify(sliding_log(F_v=-2.0), name, axis=STATED, blocks=0, draws=0).best
     write_model(tmp_path / "model.toml", best.plant, best.friction, estimates=best.estimates)
     assert read_model(tmp_path / "model.toml").friction.values == best.friction.values

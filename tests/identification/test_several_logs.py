@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
 
 from bristle.core import InputError
 from bristle.core.axis import Axis
@@ -13,8 +13,8 @@ from bristle.identification import identify
 
 def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
     logs = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]
-    alone = identify(logs[0], "coulomb_viscous", draws=0).best
-    identification = identify(logs, "coulomb_viscous", draws=0)
+    alone = identify(logs[0], "coulomb_viscous", axis=STATED, draws=0).best
+    identification = identify(logs, "coulomb_viscous", axis=STATED, draws=0)
     for name, true in TRUTH.items():
         estimate = identification.best.parameters[name]
         assert abs(estimate.value - true) < 4.0 * estimate.larger_std, name
@@ -29,7 +29,7 @@ def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
 
 def test_a_log_that_is_unlike_the_others_stands_out_when_it_is_held_out():
     odd = sliding_log(4, F_C=16.0)
-    errors = identify([sliding_log(1), sliding_log(2), odd], "coulomb_viscous", draws=0).best.held_out.block_errors_percent
+    errors = identify([sliding_log(1), sliding_log(2), odd], "coulomb_viscous", axis=STATED, draws=0).best.held_out.block_errors_percent
     assert errors[2] > 1.5 * max(errors[:2])
 
 
@@ -42,7 +42,7 @@ def test_each_log_has_its_own_axis_or_one_serves_all():
     with pytest.raises(InputError, match=r"2 for 1 logs; allowed 1, or 1"):
         identify([first], "coulomb_viscous", axis=axes, draws=0)
     with pytest.raises(InputError, match="names no log"):
-        identify([], "coulomb_viscous", draws=0)
+        identify([], "coulomb_viscous", axis=STATED, draws=0)
 
 
 def test_logs_that_cannot_be_one_regression_are_refused_by_name():
@@ -53,4 +53,4 @@ def test_logs_that_cannot_be_one_regression_are_refused_by_name():
     with pytest.raises(InputError, match="another cutoff than the first log"):
         identify([first, sliding_log(2)], "coulomb_viscous", axis=[Axis(cutoff=50.0), Axis(cutoff=40.0)], draws=0)
     with pytest.raises(InputError, match="of another kind of axis"):
-        identify([first, replace(sliding_log(2), kind="rotational")], "coulomb_viscous", draws=0)
+        identify([first, replace(sliding_log(2), kind="rotational")], "coulomb_viscous", axis=STATED, draws=0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 
 from bristle.core import Axis
 from bristle.core.errors import InputError
@@ -19,7 +19,7 @@ def screw_log(**changes):
 
 
 def test_the_pitch_is_found_and_the_wave_with_it():
-    identification = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic", draws=0)
+    identification = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic", axis=STATED, draws=0)
     fit = identification.best
     assert fit.name == "coulomb_viscous+periodic"
     assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
@@ -49,7 +49,7 @@ def test_the_share_of_the_range_goes_from_end_to_end():
     motion = sines(6.0)
     aside = motion._replace(position=motion.position + 0.07)
     log = log_of(aside, sliding_effort(motion), segments=(slice(0, 1000), slice(1000, 6000)))
-    fit = identify(log, "coulomb_viscous+position", blocks=0, draws=0).best
+    fit = identify(log, "coulomb_viscous+position", axis=STATED, blocks=0, draws=0).best
     x_0, x_L = (fit.parameters[name].value for name in ("x_0", "x_L"))
     ends = (log.position.values.min(), log.position.values.max())
     assert [(x - x_0) / x_L for x in ends] == pytest.approx([-1.0, 1.0], abs=1e-3)

@@ -46,7 +46,7 @@ def virgin_curve(values, x):
 
 @pytest.fixture(scope="module")
 def result():
-    return identify(gms_log(), "gms", draws=30, **ASKED)
+    return identify(gms_log(), "gms", draws=20, **ASKED)
 
 
 @pytest.mark.slow

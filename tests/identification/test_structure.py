@@ -7,9 +7,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 
-from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
 from bristle.identification.half_cycles import Groups
@@ -54,7 +53,7 @@ def forces(motion, cause):
 
 def best_of(motion, cause, model="coulomb_viscous", seed=0, **settings):
     log = log_of(motion, with_scatter(motion, forces(motion, cause), seed), step=1e-7)
-    return identify(log, model, blocks=0, draws=0, settings=settings)
+    return identify(log, model, axis=STATED, blocks=0, draws=0, settings=settings)
 
 
 def causes_in(fit):
@@ -122,7 +121,7 @@ def test_a_ripple_says_whether_it_turns_with_the_motion_and_what_has_it(motion, 
 
 
 def ripple_of(motion, effort, lead=None):
-    axis = Axis(pitch=lead)
+    axis = replace(STATED, pitch=lead)
     fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=axis, blocks=0, draws=0).best
     result = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_ripple")
     return result.numbers, message(result)
@@ -147,7 +146,7 @@ WEIGHT = 30.0  # [N*m], that a link pulls with at most
 def of_a_link(motion, force):
     """What is said of an arm on a motion of a radian or two, beside friction."""
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + force
-    fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     return {diagnostic.code: diagnostic for diagnostic in fit.diagnostics}
 
 
@@ -176,7 +175,7 @@ def test_a_cable_is_not_called_the_gravity_of_a_link(power):
 def test_an_axis_that_moves_along_a_line_has_no_link():
     motion = swinging()
     effort = with_scatter(motion, LEVEL * np.sin(motion.position), share=0.0)
-    fit = identify(log_of(motion, effort, step=1e-6), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-6), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit)
     assert "gravity" not in causes_in(fit)
 
@@ -189,13 +188,13 @@ def test_a_right_structure_is_left_alone_though_its_level_scatters(motion, seed)
 
 def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple"), share=0.06)
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit) == ("ripple",)
 
 
 def test_a_small_force_is_seen_beside_a_large_one(motion):
     effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"))
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit) == ("position", "ripple")
 
 
@@ -203,7 +202,7 @@ def test_a_small_ripple_is_seen_through_noise_of_slow_motion(motion):
     slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
     noise = np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple")) + noise
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit) == ("ripple",)
 
 
@@ -212,7 +211,7 @@ def test_what_acts_around_reversals_is_named_nothing_else(motion):
     turned = np.diff(side, prepend=side[0]) != 0.0
     place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
     building_up = -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
-    fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit) == ("play",)
 
 
@@ -249,10 +248,10 @@ def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatc
 
     monkeypatch.setattr(request, "MODELS", {name: request.MODELS[name] for name in ("coulomb", "coulomb_viscous")})
     log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    names = [fit.name for fit in identify(log, "all", blocks=3, draws=0).fits]
+    names = [fit.name for fit in identify(log, "all", axis=STATED, blocks=3, draws=0).fits]
     assert names[0] == "coulomb_viscous+periodic"
     assert {"coulomb", "coulomb_viscous", "coulomb_viscous+asymmetry"} < set(names)
-    assert [fit.rank for fit in identify(log, "coulomb,coulomb_viscous", blocks=3, draws=0).fits] == [1, 2]
+    assert [fit.rank for fit in identify(log, "coulomb,coulomb_viscous", axis=STATED, blocks=3, draws=0).fits] == [1, 2]
 
 
 def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, monkeypatch):
@@ -269,7 +268,7 @@ def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, 
     monkeypatch.setattr(module, "fit", refusing)
     monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
     log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    identification = identify(log, "all", blocks=3, draws=0)
+    identification = identify(log, "all", axis=STATED, blocks=3, draws=0)
     assert [item.name for item in identification.fits] == ["coulomb_viscous"]
     assert set(identification.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
 
@@ -302,10 +301,10 @@ def test_what_the_parameters_may_take_is_theirs_before_it_is_a_missing_force():
     assert coefficients == pytest.approx([1.0, 0.0], abs=0.05)
 
 
-def told_of(motion, force, model="coulomb_viscous", step=1e-5, seed=0, **settings):
+def told_of(motion, force, model="coulomb_viscous", step=1e-5, seed=0, axis=STATED, **settings):
     """What is said of a force on friction, behind an encoder whose steps make more noise than the force."""
     log = log_of(motion, with_scatter(motion, force, seed), step=step)
-    fit = identify(log, model, blocks=0, draws=0, settings=settings).best
+    fit = identify(log, model, axis=axis, blocks=0, draws=0, settings=settings).best
     return causes_in(fit), fit
 
 
@@ -336,7 +335,7 @@ def test_a_force_that_the_noise_of_single_rows_hides_is_told(motion, cause, size
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_of_single_rows_is_no_force(motion, seed):
-    assert told_of(motion, forces(motion, "nothing"), seed=seed)[0] == ()
+    assert told_of(motion, forces(motion, "nothing"), seed=seed, axis=None)[0] == ()
 
 
 def test_a_slow_force_counts_from_its_size_on(motion):

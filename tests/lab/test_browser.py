@@ -11,7 +11,7 @@ from tests.lab.proved import GIVEN, blocks_with_given
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
 
-pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")]
 
 
 @pytest.fixture(scope="module")

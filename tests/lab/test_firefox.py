@@ -9,7 +9,7 @@ from tests.lab.proved import GIVEN, blocks_with_given
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
 
-pytestmark = pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")]
 WAIT = """
 return (async () => {
   const ready = () => %s;

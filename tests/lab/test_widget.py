@@ -158,6 +158,7 @@ OTHER = """
 """
 
 
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 1366])
 def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, width):

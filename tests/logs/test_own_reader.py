@@ -13,6 +13,8 @@ from bristle.logs.catalogue import FORMATS, format_of
 from bristle.logs.formats import reading
 from bristle.logs.readers import read_table
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 ROOT = Path(__file__).parents[2]
 READER = ROOT / "examples" / "key_value_log.py"
 

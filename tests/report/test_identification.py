@@ -28,6 +28,8 @@ from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
 from bristle.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def plain(text: str) -> float:
     return float(text.replace("−", "-").replace("± ", ""))

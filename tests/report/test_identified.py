@@ -20,6 +20,8 @@ from bristle.files.model import read_model
 from bristle.prediction import predict
 from bristle.server.tasks import _findings
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 MODELS = "coulomb_viscous,viscous"
 ROOT = Path(__file__).parents[2]
 

@@ -265,6 +265,7 @@ PLACE = "(({ x, y, width, height }) => [x, y, width, height])(byId('alive-effort
 WHEEL = "new WheelEvent('wheel', { deltaY: -400, ctrlKey: %s, cancelable: true })"
 
 
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 3840])
 def test_it_moves_and_is_read_and_enlarged_without_a_complaint(file, tmp_path, width):
@@ -312,6 +313,7 @@ return (async () => {
 """
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_on_paper_it_is_the_report_that_does_not_move(file, tmp_path):
     with browser(tmp_path / "profile") as tab:
@@ -322,6 +324,7 @@ def test_on_paper_it_is_the_report_that_does_not_move(file, tmp_path):
         assert tab.run("getComputedStyle(byId('figure-first')).display") != "none"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")
 def test_firefox_complains_of_nothing(file, tmp_path):
     with firefox(tmp_path / "profile") as tab:

@@ -15,6 +15,8 @@ from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report.identification import answers
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 DT = 2e-3
 RATED = {
     "schema": 1,
@@ -68,7 +70,8 @@ def test_no_level_and_no_table_is_handed_out(result, tmp_path):
 
 @pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
-def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, target, points):
+def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, target, points, monkeypatch):
+    monkeypatch.setattr("bristle.exports.writing.effect_of_files", lambda *_, **__: None)  # it runs the model uncompiled
     result.save(tmp_path / "out")
     plant, friction, info = read_model(tmp_path / "out" / "model.toml")
     source = Source(info["provenance"], info["uncertainty"])

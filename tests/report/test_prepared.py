@@ -11,6 +11,8 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.core import InputError
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 RIG = """
 schema = 1
 

@@ -19,6 +19,7 @@ from bristle.files.owned import NOTE
 from bristle.simulation import simulate
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium"),
     pytest.mark.skipif(os.name != "posix", reason="speaks to the browser over pipes of POSIX"),
 ]
@@ -97,7 +98,6 @@ def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkey
     capsys.readouterr()
 
 
-@pytest.mark.slow
 def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
     with browser(tmp_path / "profile", width=360, height=740, dark=True) as tab:
         person = Person(tab, tmp_path)
@@ -148,7 +148,6 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
             time.sleep(0.1)
 
 
-@pytest.mark.slow
 def test_a_motion_is_designed_and_a_damaged_log_is_told(server, tmp_path):
     (tmp_path / "damaged.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(range(256)) * 3)
     (tmp_path / "axis.toml").write_text(
@@ -176,7 +175,6 @@ def test_a_motion_is_designed_and_a_damaged_log_is_told(server, tmp_path):
     assert motion["motion.csv"].count(b"\n") > 1000
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_emps_by_mouse_alone(server, tmp_path, monkeypatch, capsys):
     if "BRISTLE_DATA" not in os.environ:

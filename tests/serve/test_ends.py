@@ -39,6 +39,7 @@ def is_there(number):
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_good_order_with_its_job_and_its_folder(temporary, number):
     with lab_process(temporary, "--no-open") as (process, client, _):

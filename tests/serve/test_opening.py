@@ -132,6 +132,7 @@ def read(place):
         return ""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None or os.name != "posix", reason="needs chromium, and pipes of POSIX")
 def test_chromium_comes_from_the_file_to_the_lab_and_may_load_it_again(tmp_path):
     with served() as server, browser(tmp_path / "profile") as tab:

@@ -226,7 +226,7 @@ def test_what_depends_on_nothing_leaves_draws_finite():
 
 def test_too_few_draws_are_refused():
     with pytest.raises(InputError, match="draws"):
-        identify(log_of(sines(), sliding_effort(sines())), "coulomb_viscous", draws=5)
+        identify(log_of(sines(), sliding_effort(sines())), "coulomb_viscous", axis=STATED, draws=5)
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
 from bristle.identification import identify, uncertainty
@@ -13,7 +13,7 @@ from bristle.report.messages import warnings_of
 
 def test_everything_is_seen_in_a_log_that_shows_everything():
     motion = sines(8.0)
-    fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", blocks=0, draws=20).best
+    fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert {estimate.status for estimate in fit.estimates} == {"identified"}
     for estimate in fit.estimates:
         assert estimate.interval is not None
@@ -24,7 +24,7 @@ def test_everything_is_seen_in_a_log_that_shows_everything():
 def test_an_inertia_that_hardly_matters_is_not_seen():
     motion = sines(20.0, amplitudes=(0.02,), frequencies=(0.1,), phases=(0.3,))
     effort = sliding_effort(motion, noise=0.3, M=0.4)
-    fit = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=20).best
+    fit = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
     assert any("M cannot be identified" in item for item in warnings_of(fit))
@@ -40,7 +40,7 @@ def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(
         without = followed.without
         monkeypatch.setattr(uncertainty, "BEYOND_DOUBT", beyond_doubt)
         monkeypatch.setattr(followed, "without", lambda self, name: seen.append(name) or without(self, name))
-        fit = identify(log, model, blocks=0, draws=20).best
+        fit = identify(log, model, axis=STATED, blocks=0, draws=20).best
         monkeypatch.setattr(followed, "without", without)
         counts.append(len(seen))
         return fit
