@@ -173,7 +173,7 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
         "figure, canvas = plt.figure(), plt.gcf().canvas\n"
         "before = dict(matplotlib.rcParams.copy())\n"
         f"{GALLERY}\n"
-        "inline_svg(gallery()['correlation'](), 'a', '')\n"
+        "inline_svg(gallery()['margins'](), 'a', '')\n"
         "gallery()['margins']().savefig('saved.svg')\n"
         "assert dict(matplotlib.rcParams.copy()) == before\n"
         "assert plt.get_backend() == 'template'\n"
@@ -202,7 +202,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
         "if not child:\n"
         "    signal.alarm(20)\n"
         "    size = matplotlib.rcParams['font.size']\n"
-        "    inline_svg(gallery()['correlation'](), 'a', '')\n"
+        "    inline_svg(gallery()['margins'](), 'a', '')\n"
         "    os._exit(int(size))\n"
         "thread.join()\n"
         "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), matplotlib.rcParams['font.size'])",
