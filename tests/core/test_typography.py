@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.core.quantities import PRODUCTS, UNITS
 
@@ -16,6 +16,7 @@ SI = sorted({unit_of(quantity, kind) for quantity in (*UNITS, *PRODUCTS) for kin
 
 @pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("unit", SI)
+@settings(deadline=None)  # the first example loads the library of units
 @given(magnitude=st.floats(1e-10, 1e7))
 def test_a_multiple_is_what_the_unit_edge_reads(unit, magnitude):
     scale = scale_of(unit, magnitude)
