@@ -203,7 +203,7 @@ BAD = [
     ({"controller": {"model": "cascde"}}, "controller.model: "),
     ({"controller": 3}, "controller: does not fit; found 3"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
-    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "allowed column, gain, optional. It was removed: write"),
+    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit behind the number"),
     ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not the unit of an effort"),
 ]
 

@@ -57,7 +57,10 @@ MISSING = {
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }
 """What to write for a table or key that a file cannot do without."""
-REMOVED = {"injected.unit": 'It was removed: write the unit behind the number, gain = "2 V"'}
+REMOVED = {
+    "identification.global_search": "Leave it out: a search begins where inverse dynamics ends",
+    "injected.unit": 'Write the unit behind the number, gain = "2 V"',
+}
 
 
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
@@ -68,22 +71,19 @@ def validated(schema: type[S], data: Mapping[str, Any]) -> S:
         raise _refusal(error.errors(), schema) from None
 
 
-REMOVED = {"identification.global_search": "Leave it out: a search begins where inverse dynamics ends"}
-
-
 def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     # A misspelt key is unknown and leaves the right one missing: the first tells a person more.
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
-    if path in REMOVED:
-        return InputError("was removed", path=path, mend=REMOVED[path])
+    if (removed := f"{loc[0]}.{loc[-1]}") in REMOVED:
+        return InputError("was removed", path=path, mend=REMOVED[removed])
     if first["type"] == "extra_forbidden":
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
         tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
         elsewhere = f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
-        mend = REMOVED.get(f"{loc[0]}.{key}") or did_you_mean(key, keys) or elsewhere or more
+        mend = did_you_mean(key, keys) or elsewhere or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
         return InputError("is missing", path=path, mend=MISSING.get(path, more))
