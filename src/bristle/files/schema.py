@@ -76,7 +76,7 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
-    if (removed := f"{loc[0]}.{loc[-1]}") in REMOVED:
+    if (removed := ".".join(part for part in loc if isinstance(part, str))) in REMOVED:
         return InputError("was removed", path=path, mend=REMOVED[removed])
     if first["type"] == "extra_forbidden":
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
