@@ -5,6 +5,7 @@ A test compares the pages with what this file returns, so none of them can fall 
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import importlib
 import inspect
@@ -13,6 +14,7 @@ import math
 import pkgutil
 import re
 import sys
+import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -34,6 +36,7 @@ from bristle.friction import CHANNEL_SLOTS
 from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
 
 FOLDER = Path(__file__).parent / "reference"
+PACKAGE = Path(bristle.__file__).parent
 NOTE = "<!-- Written by docs/generate.py: change the code, then run it again. -->"
 
 
@@ -297,7 +300,64 @@ def python() -> str:
         *(part for one in _classes() for part in _class(one)),
         "## Modules",
         table(("Module", "What it holds", "Public names"), modules),
+        "## What applications use",
+        "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges stand "
+        "above the library, and import these names of its packages and no others: `from bristle.files import read_axis`. A test holds the "
+        "list.",
+        *(part for room, names in sorted(border().items()) for part in (f"### bristle.{room}", _offered(room, names))),
     )
+
+
+def border() -> dict[str, set[str]]:
+    """Return the names that applications import from each package of the library."""
+    project = tomllib.loads((FOLDER.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    (storeys,) = (contract for contract in project["tool"]["importlinter"]["contracts"] if contract["name"].startswith("Two storeys"))
+    found: dict[str, set[str]] = {}
+    for room in storeys["forbidden_modules"]:
+        for file in (PACKAGE / room.removeprefix("bristle.")).rglob("*.py"):
+            for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ImportFrom) and node.module in storeys["source_modules"]:
+                    names = found.setdefault(str(node.module).removeprefix("bristle."), set())
+                    names |= {alias.name for alias in node.names}
+    return found
+
+
+def _offered(room: str, names: Iterable[str]) -> str:
+    """Return the names of a package with the first sentence of each."""
+    package = importlib.import_module(f"bristle.{room}")
+    rows = []
+    for name in sorted(names, key=lambda name: (name.lower(), name)):
+        value = getattr(package, name)
+        documented = _is_ours(value) or (inspect.isclass(value) and value.__module__.startswith("bristle"))
+        told = (
+            value.description
+            if isinstance(value, Component)
+            else _first_line(value)
+            if documented and inspect.getdoc(value)
+            else _remark(f"bristle.{room}", name)
+        )
+        rows.append((f"`{name}`", _markdown(re.split(r"\.(?: |$)", told)[0])))
+    return table(("Name", "What it is"), rows)
+
+
+def _remark(module: str, name: str) -> str:
+    """Return what stands beside the line that gives a value its name: the text below it, or the comment at its end."""
+    file = Path(str(importlib.import_module(module).__file__))
+    lines, tree = file.read_text(encoding="utf-8").splitlines(), ast.parse(file.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and name in {alias.asname or alias.name for alias in node.names}:
+            (own,) = (alias.name for alias in node.names if name == (alias.asname or alias.name))
+            return _remark(str(node.module), own)
+    for node, after in zip(tree.body, [*tree.body[1:], None], strict=True):
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            return _paragraphs(ast.get_docstring(node) or "")[0]
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        if name in {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}:
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str):
+                return _paragraphs(after.value.value)[0]
+            told = lines[node.end_lineno - 1].partition("  # ")[2] or lines[node.lineno - 2].partition("# ")[2]
+            return told[:1].upper() + told[1:]
+    return ""
 
 
 def _first_line(value: Any) -> str:

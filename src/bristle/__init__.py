@@ -10,10 +10,9 @@ Examples
 array([0.    , 0.0046, 0.0124])
 """
 
-from __future__ import annotations
+from typing import TYPE_CHECKING
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle import controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from bristle.exports import export
     from bristle.files import (
         load_code,
-        load_model_file,  # noqa: F401  (former name of load_code)
+        load_model_file,  # former name of load_code, until the next release
         propose_axis,
         read_axis,
         read_curves,
@@ -45,34 +44,7 @@ if TYPE_CHECKING:
     from bristle.study import read_study
 
 __version__ = "0.2.0"
-
-_FROM = {
-    "Axis": "bristle.core.axis",
-    "Log": "bristle.logs.log",
-    "check": "bristle.certificates",
-    "compare": "bristle.report.compared",
-    "design": "bristle.loop",
-    "excite": "bristle.excitation",
-    "export": "bristle.exports",
-    "load": "bristle.report.model_in_hand",
-    "load_code": "bristle.files",
-    "load_model_file": "bristle.files",  # former name of load_code, until the next release
-    "propose_axis": "bristle.files",
-    "response": "bristle.engine",
-    "read_axis": "bristle.files",
-    "read_curves": "bristle.files",
-    "read_experiment": "bristle.files",
-    "read_model": "bristle.files",
-    "identify": "bristle.report.identified",
-    "identify_operator": "bristle.hysteresis.identification",
-    "predict": "bristle.prediction",
-    "prepare": "bristle.report.prepared",
-    "read_log": "bristle.files",
-    "read_study": "bristle.study",
-    "simulate": "bristle.simulation",
-    "write_model": "bristle.files",
-}
-_MODULES = ("controllers", "core", "engine", "figures", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
+__getattr__ = loaded_from(__name__, __file__)
 
 __all__ = [
     "Axis",
@@ -110,14 +82,6 @@ __all__ = [
     "simulation",
     "write_model",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    if name in _MODULES:
-        return importlib.import_module(f"bristle.{name}")
-    if name in _FROM:
-        return getattr(importlib.import_module(_FROM[name]), name)
-    raise AttributeError(f"module 'bristle' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

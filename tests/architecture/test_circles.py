@@ -31,7 +31,13 @@ def imports(node):
         yield from imports(child)
 
 
-def targets(node, folder, modules):
+def late_names(name, tree):
+    """Return the modules of the names that a package loads when they are asked for, which it imports for types alone."""
+    imported = [node for block in tree.body if is_for_types(block) for node in block.body if isinstance(node, ast.ImportFrom)]
+    return {(name, alias.asname or alias.name): node.module for node in imported for alias in node.names}
+
+
+def targets(node, folder, modules, late=()):
     """Yield the names of the modules that an import in a file of `folder` may load."""
     if isinstance(node, ast.Import):
         yield from (alias.name for alias in node.names)
@@ -41,6 +47,8 @@ def targets(node, folder, modules):
     base = ".".join(filter(None, (start, node.module)))
     for alias in node.names:
         yield full if (full := f"{base}.{alias.name}") in modules else base
+        if (base, alias.name) in late:
+            yield late[base, alias.name]
 
 
 def graph(root=ROOT):
@@ -49,11 +57,14 @@ def graph(root=ROOT):
     for path in sorted(root.rglob("*.py")):
         parts = (root.name, *path.relative_to(root).with_suffix("").parts)
         files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in files.items()}
+    late = {}
+    for name in (name for name, path in files.items() if path.name == "__init__.py"):
+        late |= late_names(name, trees[name])
     arrows = {}
     for name, path in files.items():
         folder = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        loaded = {target for node in imports(tree) for target in targets(node, folder, files)}
+        loaded = {target for node in imports(trees[name]) for target in targets(node, folder, files, late)}
         arrows[name] = sorted(loaded & files.keys() - {name})
     return arrows
 
@@ -99,6 +110,7 @@ def test_all_files_are_looked_at(arrows):
     assert len(arrows) == len(list(ROOT.rglob("*.py")))
     assert "bristle.logs.assembly" in arrows["bristle.logs.log"]
     assert "bristle.files.user_model" in arrows["bristle.files.model"]  # inside a function
+    assert "bristle.files.axis" in arrows["bristle.report.model_in_hand"]  # by the package that offers the name
 
 
 @pytest.mark.parametrize(
@@ -114,6 +126,7 @@ def test_all_files_are_looked_at(arrows):
         ({"a": "if TYPE_CHECKING:\n    import p.b\nelse:\n    import p.b", "b": "import p.a"}, {"p.a", "p.b"}),
         ({"a": "if TYPE_CHECKING:\n    import p.b", "b": "import p.a"}, None),
         ({"a": "if typing.TYPE_CHECKING:\n    from p import b", "b": "import p.a"}, None),
+        ({"__init__": "if TYPE_CHECKING:\n    from p.a import f", "a": "import p.b", "b": "from p import f"}, {"p.a", "p.b"}),
         ({"a": "import p.b, p.c", "b": "import p.c", "c": "import os"}, None),
     ],
 )

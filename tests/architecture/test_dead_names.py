@@ -42,8 +42,8 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.*.*.MODEL": "a component, bound in its family by name",
     "bristle.paper.rig.write_models": "makes the models beside the experiments of the paper again",
     "bristle.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",
-    "bristle.lab.switches.all_walks": "makes the walks of models with slots that lab keeps again",
-    "bristle.lab.described.walks_of": "makes the walks that lab keeps again",
+    "bristle.exports.page.switches.all_walks": "makes the walks of models with slots that lab keeps again",
+    "bristle.exports.page.described.walks_of": "makes the walks that lab keeps again",
 }
 ACCESS = {"property", "cached_property", "staticmethod", "classmethod", "abstractmethod", "contextmanager", "guarded"}
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)

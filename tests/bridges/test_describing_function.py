@@ -9,8 +9,8 @@ from scipy.integrate import quad
 
 import bristle as br
 from bristle.bridges import DescribingFunction, to_control
+from bristle.core.contracts import example_of
 from bristle.core.errors import InputError, MissingExtraError
-from bristle.testing.contract import example_of
 
 AMPLITUDES = np.geomspace(2e-7, 1e-4, 9)
 

@@ -9,9 +9,9 @@ import pytest
 
 import bristle as br
 from bristle.bridges import to_control
+from bristle.core.contracts import example_of
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
 from bristle.simulation.compensation import compensation_experiment
-from bristle.testing.contract import example_of
 
 DT = 5e-4
 PLANT = br.plants.inertia(M=28.0)

@@ -8,7 +8,8 @@ import pytest
 
 import bristle as br
 from bristle.cli.application import run
-from bristle.files.single import is_sealed, sealed, write_whole
+from bristle.cli.lab import is_sealed, sealed
+from bristle.files.single import write_whole
 from bristle.lab.page import MARK
 
 

@@ -8,7 +8,7 @@ from tests.cli.conftest import written_in
 from tests.logs.exports import EXPORTS, motion
 
 from bristle.logs import readers
-from bristle.logs.passages import KINDS
+from bristle.report.log import KINDS
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

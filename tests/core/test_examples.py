@@ -9,10 +9,12 @@ from bristle.core.errors import close_names, did_you_mean, in_one_line, said_by_
 from bristle.core.experiment import substeps_for
 from bristle.core.formula import Paragraph, as_markdown, as_text, paragraphs_of, spelt_out
 from bristle.core.tabular import ranged
-from bristle.core.typography import escaped, interval_text, number, printable, stiffness_text, typed, typeset, typeset_sentence, with_unit
+from bristle.core.typography import escaped, number, printable, typed, typeset, with_unit
 from bristle.core.units import compatible, convert, factor, is_unit, quantity, si_of, split
 from bristle.core.variable import Variable
 from bristle.files.variant import merged
+from bristle.report.page import typeset_sentence
+from bristle.report.table import interval_text, stiffness_text
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from tests.core.quantities import PRODUCTS, UNITS
 
 from bristle.core.dimensions import KINDS, unit_of
-from bristle.core.typography import number, scale_of, typeset, typeset_sentence, with_unit
+from bristle.core.typography import number, scale_of, typeset, with_unit
 from bristle.core.units import factor
+from bristle.report.page import typeset_sentence
 
 SI = sorted({unit_of(quantity, kind) for quantity in (*UNITS, *PRODUCTS) for kind in KINDS})
 

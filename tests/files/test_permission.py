@@ -200,8 +200,8 @@ def test_the_former_name_loads_the_same_model_and_says_what_to_write(own_model, 
         model = module.load_model_file(own_model)
     assert [Path(item.filename) for item in message] == [Path(__file__)]
     assert model is module.load_code(own_model)
-    assert "load_code" in module.__all__
-    assert "load_model_file" not in module.__all__
+    assert "load_code" in bristle.__all__
+    assert "load_model_file" not in bristle.__all__
 
 
 def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monkeypatch):

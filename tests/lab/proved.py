@@ -1,8 +1,8 @@
 """How many blocks of walks a page of the lab proves itself with."""
 
+from bristle.exports.page.described import example_named
+from bristle.exports.page.switches import offered
 from bristle.friction import MODELS
-from bristle.lab.described import example_named
-from bristle.lab.switches import offered
 
 GIVEN = "gms+asymmetry"
 

@@ -8,7 +8,7 @@ from importlib import resources
 
 import pytest
 
-from bristle.lab.packing import unpacked
+from bristle.exports.page.packing import unpacked
 
 NODE = shutil.which("node")
 NAMES = ("inflate.js", "physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", "slots.js", "plot.js")

@@ -11,9 +11,9 @@ from tests.lab.scripts import needs_node, node
 from bristle.certificates.certify import closure, drift
 from bristle.certificates.quasi_static import holding_of
 from bristle.core import InputError
+from bristle.exports.page.described import example_named, model_described
+from bristle.exports.page.packing import plain
 from bristle.friction import MODELS, unvaried, with_slots
-from bristle.lab.described import described, example_named
-from bristle.lab.packing import plain
 from bristle.testing import example_of
 
 pytestmark = needs_node
@@ -41,7 +41,7 @@ say(answers);
 
 @cache
 def page_model(name, slots=()):
-    return plain(described(model_of(name, slots)))
+    return plain(model_described(model_of(name, slots)))
 
 
 def model_of(name, slots=()):

@@ -6,8 +6,8 @@ import pytest
 from tests.lab.firefox import firefox
 from tests.lab.proved import GIVEN, blocks_with_given
 
+from bristle.exports.page.described import example_named
 from bristle.lab import lab_page
-from bristle.lab.described import example_named
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")]
 WAIT = """

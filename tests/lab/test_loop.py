@@ -12,10 +12,10 @@ from bristle.core.contracts import Reference
 from bristle.core.experiment import Feedforward
 from bristle.engine import run_closed_loop
 from bristle.engine.mechanism import Mechanism, mechanism
+from bristle.exports.page.described import example_named, model_described
+from bristle.exports.page.packing import plain
 from bristle.exports.subject import presliding_distance, subject_of
-from bristle.lab.described import described, example_named
-from bristle.lab.loop import loop_described, paper_experiment
-from bristle.lab.packing import plain
+from bristle.lab.loop import paper_experiment, paper_loop
 from bristle.plants import inertia, pulled_inertia
 from bristle.simulation.compensation import feedforward_effort
 
@@ -86,7 +86,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     values |= {"K_2": 1e-3, "phi": 2e-5} if law_name == "sliding" else {"g": 60.0}
     sensor = paper_experiment().variants[0].sensor
     argument = {
-        "LOOP": json.dumps(plain(loop_described())),
+        "LOOP": json.dumps(plain(paper_loop())),
         "MASS": mass,
         "LAW": json.dumps(law_name),
         "COUNT": COUNT,
@@ -97,7 +97,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
         "VALUES": json.dumps(values | {key: sensor.values[key] for key in ("resolution", "noise")}),
     }
     script = "\n".join([*(f"const {word} = {text};" for word, text in argument.items()), RUN])
-    message, x, read = node(tmp_path, [plain(described(model, named="m"))], script)
+    message, x, read = node(tmp_path, [plain(model_described(model, named="m"))], script)
     controller = controller.with_values(**values)
     # What is fed forward has the bits of the engine, rests too.
     wanted = feedforward_effort(Feedforward(friction=model), desired["x"], desired["a"], DT)
@@ -122,14 +122,14 @@ def test_the_rig_of_the_paper_errs_on_the_page_as_in_its_experiment(tmp_path):
     settings |= {"g": observing.controller.values["g"], "resolution": plain_loop.sensor.values["resolution"]}
     settings |= {"A": max(motion["amplitudes"]), "f": motion["frequency"]}
     script = f"""
-    const loop = {json.dumps(plain(loop_described()))}, body = loop.rig, settings = {json.dumps(settings)};
+    const loop = {json.dumps(plain(paper_loop()))}, body = loop.rig, settings = {json.dumps(settings)};
     const values = Object.fromEntries(models[0].variables.map(({{ name, values }}) => [name, numbersOf(values)]));
     const {{ errors, across, period }} = await tracked(
       {{ loop, model: models[0], values, body, bodyValues: body.values, settings }});
     const width = (values) => Math.max(...values) - Math.min(...values);
     say([period, ...["none", "observer"].map((way) => width(errors[way])), width(across.none)]);
     """
-    period, none, observer, other = node(tmp_path, [plain(described(example_named("lugre"), named="m"))], script)
+    period, none, observer, other = node(tmp_path, [plain(model_described(example_named("lugre"), named="m"))], script)
     assert period == 8000
     # Six runs of the experiment, of amplitudes up to this one: 1.47 and 0.2 um peak to peak.
     assert none == pytest.approx(1.47e-6, rel=0.15)

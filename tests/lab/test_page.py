@@ -11,10 +11,10 @@ from tests.lab.scripts import data_of
 import bristle as br
 from bristle.core.documented import Relation
 from bristle.demo import axis_simulated
+from bristle.exports.page.described import model_described
+from bristle.exports.page.sliders import conditions_of, inner_of
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
-from bristle.lab.described import described
-from bristle.lab.sliders import conditions_of, inner_of
 from bristle.testing import example_of
 
 LARGEST = 400_000
@@ -103,6 +103,6 @@ def test_words_of_a_model_of_a_persons_own_are_words():
 def test_a_parameter_of_a_persons_own_may_have_the_name_of_a_layer():
     model = axis_simulated.friction()
     assert {"forward", "backward"} <= set(model.values)
-    facts = described(model, proven=False)
+    facts = model_described(model, proven=False)
     assert {row["name"] for row in facts["variables"]} == set(model.values)
     assert inner_of(model.parameters) == model.parameters

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bristle.lab.rows import turns_of
+from bristle.exports.page.rows import turns_of
 
 
 def test_turns_are_where_the_motion_goes_back_by_more_than_the_depth():

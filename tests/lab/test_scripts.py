@@ -8,11 +8,11 @@ from tests.lab.scripts import needs_node, node
 
 import bristle as br
 from bristle.core.contracts import Motion
+from bristle.exports.page.described import example_named, model_described
+from bristle.exports.page.packing import plain
+from bristle.exports.page.sliders import conditions_of
 from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
-from bristle.lab.described import described, example_named
-from bristle.lab.packing import plain
-from bristle.lab.sliders import conditions_of
 from bristle.testing import example_of
 
 pytestmark = needs_node
@@ -25,7 +25,7 @@ say([differ, of]);
 
 
 def page_model(model, **options):
-    return plain(described(model, **options))
+    return plain(model_described(model, **options))
 
 
 @pytest.fixture(scope="module")

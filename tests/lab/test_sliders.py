@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bristle.core.variable import Variable
-from bristle.lab.sliders import slider_for
+from bristle.exports.page.sliders import slider_for
 
 FORCE = Variable("force", "some force", min=0.0)
 

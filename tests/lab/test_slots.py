@@ -9,12 +9,12 @@ from tests.lab.scripts import data_of, needs_node, node
 from tests.lab.test_certificates import CLOSE, of_python
 
 import bristle as br
+from bristle.exports.page.described import example_named, model_described
+from bristle.exports.page.packing import plain
+from bristle.exports.page.sliders import Scales
+from bristle.exports.page.switches import begun, combinations, offered, plain_of, slots_of
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
-from bristle.lab.described import described, example_named
-from bristle.lab.packing import plain
-from bristle.lab.sliders import Scales
-from bristle.lab.switches import begun, combinations, offered, plain_of, slots_of
 from bristle.testing import example_of
 
 pytestmark = needs_node
@@ -125,7 +125,7 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
     """
     for slots, facts in zip(sets, run(tmp_path, script, only(name)), strict=True):
         model = begun_named(name, slots)
-        wanted = plain(described(model, proven=False, named="m"))
+        wanted = plain(model_described(model, proven=False, named="m"))
         assert {key: facts[key] for key in FACTS} == {key: wanted[key] for key in FACTS}
         assert [[row[key] for key in ROWS] for row in facts["variables"]] == [[row[key] for key in ROWS] for row in wanted["variables"]]
         assert [row for row in facts["conditions"] if "least" not in row] == wanted["conditions"]

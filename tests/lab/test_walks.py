@@ -2,9 +2,9 @@
 
 import pytest
 
+from bristle.exports.page.described import BLOCK, LONG, PUSHED, example_named, stored, walks_of
+from bristle.exports.page.switches import all_walks
 from bristle.friction import MODELS
-from bristle.lab.described import BLOCK, LONG, PUSHED, example_named, stored, walks_of
-from bristle.lab.switches import all_walks
 
 
 def test_every_model_has_its_walks():

@@ -10,9 +10,9 @@ from tests.lab.browser import browser
 
 import bristle as br
 from bristle.core.errors import InputError, MissingExtraError
+from bristle.exports.page.described import example_named, model_described
+from bristle.exports.page.packing import plain
 from bristle.lab import Widget
-from bristle.lab.described import described, example_named
-from bristle.lab.packing import plain
 
 needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 
@@ -169,7 +169,7 @@ def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, widt
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
     with browser(tmp_path / "profile", width=width) as tab:
         tab.open(page.as_uri())
-        values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(described(example_named("lugre")))}
+        values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
         for name, value in values.items():
             tab.run(f"window.{name} = {json.dumps(value)}; 0")
         tab.run(STUB + "0")

@@ -4,12 +4,12 @@ import json
 import sys
 from pathlib import Path
 
-import bristle.lab
+import bristle.exports.page
+from bristle.exports.page.described import example_named, stored
+from bristle.exports.page.switches import all_walks
 from bristle.friction import MODELS
-from bristle.lab.described import example_named, stored
-from bristle.lab.switches import all_walks
 
-FILE = Path(bristle.lab.__file__).parent / "walks.json"
+FILE = Path(bristle.exports.page.__file__).parent / "walks.json"
 
 if __name__ == "__main__":
     names = sys.argv[1:] or MODELS

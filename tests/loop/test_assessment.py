@@ -12,7 +12,7 @@ from bristle import controllers, friction, plants
 from bristle.core.experiment import Experiment, Run
 from bristle.engine import run_closed_loop
 from bristle.engine.contact import steady_force
-from bristle.loop import Verdict, assess, doubts_of, runnable, verdict_of
+from bristle.loop import Verdict, assess, runnable
 from bristle.loop.assessment import Friction, Motions
 from bristle.loop.linear_system import LinearSystem, SampledLoop, margins_of, slope_in_sliding, stiffness_at_rest
 from bristle.report.messages import message
@@ -20,7 +20,7 @@ from bristle.sensors import encoder
 
 
 def told_of(assessment):
-    return [message(item) for item in doubts_of(assessment)]
+    return [message(item) for item in assessment.doubts]
 
 
 def point(assessment, motions, under=Friction.NONE):
@@ -44,15 +44,15 @@ def test_poles_decide_what_diverges_and_what_oscillates():
 
 
 def test_an_unstable_loop_is_named_with_its_pole_and_what_puts_it_there():
-    text = message(verdict_of(assess(rig(3))))
+    text = message(assess(rig(3)).finding)
     assert "the sampled loop has a pole at 1.096: three samples of delay" in text
     assert "stable with one sample of delay at most" in text
-    assert "for small motions" in message(verdict_of(assess(rig(2))))
-    assert "two samples of delay" in message(verdict_of(assess(rig(2))))
+    assert "for small motions" in message(assess(rig(2)).finding)
+    assert "two samples of delay" in message(assess(rig(2)).finding)
 
 
 def test_the_gain_that_is_named_is_the_largest_that_is_stable():
-    share = float(message(verdict_of(assess(rig(3)))).rpartition("gains at ")[2].partition(" %")[0]) / 100.0
+    share = float(message(assess(rig(3)).finding).rpartition("gains at ")[2].partition(" %")[0]) / 100.0
     for factor, verdict in ((0.95 * share, Verdict.STABLE), (1.05 * share, Verdict.OSCILLATES)):
         weaker = rig(3)
         law = weaker.controller.with_values(J=factor * 4e-4)
@@ -261,7 +261,7 @@ def test_what_only_friction_upsets_is_stick_slip_and_simulated():
     fast = replace(weak.reference, parameters=weak.reference.parameters._replace(amplitude=0.25))
     result = assess(replace(weak, reference=fast))
     assert result.verdict is Verdict.OSCILLATES
-    assert "sticks and slips" in message(verdict_of(result))
+    assert "sticks and slips" in message(result.finding)
 
 
 def test_variants_that_diverge_are_left_out():

@@ -12,7 +12,7 @@ from scipy.signal import cont2discrete
 from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
-from bristle.loop import Verdict, assess, doubts_of, error_budget, proposals_for, runnable, verdict_of
+from bristle.loop import Verdict, assess, error_budget, proposals_for, runnable
 from bristle.paper.tracking import Sound, Tracked
 from bristle.report.messages import message
 from bristle.simulation import simulate
@@ -22,7 +22,7 @@ SET_A = EXPERIMENTS / "set_a.toml"
 
 
 def told_of(assessment):
-    return [message(item) for item in doubts_of(assessment)]
+    return [message(item) for item in assessment.doubts]
 
 
 @cache
@@ -90,8 +90,8 @@ def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
     kept, judged = runnable(experiment)
     assert [variant.name for variant in kept.variants] == ["0", "1", "2"]
     assert judged["2"].verdict is Verdict.OSCILLATES
-    assert "pole at 1.062: two samples of delay" in message(verdict_of(judged["2"]))
-    assert "pole at 1.096: three samples of delay" in message(verdict_of(judged["3"]))
+    assert "pole at 1.062: two samples of delay" in message(judged["2"].finding)
+    assert "pole at 1.096: three samples of delay" in message(judged["3"].finding)
 
 
 def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
@@ -134,7 +134,7 @@ def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
     too_much = replace(item, feedforward=replace(item.feedforward, gain=1.5))
     result = assess(too_much)
     assert result.verdict is Verdict.OSCILLATES
-    assert "takes away more stiffness than the axis has" in message(verdict_of(result))
+    assert "takes away more stiffness than the axis has" in message(result.finding)
 
 
 def test_the_error_budget_of_the_paper_s_compensator():

@@ -15,12 +15,12 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.core.content import content_of
 from bristle.core.motion import Motion
+from bristle.friction.uneven import uneven
 from bristle.paper.robust import trial as trials
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.trial import Cell, Plan, run_trial
 from bristle.paper.robust.truths import CONDITIONS, FOLDER, NOMINAL, SIMULATED, truths_named, under
-from bristle.paper.robust.uneven import uneven
 
 ROOT = Path(__file__).parents[2]
 DT = 1e-3

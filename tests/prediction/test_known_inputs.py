@@ -10,8 +10,8 @@ from tests.cli.conftest import bristle  # noqa: F401
 from bristle.controllers import cascade
 from bristle.core.experiment import Experiment
 from bristle.exports.effect import _at_rest
+from bristle.exports.page.loop import _signals
 from bristle.friction import coulomb_viscous
-from bristle.lab.living import _signals
 from bristle.loop.design import _axis
 from bristle.plants import inertia
 from bristle.simulation import compensation_experiment, simulate

@@ -14,7 +14,6 @@ from tests.identification.known_logs import STATED, sliding_log
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
-from bristle.core.symbols import worded
 from bristle.core.units import factor
 from bristle.friction import MODELS, find
 from bristle.identification import identify
@@ -26,6 +25,7 @@ from bristle.report.identification import identification_report
 from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
+from bristle.report.page import worded
 from bristle.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("undrawn")

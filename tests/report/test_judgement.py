@@ -7,7 +7,7 @@ import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.symbols import symbolic, worded
+from bristle.core.symbols import symbolic
 from bristle.identification import identify
 from bristle.identification.settings import Settings
 from bristle.prediction.drive_table import level_values
@@ -15,6 +15,7 @@ from bristle.prediction.following import Following
 from bristle.report.identification import answers
 from bristle.report.judgement import DOUBTS, WRITTEN_BY, judged
 from bristle.report.messages import warnings_of
+from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
 from bristle.simulation.result import statistics_of
 

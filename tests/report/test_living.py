@@ -20,9 +20,9 @@ from tests.report.test_pages import identification_page
 from bristle import friction
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
-from bristle.lab import rows as rows_module
+from bristle.exports.page import rows as rows_module
+from bristle.exports.page.rows import fitted_rows, turns_of
 from bristle.lab.living import SHARED, followed_part, living_part
-from bristle.lab.rows import fitted_rows, turns_of
 from bristle.prediction.following import following_of
 from bristle.simulation import simulate
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment

@@ -7,8 +7,8 @@ import pytest
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.files import read_axis
+from bristle.files.axis_form import edited, form_of
 from bristle.server.errand import thinned
-from bristle.server.tasks import edited, form_of
 
 TEXT = """# Proposed by bristle.
 schema = 1

@@ -9,13 +9,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.edge import array
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.core.variable import unit_of
-from bristle.files.arguments import AXIS
-from bristle.logs.log import Channel, Log, is_table
-from bristle.prediction.predict import rows_as_fitted
+from bristle.core import Axis, InputError, MissingExtraError, array
+from bristle.files import AXIS
+from bristle.logs import is_table
+from bristle.prediction import effort_of_motion
 from bristle.report.identified import identify
 
 try:
@@ -25,8 +22,8 @@ except ImportError as error:
     raise MissingExtraError.of("an estimator of scikit-learn", "sklearn") from error
 
 if TYPE_CHECKING:
-    from bristle.core.contracts import FrictionModel
-    from bristle.identification.settings import Settings
+    from bristle.core import FrictionModel
+    from bristle.identification import Settings
     from bristle.report.identified import Identified
 
 COLUMNS = ("time", "position", "velocity")
@@ -145,26 +142,13 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
             raise InputError("has another number of columns than in fit", path="X", value=len(columns), allowed=str(self.n_features_in_))
-        # The delay is that of an effort: without one, nothing is moved, and no sample lost.
-        log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
-        # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
-        log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
-        treatment = identified.treatment
-        dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
-        lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
-        # Where a contact stood before a segment, no effort tells.
-        efforts = dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
-        time, around = columns["time"], 0.5 * dataset.sample_time
-        predicted = np.full(time.size, np.nan)
-        for segment, effort in zip(dataset.segments, efforts, strict=True):
-            inside = (time >= segment.time[0] - around) & (time <= segment.time[-1] + around)
-            predicted[inside] = np.interp(time[inside] - lag, segment.time, effort)
+        predicted = effort_of_motion(identified.plant, identified.model, columns, axis, identified.treatment)
         left_out = np.flatnonzero(np.isnan(predicted))
         if left_out.size:
             raise InputError(
                 f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still",
                 path="X",
-                value=f"row {left_out[0]}, {time[left_out[0]]:g} s",
+                value=f"row {left_out[0]}, {columns['time'][left_out[0]]:g} s",
                 mend="Leave those rows out, or give longer stretches",
             )
         return predicted

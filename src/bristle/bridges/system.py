@@ -16,16 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.bridges.equations import SOLVER, Advance, axis_equations, axis_step, contact_equations, contact_step
-from bristle.core.contracts import Model
-from bristle.core.edge import TEXT, Amount, amount, guarded, model, optional
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.core.packing import pack
-from bristle.core.units import factor
-from bristle.core.variable import Variable, unit_of, variables_of
-from bristle.engine.checks import FRICTION, PERIOD, STEPS
-from bristle.engine.motion import response
-from bristle.engine.screwed import refuse_screw
+from bristle.core import TEXT, Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, model, optional, unit_of
+from bristle.engine import FRICTION, PERIOD, STEPS, contact_step, refuse_screw, response, system_of
 
 try:
     from control import DescribingFunctionNonlinearity, NonlinearIOSystem
@@ -33,8 +25,6 @@ except ImportError as error:
     raise MissingExtraError.of("a system of python-control, or a describing function", "control") from error
 
 QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
-# What python-control calls position and velocity of a plant, whose fields are x and v.
-PLANT_NAMES = {"x": "position", "v": "velocity"}
 
 
 class FrictionSystem(NonlinearIOSystem):
@@ -121,18 +111,8 @@ def to_control(
             raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
     if steps != 1 and (dt is None or plant is None):
         raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
-    states = _states_of(friction, plant, is_sampled=dt is not None)
-    if plant is None:
-        advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
-        inputs, outputs = ["velocity"], ["friction"]
-    else:
-        advance = axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
-        inputs, outputs = ["effort"], ["position", "velocity", "friction"]
-    # An axis at rest whose contact is virgin; that comes behind the plant.
-    before, p = len(plant.component.State._fields) if plant else 1, friction.parameters
-    contact = np.concatenate((pack(friction.component.initial_state(p)), friction.component.new_memory(p)))
-    virgin = np.zeros(len(states))
-    virgin[before : before + contact.size] = contact[: virgin.size - before]
+    advance, states, virgin = system_of(friction, plant, dt, steps)
+    inputs, outputs = (["velocity"], ["friction"]) if plant is None else (["effort"], ["position", "velocity", "friction"])
     following, output = _functions_of(advance, virgin, len(outputs) - 1, is_sampled=dt is not None)
     called = friction.name.replace("+", "_") if name is None else name
     system = FrictionSystem(following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0)
@@ -143,7 +123,7 @@ def to_control(
 
 
 def _functions_of(
-    advance: Advance, virgin: np.ndarray, motion: int, *, is_sampled: bool
+    advance: Callable[..., tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *, is_sampled: bool
 ) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
     """Return what python-control calls: what follows a state, and the outputs, `motion` numbers of the state first."""
     # Where zero is added a zero would lose its sign, which tells the side of a contact.
@@ -164,22 +144,6 @@ def _functions_of(
         return np.array((*x[:motion], advanced(x, u)[0]))
 
     return following, output
-
-
-def _states_of(friction: Model, plant: Model | None, *, is_sampled: bool) -> dict[str, str]:
-    """Return the unit of each state, by its name, in the order of the vector."""
-    kind, component = friction.kind, friction.component
-    parts = {"position": unit_of("length", kind)}
-    if plant is not None:
-        variables = variables_of(plant.component.State)
-        parts = {PLANT_NAMES.get(name, name): variable.unit(kind) for name, variable in variables.items()}
-    for name, variable in variables_of(component.State).items():
-        parts[f"contact_{name}" if name in parts else name] = variable.unit(kind)
-    if is_sampled:
-        parts |= {f"memory_{k}": "" for k in range(component.memory_size(friction.parameters))}
-    if is_sampled and plant is not None:
-        parts |= {name: unit or unit_of("length/time^2", kind) for name, unit in SOLVER.items()}
-    return parts
 
 
 SAMPLES = 2000  # in a cycle; with 4 as a factor, the turns of the path are samples

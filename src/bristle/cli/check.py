@@ -61,8 +61,7 @@ class _Judged(NamedTuple):
 def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
     """Return the certificates of a model file or an operator."""
     from bristle.certificates import check as certificates_of
-    from bristle.files.model import read_model
-    from bristle.files.operator import holds_operator, read_operator
+    from bristle.files import holds_operator, read_model, read_operator
     from bristle.report.model_tables import certificate_table
 
     file = toml_content(model)
@@ -84,8 +83,7 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
     from bristle.core import InputError
     from bristle.exports import load_target_file
     from bristle.figures import load_figure_file
-    from bristle.files.permission import allow
-    from bristle.files.user_model import SourceText, load_checked, load_reader_file, word_of
+    from bristle.files import SourceText, allow, load_checked, load_reader_file, word_of
     from bristle.report.table import Table
     from bristle.testing import check_figure, check_model, check_reader, check_target
 

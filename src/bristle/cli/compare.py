@@ -35,8 +35,7 @@ def compare(
 
     Writes summary.json and report.html into DIR.
     """
-    from bristle.files.arguments import axes_for
-    from bristle.files.axis import read_axis
+    from bristle.files import axes_for, read_axis
     from bristle.logs import read_log
     from bristle.report.compared import compared_as
     from bristle.report.comparison import change_table, remarks_of

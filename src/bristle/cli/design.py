@@ -31,9 +31,8 @@ def design(
     Poles and margins of the sampled loop with all its delays, what the loop errs by, gains that keep margins, and the
     circle that two such axes run. The exit code is 1 if the loop is unstable.
     """
-    from bristle.core.units import quantity
-    from bristle.core.variable import Variable
-    from bristle.files.summary import provenance
+    from bristle.core import Variable, quantity
+    from bristle.files import provenance
     from bristle.loop import design as designed
     from bristle.report.design import budget_table, design_report, design_sentences, design_summary, margin_table, proposal_table
     from bristle.report.results import write_report

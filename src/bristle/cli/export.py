@@ -11,7 +11,8 @@ from typer.core import TyperCommand
 from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Output, experiment_in, folder_named, loaded_code, refuse
 
 if TYPE_CHECKING:
-    from bristle.exports.targets import Target
+    from bristle.core import Experiment, Variant
+    from bristle.exports import Target
     from bristle.report.exported import ExportedModel
 
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
@@ -78,7 +79,7 @@ def export(
     file = read / "model.toml" if read.is_dir() else read
     target: str | Target = to
     if to.endswith(".py"):  # naming its code allows it
-        from bristle.exports.writing import load_target_file
+        from bristle.exports import load_target_file
 
         target = loaded_code([to], load_target_file)[0][0]
     output = Output(context, out, force=force, as_json=as_json)
@@ -99,7 +100,7 @@ class _Command(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write the targets in front of the example."""
-        from bristle.exports.targets import TARGETS
+        from bristle.exports import TARGETS
 
         with formatter.section("Targets"):
             formatter.write_dl([(target.name, told_of(target)) for target in TARGETS.values()])
@@ -124,10 +125,8 @@ def told_of(target: Target) -> str:
 
 def _law(path: Path, variant: str | None, to: str | Target, *, command: str, name: str, allow_code: bool, **options: bool) -> ExportedModel:
     """Return the control law of a variant of an experiment as files."""
-    from bristle.exports.described import Source
-    from bristle.exports.writing import law_for, name_for, target_named, variant_of
-    from bristle.files.summary import provenance
-    from bristle.files.user_model import origins_of_code
+    from bristle.exports import Source, law_for, name_for, target_named
+    from bristle.files import origins_of_code, provenance
     from bristle.report.exported import ExportedModel
     from bristle.testing import admit
 
@@ -138,3 +137,18 @@ def _law(path: Path, variant: str | None, to: str | Target, *, command: str, nam
     source = provenance(command, **experiment.origins, target=origins_of_code([target]))
     product = law_for(target, chosen, called, Source(source), **options)
     return ExportedModel(target.name, product, f"{chosen.controller.name} of {chosen.name}", source)
+
+
+def variant_of(experiment: Experiment, name: str | None) -> Variant:
+    """Return the variant of this name; the only one where none is named."""
+    variants = {variant.name: variant for variant in experiment.variants}
+    if name is None and len(variants) == 1:
+        return experiment.variants[0]
+    if name not in variants:
+        from bristle.core import InputError, did_you_mean
+
+        reason = "must be named: the experiment has several" if name is None else "is not in the experiment"
+        raise InputError(
+            reason, path="variant", value=name or "", allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else ""
+        )
+    return variants[name]

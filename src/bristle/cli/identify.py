@@ -28,9 +28,9 @@ from bristle.cli.study import exit_code, interruptible
 from bristle.cli.terminal import INTERRUPTED, complain, progress
 
 if TYPE_CHECKING:
-    from bristle.core.content import Content
+    from bristle.core import Content
     from bristle.identification import Identification
-    from bristle.prediction.following import Following
+    from bristle.prediction import Following
     from bristle.report.table import Table
     from bristle.simulation import SimulationResult
 
@@ -91,9 +91,8 @@ def identify(
     reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is missing, and
     with further logs those.
     """
-    from bristle.core import Variable
-    from bristle.core.edge import amount
-    from bristle.files.curves import describes_curves
+    from bristle.core import Variable, amount
+    from bristle.files import describes_curves
     from bristle.friction import DEFAULT_MODELS
 
     if separate:
@@ -124,8 +123,7 @@ def identify(
 
 
 def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None) -> int:
-    from bristle.files.arguments import axes_for
-    from bristle.files.axis import read_axis
+    from bristle.files import axes_for, read_axis
     from bristle.logs import read_log
     from bristle.report.identified import EXPERIMENT
     from bristle.report.identified import identify as identified
@@ -168,8 +166,7 @@ def _identify_each(
     logs: Sequence[Path], axes: Sequence[Any], options: Mapping[str, Any], output: Output, *, readers: Sequence[Path], workers: int | None
 ) -> int:
     """Identify each of many logs."""
-    from bristle.files.axis import read_axis
-    from bristle.files.summary import provenance
+    from bristle.files import provenance, read_axis
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
     from bristle.report.results import write_report
     from bristle.report.study import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table

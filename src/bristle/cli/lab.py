@@ -1,6 +1,8 @@
 """``bristle lab``: friction to be touched, as one page."""
 
+import hashlib
 import os
+import stat
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +16,9 @@ from bristle.cli.terminal import complain, progress
 EXAMPLE = """Example:
   bristle lab results --out lab.html
   bristle lab --serve"""
+
+
+_SEAL = "<!-- sha256 of all above: {} -->\n"
 
 
 def lab(
@@ -50,10 +55,7 @@ def lab(
     refuse({"--port": port, "--no-open": no_open}, "belongs to --serve", "Add --serve")
     if out is None:
         raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
-    from bristle.files.model import read_model
-    from bristle.files.single import sealed, write_whole
-    from bristle.files.summary import provenance
-    from bristle.files.user_model import origins_of_code
+    from bristle.files import origins_of_code, provenance, read_model, write_whole
     from bristle.friction import MODELS
     from bristle.lab import lab_page
     from bristle.lab.page import FIRST
@@ -109,7 +111,6 @@ def _serve(port: int, *, opens: bool) -> None:
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
     """Refuse to replace anything but a page of the lab, and that only where it is asked for."""
     from bristle.core import InputError
-    from bristle.files.single import is_sealed
 
     if not os.path.lexists(out):
         return
@@ -121,3 +122,20 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
         raise InputError("is no page of the lab, or was changed since", path=str(out), mend="Name another file")
     if not force:
         raise InputError("is there already", path=str(out), mend="Add --force to replace it, or name another file")
+
+
+def sealed(text: str) -> str:
+    """Return a page with its checksum behind it."""
+    return text + _SEAL.format(hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest())
+
+
+def is_sealed(path: Path) -> bool:
+    """Return whether a file, and no link to one, holds a page as it was sealed."""
+    size = len(_SEAL.format(64 * "0"))
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            return False
+        content = path.read_bytes()
+    except OSError:
+        return False
+    return content[-size:] == _SEAL.format(hashlib.sha256(content[:-size]).hexdigest()).encode()

@@ -1,5 +1,6 @@
 """``bristle log``: what is in a log."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -33,9 +34,7 @@ def log(
 
     Writes summary.json and report.html into DIR; the report needs a log without problems, in units that are known.
     """
-    from bristle.files.axis import read_axis
-    from bristle.files.single import write_whole
-    from bristle.files.summary import provenance
+    from bristle.files import provenance, read_axis, write_whole
     from bristle.report.log import inspect_log
 
     output.context.with_resource(own_readers(reader))
@@ -46,7 +45,7 @@ def log(
         summary = inspected.summary
         if folder:
             source = provenance(output.command, log=inspected.content, axis=described)
-            inspected._replace(summary=summary | {"provenance": source}).write(folder, output.command)
+            replace(inspected, summary=summary | {"provenance": source}).write(folder, output.command)
     if output.out:
         complain(f"wrote {output.out}" + (f"; open {output.out / 'report.html'} in a browser" if inspected.log else ""))
     proposal = inspected.proposal
@@ -84,8 +83,7 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
 
 
 def _table(caption: str, entries: list[dict[str, Any]]) -> Any:
-    from bristle.core.typography import typeset
-    from bristle.core.units import is_unit
+    from bristle.core import is_unit, typeset
     from bristle.report.table import Table
 
     units = [entry.get("unit") or "1" for entry in entries]

@@ -74,7 +74,7 @@ def refuse_little_memory() -> None:
     for name, option in (("RLIMIT_AS", "-v"), ("RLIMIT_DATA", "-d")):
         limit = resource.getrlimit(getattr(resource, name))[0]
         if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
-            from bristle.core.errors import InputError
+            from bristle.core import InputError
 
             raise InputError(
                 "is too little memory for the libraries that are needed",

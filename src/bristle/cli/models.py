@@ -52,13 +52,12 @@ def _families() -> dict[str, list[Component]]:
 
 def _selected(name: str) -> dict[str, list[Component]]:
     from bristle import friction, plants
-    from bristle.core import InputError
-    from bristle.core.errors import did_you_mean
+    from bristle.core import InputError, did_you_mean
 
     if holds_own(name) and "+" in name:
         return {"friction": [own_model(name, "NAME").inner]}
     if holds_own(name):  # what is in a file alone: a slot, a model, a law or a sensor
-        from bristle.files.user_model import load_checked
+        from bristle.files import load_checked
 
         described = loaded_code([name], load_checked)[0][0]
         return {described.family: [described]}
@@ -79,7 +78,7 @@ def _selected(name: str) -> dict[str, list[Component]]:
 
 
 def _described(family: str, component: Component) -> dict[str, Any]:
-    from bristle.files.components import key_of
+    from bristle.files import key_of
     from bristle.report.messages import picked
 
     return {
@@ -103,8 +102,8 @@ def _described(family: str, component: Component) -> dict[str, Any]:
 
 
 def _show_families(families: dict[str, list[Component]]) -> None:
-    from bristle.files.components import key_of
-    from bristle.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
+    from bristle.files import key_of
+    from bristle.friction import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
     from bristle.report.table import Table
 
     for family, members in families.items():
@@ -121,13 +120,11 @@ def _show_families(families: dict[str, list[Component]]) -> None:
 
 
 def _show_one(component: Component) -> None:
-    from bristle.core.formula import REFERENCE, laid_out
-    from bristle.core.typography import typeset
-    from bristle.files.components import key_of
+    from bristle.core import typeset
+    from bristle.files import key_of
     from bristle.report.table import Table
 
-    explained = [part for part in component.explanation if part.kind != REFERENCE]
-    say_laid_out(lambda width: laid_out(explained, width))
+    say_laid_out(component.laid_out)
     rows = [
         {
             "Parameter": key_of(name),

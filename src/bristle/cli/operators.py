@@ -9,16 +9,14 @@ from bristle.cli.options import Output, size_limit
 from bristle.cli.terminal import INTERRUPTED, complain
 
 if TYPE_CHECKING:
-    from bristle.core.content import Content
+    from bristle.core import Content
 
 
 def identify_operators(logs: list[Path], axes: list[Content], model: str | None, output: Output) -> int:
     """Identify hysteresis operators from recorded curves, write them where that is asked for, and return the exit code."""
     from bristle.core import InputError
-    from bristle.files.curves import read_curve_columns, read_curves
-    from bristle.files.operator import write_operator
-    from bristle.files.summary import provenance
-    from bristle.hysteresis.identification import identify_operator
+    from bristle.files import provenance, read_curve_columns, read_curves, write_operator
+    from bristle.hysteresis import identify_operator
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
 
@@ -56,13 +54,9 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
 
 def predict_operator(model: Content, log: Path, axis: Content | None, output: Output) -> None:
     """Predict recorded curves with an operator."""
-    from bristle.core import InputError
-    from bristle.core.typography import with_unit
-    from bristle.core.variable import unit_of
-    from bristle.files.curves import read_curve_columns, read_curves
-    from bristle.files.operator import read_operator
-    from bristle.files.summary import provenance
-    from bristle.hysteresis.identification import predict_operator as predicted
+    from bristle.core import InputError, unit_of, with_unit
+    from bristle.files import provenance, read_curve_columns, read_curves, read_operator
+    from bristle.hysteresis import predict_operator as predicted
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report
 

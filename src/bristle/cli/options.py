@@ -20,8 +20,7 @@ import typer
 from bristle.cli.terminal import complain, progress, show
 
 if TYPE_CHECKING:
-    from bristle.core.content import Content, Origin
-    from bristle.core.experiment import Experiment
+    from bristle.core import Content, Experiment, Origin
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
@@ -115,7 +114,7 @@ class Output:
         """Give the folder of results, None where none is asked for, and what work reports its share to."""
         if self.out and draws:
             import_module("bristle.figures")  # settings with which matplotlib cannot be imported end a command before its work
-        from bristle.files.results import results_folder
+        from bristle.files import results_folder
         from bristle.report.results import figure_files
 
         place = results_folder(self.out, force=self.force, reads=list(reads)) if self.out else nullcontext()
@@ -136,7 +135,7 @@ class Output:
 
 def print_json(data: Any) -> None:
     """Write plain data as one JSON object to the standard output."""
-    from bristle.files.summary import as_json
+    from bristle.files import as_json
 
     sys.stdout.write(as_json(data))
 
@@ -167,7 +166,7 @@ def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def size_limit() -> int:
     """Return how large a log may be [byte]: as the environment says, or the usual limit."""
-    from bristle.core.content import SIZE_LIMIT, size_of
+    from bristle.core import SIZE_LIMIT, size_of
 
     text = os.environ.get(SIZE_SETTING)
     return size_of(text, SIZE_SETTING) if text else SIZE_LIMIT
@@ -177,30 +176,30 @@ def refuse(options: dict[str, Any], message: str, mend: str = "") -> None:
     """Refuse the first of these options that was given."""
     option = next((option for option, value in options.items() if value), None)
     if option is not None:
-        from bristle.core.errors import InputError
+        from bristle.core import InputError
 
         raise InputError(message, path=option, mend=mend or f"Leave {option} out")
 
 
 def toml_content(file: Path | None) -> Any:
     """Return what a file in TOML holds; None where there is none."""
-    from bristle.core.content import content_of
-    from bristle.files.toml import TOML_LIMIT
+    from bristle.core import content_of
+    from bristle.files import TOML_LIMIT
 
     return None if file is None else content_of(file, limit=TOML_LIMIT)
 
 
 def code_in(file: str | Path) -> Content:
     """Return what a file of code holds."""
-    from bristle.core.content import content_of
-    from bristle.files.permission import CODE_LIMIT
+    from bristle.core import content_of
+    from bristle.files import CODE_LIMIT
 
     return content_of(file, limit=CODE_LIMIT)
 
 
 def loaded_code(files: Sequence[str | Path], load: Callable[[Content], Any]) -> tuple[list[Any], list[Content]]:
     """Return what files of a person's own code define, and what they hold; naming their code allows it."""
-    from bristle.files.permission import allow
+    from bristle.files import allow
 
     contents = [code_in(file) for file in files]
     loaded = [load(content) for content in contents]
@@ -213,8 +212,8 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     """Return while which logs of formats of a person's own are read, too."""
     if not files:
         return nullcontext()
-    from bristle.files.user_model import load_reader_file
-    from bristle.logs.formats import reading
+    from bristle.files import load_reader_file
+    from bristle.logs import reading
 
     return reading(*loaded_code(files, load_reader_file)[0])
 
@@ -246,8 +245,7 @@ def holds_own(name: str) -> bool:
 
 def own_model(name: str, path: str) -> Any:
     """Return the friction model of a name that holds files; they are executed, tried, and allowed from now on."""
-    from bristle.files.permission import allow
-    from bristle.files.user_model import load_code, slots_in
+    from bristle.files import allow, load_code, slots_in
     from bristle.friction import base_of, find, with_slots
     from bristle.testing import admit
 
@@ -268,9 +266,8 @@ def own_model(name: str, path: str) -> Any:
 
 def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, str], None] | None = None) -> Experiment:
     """Return the experiment in a file, whose friction is tried; what it identifies is identified where it is not there."""
-    from bristle.core.content import content_of
-    from bristle.files.experiment import read_experiment
-    from bristle.files.toml import TOML_LIMIT
+    from bristle.core import content_of
+    from bristle.files import TOML_LIMIT, read_experiment
     from bristle.report.prepared import prepare
 
     content = content_of(path, limit=TOML_LIMIT, path="experiment", what="an experiment file")
@@ -294,7 +291,7 @@ def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
     words = [_without_folders(argument, separators) for argument in arguments]
     if not all(word.isprintable() for word in words):
         # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
-        from bristle.core.typography import escaped
+        from bristle.core import escaped
 
         words = ["".join(letter if letter.isprintable() else "?" for letter in escaped(word)) for word in words]
     return shlex.join(["bristle", *words])

@@ -70,7 +70,7 @@ def paper(
         show(*map(str, written))
         complain(f"change them, and run them with: bristle paper --from {write}")
         return
-    from bristle.files.summary import provenance
+    from bristle.files import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
     from bristle.paper.page import claim_table
     from bristle.report.results import write_report
@@ -89,7 +89,7 @@ def paper(
 
 def _try_robustness(output: Output, names: list[str], seeds: int, *, allow_code: bool) -> None:
     """Run the trial of the compensation, write its report, and show its first tables."""
-    from bristle.files.summary import provenance
+    from bristle.files import provenance
     from bristle.paper.robust.findings import best_table, claim_table
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
     from bristle.paper.robust.trial import Plan, run_trial

@@ -42,14 +42,9 @@ def predict(
     controller of the axis file. open-loop: the motion from the measured effort. A model of a hysteresis operator
     predicts recorded curves.
     """
-    from bristle.core import InputError
-    from bristle.core.status import Status
-    from bristle.files.axis import read_axis
-    from bristle.files.model import read_model
-    from bristle.files.operator import holds_operator
-    from bristle.files.summary import provenance
-    from bristle.files.user_model import origins_of_code
-    from bristle.identification.simulated_bands import Bands
+    from bristle.core import InputError, Status
+    from bristle.files import holds_operator, origins_of_code, provenance, read_axis, read_model
+    from bristle.identification import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
     from bristle.report.messages import message

@@ -31,15 +31,14 @@ def run(
 
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
-    from bristle.files.summary import provenance
-    from bristle.loop import Verdict, runnable, verdict_of
+    from bristle.files import provenance
+    from bristle.loop import Verdict, runnable
     from bristle.report.compensation import closing_sentences
     from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report, simulation_summary
-    from bristle.simulation import simulate
-    from bristle.simulation.compensation import on_another_rig
+    from bristle.simulation import on_another_rig, simulate
     from bristle.testing import admit_friction_of
 
     refuse({"--log": log and not output.out}, "needs a folder to write into", "Add --out DIR")
@@ -52,7 +51,7 @@ def run(
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        diverging = {name: message(verdict_of(loop)) for name, loop in judged.items() if loop.verdict is Verdict.DIVERGES}
+        diverging = {name: message(loop.finding) for name, loop in judged.items() if loop.verdict is Verdict.DIVERGES}
         result = replace(simulate(stable, report), refused=diverging)
         source = provenance(output.command, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}

@@ -63,7 +63,7 @@ def study(
     Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run a new folder gets report.html
     and the log of that run.
     """
-    from bristle.core.tabular import library
+    from bristle.core import library
     from bristle.study import read_study_file
     from bristle.study.workers import CLUSTER
     from bristle.testing import admit_friction_of
@@ -85,7 +85,7 @@ def study(
 
 def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
-    from bristle.files.summary import provenance
+    from bristle.files import provenance
     from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report, simulation_summary
@@ -108,7 +108,7 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
 
 
 def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    from bristle.core.typography import with_unit
+    from bristle.core import with_unit
 
     cells = []
     for path, value in values.items():
@@ -120,7 +120,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 
 def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
-    from bristle.files.summary import provenance
+    from bristle.files import provenance
     from bristle.report.results import figure_files, write_report
     from bristle.report.study import WORST_SHOWN, spread_tables, study_report, study_sentences, study_summary
     from bristle.study.run import run_within, worst_runs

@@ -48,15 +48,14 @@ def streams_that_take_all() -> None:
 def _plain(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    from bristle.core.formula import spelt_out
-    from bristle.core.typography import escaped
+    from bristle.core import escaped, spelt_out
 
     return "".join(map(spelt_out, escaped(error.object[error.start : error.end]))), error.end
 
 
 def one_line(text: str) -> str:
     """Return text as one line without control characters, such as those that a file's name may smuggle in."""
-    from bristle.core.typography import printable
+    from bristle.core import printable
 
     return " ".join(printable(text).split())
 
@@ -176,7 +175,7 @@ def warnings_as_lines() -> Iterator[list[BaseException]]:
 
 def report(error: BaseException, *, results: bool = False) -> int:
     """Tell a person what went wrong and return the exit code."""
-    from bristle.core.errors import BristleError, told_by
+    from bristle.core import BristleError, told_by
 
     if isinstance(error, KeyboardInterrupt):
         complain(str(error) or "interrupted")

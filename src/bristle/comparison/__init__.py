@@ -1,6 +1,11 @@
 """Two logs of one axis held against each other: what changed, and how sure that is."""
 
-from bristle.comparison.compare import compare
-from bristle.comparison.result import Change, Comparison, Course, Shared, Turn
+from typing import TYPE_CHECKING
 
-__all__ = ["Change", "Comparison", "Course", "Shared", "Turn", "compare"]
+from bristle.comparison.compare import compare
+from bristle.loading import loaded_from
+
+if TYPE_CHECKING:
+    from bristle.comparison.result import Change, Comparison, Course, Shared, Turn
+
+__getattr__ = loaded_from(__name__, __file__)

@@ -351,3 +351,13 @@ def _over_operator(
         if name in values and name != "kernel":
             raise InputError("is told by the operator", path=f"{prefix}{name}", value=values[name], mend=f"Leave {name} out")
     return composed, {name: value for name, value in values.items() if name != "kernel"} | fixed, operator.kind
+
+
+def example_of(component: Component) -> Model:
+    """Return a model with the example parameters of its descriptor, or the nominal value of each."""
+    values: dict[str, Any] = dict(component.example)
+    for name, variable in component.variables.items():
+        if name not in values and name not in component.defaults:
+            number = min(max(variable.nominal, variable.min), variable.max)
+            values[name] = [number] if component.is_array(name) else number
+    return make_model(component, values, kind="translational", validate=True, path="example")

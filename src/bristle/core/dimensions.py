@@ -16,7 +16,7 @@ from bristle.core.errors import InputError, did_you_mean
 
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic", "piezo"]
-# Kinds of axis; only a hysteresis operator can be that of a magnet or of a piezo actuator.
+"""Kinds of axis; only a hysteresis operator can be that of a magnet or of a piezo actuator."""
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
 
 

@@ -137,6 +137,12 @@ class Documented:
         own = paragraphs_of(getattr(sys.modules.get(type(self).__module__), "__doc__", None) or "")
         return (*inner.explanation, *own[1:])
 
+    def laid_out(self, width: int) -> str:
+        """Return what it is as text in lines of this width, without its references."""
+        from bristle.core.formula import REFERENCE, laid_out
+
+        return laid_out((paragraph for paragraph in self.explanation if paragraph.kind != REFERENCE), width)
+
     @property
     def equations(self) -> tuple[str, ...]:
         """Its equations as text, line by line."""

@@ -92,14 +92,6 @@ class InputWarning(UserWarning):
     """Something a person handed in is used, but not as it stands; the message says how."""
 
 
-class FaultWarning(InputWarning):
-    """A fault of bristle costs a part of the results; the command line reports the error at its end."""
-
-    def __init__(self, message: str, error: BaseException) -> None:
-        super().__init__(message)
-        self.__cause__ = error
-
-
 def did_you_mean(name: object, names: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the question after the name that was meant; nothing where no known one is close."""
     close = close_names(str(name), names, cutoff)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Literal
 
@@ -262,6 +262,19 @@ class Variant:
         run = replace(self.run, duration=count * self.run.sample_time)
         disturbance, injected = (None if signal is None else signal[:count] for signal in (self.disturbance, self.injected))
         return replace(self, run=run, disturbance=disturbance, injected=injected)
+
+    def is_like(self, second: Variant) -> bool:
+        """Return whether a second loop is the same, of efforts and disturbances sample by sample."""
+        for field in fields(Variant):
+            pair = getattr(self, field.name), getattr(second, field.name)
+            if isinstance(pair[0], Effort) and isinstance(pair[1], Effort):
+                pair = pair[0].values, pair[1].values
+            if isinstance(pair[0], np.ndarray) and isinstance(pair[1], np.ndarray):
+                if not np.array_equal(*pair):
+                    return False
+            elif pair[0] is not pair[1] and pair[0] != pair[1]:
+                return False
+        return True
 
     def __post_init__(self) -> None:
         run, mend = self.run, "Write substeps instead of the tolerance"

@@ -1,8 +1,7 @@
 """What is computed once, when it is first asked for: properties, and what factories make."""
 
 import functools
-import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -37,14 +36,3 @@ def once(factory: F) -> F:
         return values[arguments]
 
     return only  # type: ignore[return-value]
-
-
-def loaded_from(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package that loads each of its names from its module when it is first asked for."""
-
-    def load(name: str) -> Any:
-        if name in modules:
-            return getattr(importlib.import_module(f"{package}.{modules[name]}"), name)
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
-
-    return load

@@ -15,7 +15,7 @@ import math
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import cos, log
 
-SEED_MAX = 2**31 - 1
+SEED_MAX = 2**31 - 1  # largest seed
 MASK = 2**32 - 1
 ODD_1, ODD_2, GOLDEN = 0x7FEB352D, 0x21F0AAAD, 0x1E3779B9
 

@@ -4,10 +4,8 @@ import re
 
 from markupsafe import Markup, escape
 
-from bristle.core.typography import typeset_sentence
-
 NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
-GREEK: dict[str, str] = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
+GREEK: dict[str, str] = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))  # letters by their names in code
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _NAME = re.compile(rf"(?<![\w`])({'|'.join(GREEK)}|[A-Za-z])_([A-Za-z0-9]{{1,3}})(_pos|_neg)?(?![\w`+])")
@@ -23,19 +21,3 @@ def symbolic(text: str) -> Markup:
     """
     named = _NAME.sub(lambda name: f"<i>{GREEK.get(name[1], name[1])}</i><sub>{name[2]}{SIDES.get(name[3], '')}</sub>", str(escape(text)))
     return Markup(_ALONE.sub(lambda at: f"<i>{GREEK.get(at[2], at[2])}</i>" if at[2] else f"<i>F</i><sub>{at[1]}</sub>", named))
-
-
-def worded(text: str) -> Markup:
-    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code; markup stays as it is.
-
-    Examples
-    --------
-    >>> worded('F_C is 5 N*m, see `k_v = "2 N*m"`')
-    Markup('<i>F</i><sub>C</sub> is 5 N·m, see <code>k_v = &#34;2 N*m&#34;</code>')
-    """
-    if isinstance(text, Markup):
-        return text
-    pieces = re.split(r"`([^`]+)`", text)
-    return Markup().join(
-        Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
-    )

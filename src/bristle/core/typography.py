@@ -41,11 +41,6 @@ def typeset(unit: str) -> str:
     return re.sub(r"\^2(?!\.)", "²", unit)
 
 
-def typeset_sentence(text: str) -> str:
-    """Return a sentence with the units behind its numbers set for reading."""
-    return re.sub(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*", lambda match: typeset(match[0]), text)
-
-
 def scale_of(unit: str, magnitude: float) -> Scale:
     """Return the multiple of an SI unit in which a number of this magnitude is read best.
 
@@ -62,11 +57,6 @@ def scale_of(unit: str, magnitude: float) -> Scale:
     steps = _WHOLE_UNITS.get(unit) or _MULTIPLES.get(symbol, _METRE[:1])
     pattern, power, _ = next((step for step in steps if magnitude >= step[2] * (1 - 1e-12)), steps[-1])
     return Scale(float(f"1e{-power}"), typeset(pattern.format(unit)))
-
-
-def interval_text(low: str, high: str) -> str:
-    """Return an interval whose ends are written out; of two that are written alike, the digit that it is known to."""
-    return f"{low} to {high}" if low != high else f"{low}, to the last digit"
 
 
 def number(value: float, resolution: float | None = None, digits: int = 4) -> str:
@@ -103,9 +93,3 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
     if "." in text and "e" not in text:
         text = text.rstrip("0").rstrip(".")
     return f"{text} {scale.unit}".rstrip()
-
-
-def stiffness_text(stiffness: float, kind: str) -> str:
-    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad."""
-    factor, unit = (1e-6, "N/µm") if kind == "translational" else (1.0, "N·m/rad")
-    return f"{number(factor * stiffness, digits=3)} {unit}"

@@ -6,16 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.status import Status
+from bristle.core import Axis, Model, Status, example_of
 from bristle.demo import truth
 from bristle.engine import Trace, run_closed_loop
-from bristle.files import read_axis
-from bristle.files.single import write_whole
+from bristle.files import read_axis, write_whole
 from bristle.plants import inertia
 from bristle.sensors import encoder
-from bristle.testing import example_of
 
 AXIS_FILE = Path(str(files("bristle.demo") / "axis.toml"))
 SAMPLE_TIME = 1e-3

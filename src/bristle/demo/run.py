@@ -4,14 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from bristle.core.content import content_of
-from bristle.core.edge import Progress
+from bristle.core import Progress, content_of
 from bristle.demo import axis_simulated
-from bristle.files.arguments import read_log
-from bristle.files.results import Results
+from bristle.files import Results, read_log
 from bristle.identification import Identification
-from bristle.prediction import predict
-from bristle.prediction.following import Following, following_of
+from bristle.prediction import Following, following_of, predict
 from bristle.report.identified import identify
 from bristle.simulation import Prediction, SimulationResult, compensation_experiment, simulate
 

@@ -13,8 +13,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core import FrictionModel, Relation, Variable, kernel
-from bristle.core.mathematics import exp
+from bristle.core import FrictionModel, Relation, Variable, exp, kernel
 from bristle.paper.rig import spectrum
 
 

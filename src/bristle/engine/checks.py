@@ -7,10 +7,10 @@ from bristle.core.edge import amount, instance, is_finite, model, optional, whol
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
-FRICTION, OPERATOR = model("friction"), model("hysteresis")
-PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
+FRICTION, OPERATOR = model("friction"), model("hysteresis")  # take a friction model, or an operator, with parameters
+PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)  # takes a time step [s]
 PLACE, SPEED = amount(Variable("length", "position")), amount(Variable("length/time", "velocity"))
-STEPS = whole(1, 10**6)
+STEPS = whole(1, 10**6)  # takes a number of steps
 STATE = optional(instance(tuple, "the state of the model", "Take it from the trace of another run"))
 
 

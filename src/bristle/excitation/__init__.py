@@ -1,8 +1,14 @@
 """The motion to run on an axis so that its friction can be identified from the log, and what that will tell."""
 
-from bristle.excitation.excite import Excitation, excite
-from bristle.excitation.motion import ExcitationMotion, ExcitationPiece
-from bristle.excitation.purposes import PURPOSES
-from bristle.excitation.rehearsal import Rehearsal
+from typing import TYPE_CHECKING
 
-__all__ = ["PURPOSES", "Excitation", "ExcitationMotion", "ExcitationPiece", "Rehearsal", "excite"]
+from bristle.excitation.excite import excite
+from bristle.loading import loaded_from
+
+if TYPE_CHECKING:
+    from bristle.excitation.excite import Excitation
+    from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, texts_of_moves
+    from bristle.excitation.purposes import PURPOSES
+    from bristle.excitation.rehearsal import Rehearsal
+
+__getattr__ = loaded_from(__name__, __file__)

@@ -7,9 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
+from bristle.files.motion import gcode_of, moves_table
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,12 @@ class Move(NamedTuple):
     target: float
     velocity: float
     acceleration: float
+
+
+def texts_of_moves(motion: ExcitationMotion, axis: Axis) -> tuple[str, str]:
+    """Return the moves of a motion as a table in the units of the axis file, and as a program for an NC."""
+    moves, left_out = moves_of(motion)
+    return moves_table(moves, axis), gcode_of(moves, axis, left_out)
 
 
 def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...]]:

@@ -1,23 +1,20 @@
 """What was identified, out of Python: the same kernels in other languages, to the bit, and tables for drives."""
 
-from __future__ import annotations
+from typing import TYPE_CHECKING
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.exports.face import Exported, export
+    from bristle.exports.described import Source, version
+    from bristle.exports.face import NAME, Exported, export, files_from_text
+    from bristle.exports.page.described import body_described, model_described, values_of, variables_of
+    from bristle.exports.page.loop import loop_described, parts_described, trace_described
+    from bristle.exports.page.packing import as_json, packed, plain
+    from bristle.exports.page.rows import fitted_rows
+    from bristle.exports.page.switches import common_described, example_described, slots_described, switched
     from bristle.exports.targets import TARGETS, Product, Request, Target
-    from bristle.exports.writing import load_target_file
+    from bristle.exports.writing import law_for, load_target_file, name_for, target_named
+
+__getattr__ = loaded_from(__name__, __file__)
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
-
-_FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"}
-_FROM |= dict.fromkeys(("TARGETS", "Product", "Request", "Target"), "targets")
-
-
-def __getattr__(name: str) -> Any:
-    # Not by `loaded_from` of the core, which loads numpy: help lists the targets, and waits for no library.
-    if name in _FROM:
-        return getattr(importlib.import_module(f"{__name__}.{_FROM[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

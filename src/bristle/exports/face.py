@@ -14,13 +14,13 @@ from bristle.core.variable import Variable
 from bristle.engine.checks import PERIOD
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
-from bristle.exports.targets import Request, Target
+from bristle.exports.targets import Product, Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
-NAME, STEP, POINTS = "axis_x", 5e-4, 20
+NAME, STEP, POINTS = "axis_x", 5e-4, 20  # what is taken where nobody says a name, a time step [s] or how many points
 
 
 @dataclass(frozen=True)
@@ -156,3 +156,20 @@ def export(
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes, product.effect)
+
+
+def files_from_text(
+    target: Target,
+    model: Model,
+    source: Source,
+    *,
+    name: str | None,
+    step: str | float | None,
+    rest: str | None,
+    accept_harm: bool,
+    **options: Any,
+) -> Product:
+    """Return the files of a model for a target, with options of a `Request`; name, step and rule at rest are as a person typed them."""
+    label, dt = name_for(name or NAME), PERIOD(STEP if step is None else step, "--step", None)
+    rule = "" if rest is None else among(*RESTS)(rest, "--rest", None)
+    return files_for(target, Request(model, label, dt, source, rest=rule, **options), accept_harm=accept_harm)

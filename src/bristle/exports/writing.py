@@ -7,7 +7,7 @@ import numpy as np
 
 from bristle.core.content import Readable
 from bristle.core.errors import InputError, did_you_mean
-from bristle.core.experiment import RESTS, Experiment, Variant
+from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source, hash_of_law, hash_of_model
 from bristle.exports.effect import SERIOUS, Effect, effect_of_files, effect_of_law, loop_for, samples_ahead
@@ -233,19 +233,6 @@ def law_for(
     written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
     product = checked_product(written if isinstance(written, Product) else Product(written), target)
     return replace(product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect)
-
-
-def variant_of(experiment: Experiment, name: str | None) -> Variant:
-    """Return the variant of this name; the only one where none is named."""
-    variants = {variant.name: variant for variant in experiment.variants}
-    if name is None and len(variants) == 1:
-        return experiment.variants[0]
-    if name not in variants:
-        reason = "must be named: the experiment has several" if name is None else "is not in the experiment"
-        raise InputError(
-            reason, path="variant", value=name or "", allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else ""
-        )
-    return variants[name]
 
 
 def name_for(text: str) -> str:

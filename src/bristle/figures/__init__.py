@@ -4,7 +4,7 @@ Every figure is readable in grey: lines differ in lightness and dashes and marke
 reports alone have are in their files.
 """
 
-from bristle.figures import loading  # noqa: F401  (before all others: with it matplotlib is imported)
+from bristle.figures import loading  # before all others: with it matplotlib is imported
 
 # isort: split
 

@@ -13,8 +13,8 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from bristle.comparison.result import Change, Comparison, Turn
-    from bristle.core.variable import Kind
+    from bristle.comparison import Change, Comparison, Turn
+    from bristle.core import Kind
 
 BEFORE, AFTER = style.MEASURED, style.PREDICTED
 TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}

@@ -23,7 +23,7 @@ from matplotlib.font_manager import FontProperties, get_font
 from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 
-from bristle.core.typography import escaped
+from bristle.core import escaped
 
 REGULAR = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji

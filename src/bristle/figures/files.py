@@ -12,7 +12,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from bristle.core.errors import InputWarning
+from bristle.core import InputWarning
 from bristle.figures.drawing import own_settings, printable
 
 DPI = 300

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from bristle.core.normal import NORMAL_95
+from bristle.core import NORMAL_95
 from bristle.figures import style
 from bristle.figures.following_error import draw_worst_reversal, has_completed
 from bristle.figures.report_figure import ReportFigure
-from bristle.simulation.result import MODES
+from bristle.simulation import MODES
 
 if TYPE_CHECKING:
-    from bristle.core.variable import Kind
-    from bristle.identification.result import Fit
-    from bristle.simulation.result import Prediction, SimulationResult
+    from bristle.core import Kind
+    from bristle.identification import Fit
+    from bristle.simulation import Prediction, SimulationResult
 
 
 BRANCHES = (

@@ -9,13 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bristle.core.status import Status
-from bristle.core.typography import Scale
-from bristle.core.variable import Kind
+from bristle.core import Kind, Scale, Status
 from bristle.figures import style
 from bristle.figures.drawing import label
 from bristle.figures.report_figure import ReportFigure
-from bristle.simulation.result import SimulationResult, worst_reversal
+from bristle.simulation import SimulationResult, worst_reversal
 
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit

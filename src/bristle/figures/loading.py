@@ -8,7 +8,7 @@ import sys
 import warnings
 from importlib import import_module
 
-from bristle.core.errors import InputError
+from bristle.core import InputError
 
 __all__: list[str] = []
 

@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from bristle.core.typography import number
+from bristle.core import number
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS, label
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from bristle.core.variable import Kind
+    from bristle.core import Kind
     from bristle.loop import Assessment, Circle, WorkingPoint
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from bristle.core.typography import with_unit
+from bristle.core import with_unit
 from bristle.figures import style
 from bristle.figures.drawing import label
-from bristle.simulation.result import VariantResult
+from bristle.simulation import VariantResult
 
 Loops = Mapping[str, "VariantResult"]
 RANGE = "range in the paper"

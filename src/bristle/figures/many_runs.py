@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from bristle.core.typography import scale_of
+from bristle.core import scale_of
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS, shortened
 from bristle.figures.report_figure import ReportFigure

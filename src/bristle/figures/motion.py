@@ -13,7 +13,7 @@ from bristle.figures import style
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
-    from bristle.excitation.motion import ExcitationMotion
+    from bristle.excitation import ExcitationMotion
 
 
 @style.styled

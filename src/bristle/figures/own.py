@@ -8,13 +8,11 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from bristle.core.content import Readable
-from bristle.core.errors import InputError
+from bristle.core import InputError, Readable
 from bristle.figures import style
 from bristle.figures.on_reports import names_on_reports
 from bristle.figures.report_figure import FACTS, Facts, ReportFigure
-from bristle.files.permission import code_at
-from bristle.files.user_model import declared_in
+from bristle.files import code_at, declared_in
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 MEND = (

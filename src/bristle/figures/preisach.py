@@ -7,12 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.typography import Scale
-from bristle.core.variable import Kind
-from bristle.engine import response
-from bristle.engine.path import after
+from bristle.core import InputError, Kind, Model, Scale
+from bristle.engine import after, response
 from bristle.figures import style
 from bristle.figures.small_multiples import loop_units
 

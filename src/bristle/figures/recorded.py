@@ -6,11 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core.variable import Kind
+from bristle.core import Kind
 from bristle.figures import style
 from bristle.figures.report_figure import ReportFigure
-from bristle.logs.log import Log
-from bristle.logs.passages import Passage
+from bristle.logs import Log, Passage
 
 # Grey tells them apart too: from dark to light, and hatched.
 SHADES = {

@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core.typography import Scale, number, with_unit
-from bristle.core.variable import Kind, unit_of
+from bristle.core import Kind, Scale, number, unit_of, with_unit
 from bristle.figures import style
 from bristle.figures.drawing import LETTERS, label, width
 

@@ -15,8 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core.typography import Scale, scale_of
-from bristle.core.variable import Kind, unit_of
+from bristle.core import Kind, Scale, scale_of, unit_of
 from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing, label, own_settings, shortened, shortened_apart, width
 
 

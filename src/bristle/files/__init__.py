@@ -1,46 +1,45 @@
 """Files that people write and results that bristle writes: axes, models and experiments in TOML."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
-from bristle.core.lazy import loaded_from
+from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.files.arguments import read_log
-    from bristle.files.axis import read_axis
-    from bristle.files.curves import read_curves
-    from bristle.files.experiment import read_experiment
-    from bristle.files.model import read_model, write_model
+    from bristle.files.arguments import AXIS, axes_for, log_and_axis, logs_and_axes, read_log
+    from bristle.files.arrays import read_arrays, write_arrays
+    from bristle.files.axis import axis_text, read_axis
+    from bristle.files.axis_form import CHANNELS, EMPTY, edited, form_of, with_columns_of_motion
+    from bristle.files.components import FILL_IN, check_keys, check_schema, key_of, model_from, name_of, number_at, table_at
+    from bristle.files.curves import describes_curves, read_curve_columns, read_curves
+    from bristle.files.experiment import Planned, experiment_from, planned_in, read_experiment, with_models
+    from bristle.files.experiment_text import LOOP, NextExperiment, next_experiment
+    from bristle.files.growing import Growing, growing_folder, verified
+    from bristle.files.inspection import Inspection, inspection_of
+    from bristle.files.model import FITTED_TO, TREATMENT, read_model, write_model
+    from bristle.files.motion import write_log, write_motion
+    from bristle.files.operator import holds_operator, read_operator, write_operator
+    from bristle.files.owned import NOTE, lock
+    from bristle.files.permission import CODE_LIMIT, allow, code_at
     from bristle.files.proposal import Proposal, propose_axis
-    from bristle.files.user_model import load_code, load_slot_file
+    from bristle.files.results import SUMMARY, Results, results_folder
+    from bristle.files.single import write_whole
+    from bristle.files.sources import Sources
+    from bristle.files.summary import as_json, plain, provenance
+    from bristle.files.toml import TOML_LIMIT, Said, as_toml, read_toml
+    from bristle.files.user_model import (
+        SourceText,
+        codes_of,
+        declared_in,
+        load_checked,
+        load_code,
+        load_model_file,
+        load_reader_file,
+        load_slot_file,
+        origins_of_code,
+        slots_in,
+        word_of,
+    )
+    from bristle.files.variant import variables_of_section
+    from bristle.files.varied import with_changes, with_columns
 
-__all__ = [
-    "Proposal",
-    "load_code",
-    "load_slot_file",
-    "propose_axis",
-    "read_axis",
-    "read_curves",
-    "read_experiment",
-    "read_log",
-    "read_model",
-    "write_model",
-]
-
-__getattr__ = loaded_from(
-    __name__,
-    {
-        "read_log": "arguments",
-        "read_axis": "axis",
-        "read_curves": "curves",
-        "read_experiment": "experiment",
-        "read_model": "model",
-        "write_model": "model",
-        "Proposal": "proposal",
-        "propose_axis": "proposal",
-        "load_code": "user_model",
-        "load_slot_file": "user_model",
-        "load_model_file": "user_model",  # former name of load_code, until the next release
-    },
-)
+__getattr__ = loaded_from(__name__, __file__)

@@ -16,6 +16,7 @@ from bristle.logs.log import Log, is_table
 
 # Readers bring what checks files, which a call that hands in the thing itself need not wait for.
 AXIS: Converter = instance(Axis, "an axis or its file", read=lambda source: files.read_axis(source))  # noqa: PLW0108
+"""Takes an axis or its file."""
 EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=lambda source: files.read_experiment(source))  # noqa: PLW0108
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 

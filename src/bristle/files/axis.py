@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from bristle.core import units
-from bristle.core.axis import Axis, Cogging, Column, Injected, KnownColumn
+from bristle.core.axis import CHANNELS, Axis, Cogging, Column, Injected, KnownColumn
 from bristle.core.content import Readable
 from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
@@ -15,6 +15,7 @@ from bristle.files.components import check_schema, controller_from, key_of, refu
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
 from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import as_toml, read_toml
+from bristle.logs.log import Log
 
 PLACES = {
     "table": "log.table",
@@ -239,8 +240,13 @@ def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
     return tuple(columns)
 
 
-def axis_text(axis: Axis) -> bytes | None:
-    """Return an axis file that says what an axis says."""
+def axis_text(axis: Axis | None, log: Log | None = None) -> bytes | None:
+    """Return an axis file that says what an axis says, and which columns a log was read from, where nobody did, in units of the log."""
+    if log is not None and (axis is None or not axis.columns):
+        columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
+        injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))
+        axis = replace(axis or Axis(kind=log.kind), columns=columns, injected=injected)
+    assert axis is not None
     if axis.text and read_axis(axis.text) == axis:
         return axis.text
     try:

@@ -97,7 +97,7 @@ def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
     return value
 
 
-FILL_IN = "?"
+FILL_IN = "?"  # stands in a file for what a person has to fill in
 
 
 def open_in(tables: Any, path: str = "") -> Iterator[str]:

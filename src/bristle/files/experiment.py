@@ -66,6 +66,11 @@ class Planned:
             raise InputError("was changed since it was identified", path=str(self.folder / MODEL), mend=mend)
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
+    @property
+    def note(self) -> tuple[str, str]:
+        """The name of the file that tells what the model depends on, and its text."""
+        return DEPENDS_ON, json.dumps({"identify": self.name, "digest": self.digest}, indent=2) + "\n"
+
 
 def planned_in(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Planned]:
     """Return what an experiment identifies, by name."""

@@ -72,7 +72,7 @@ def _header(kind: Kind) -> str:
     return f"time [s],reference [{unit_of('length', kind)}],unexplained [{unit_of('force', kind)}]"
 
 
-LOOP = "loop.csv"
+LOOP = "loop.csv"  # table of the loop of a log, beside its experiment file
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
 # A loop to begin with, where nobody has told one: its speed is bounded by the sampling and by what most axes bear.
 FASTEST, OF_SAMPLING, FOR_POSITION = 2.0 * math.pi * 20.0, 0.1, 0.25  # [rad/s], of 1/sample time, of the velocity loop

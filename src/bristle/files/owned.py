@@ -19,7 +19,7 @@ from pathlib import Path
 
 from bristle.files.folder import Folder
 
-NOTE = ".bristle-results"
+NOTE = ".bristle-results"  # the note in a folder that bristle wrote: which files of it are whose
 UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
 """The names of files that are being written, which are renamed once they are whole."""
 NAMES_SHOWN = 5

@@ -26,7 +26,7 @@ def state_folder(name: str) -> Path:
     return folder
 
 
-CODE_LIMIT = FixedLimit(2**20)
+CODE_LIMIT = FixedLimit(2**20)  # largest file of code [byte]
 NAMELESS = ("<bytes>", "<file>", "<stdin>")  # What stands for the name of what was read from no file
 CodeRead = Callable[[str, str], Content]
 """What reads the code that a file names, by its name as it is written and the key that it stands under."""

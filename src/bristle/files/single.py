@@ -1,15 +1,12 @@
 """One file that a person named: a new one is written as it is, another one is replaced whole or not at all."""
 
-import hashlib
 import os
 import secrets
-import stat
 from contextlib import suppress
 from pathlib import Path
 
 from bristle.core.errors import InputError
 
-_SEAL = "<!-- sha256 of all above: {} -->\n"
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -37,20 +34,3 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
         reason, mend = (error.strerror or str(error)).lower(), "Name a file in a folder that can be written to"
         raise InputError(f"cannot be written: {reason}", path=str(file), mend=mend) from None
     return file
-
-
-def sealed(text: str) -> str:
-    """Return a page with its checksum behind it."""
-    return text + _SEAL.format(hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest())
-
-
-def is_sealed(path: Path) -> bool:
-    """Return whether a file, and no link to one, holds a page as it was sealed."""
-    size = len(_SEAL.format(64 * "0"))
-    try:
-        if not stat.S_ISREG(path.lstat().st_mode):
-            return False
-        content = path.read_bytes()
-    except OSError:
-        return False
-    return content[-size:] == _SEAL.format(hashlib.sha256(content[:-size]).hexdigest()).encode()

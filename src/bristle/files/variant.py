@@ -322,3 +322,14 @@ def effort_variables(name: Any) -> dict[str, Variable]:
     component = FUNCTIONS.get(name) if isinstance(name, str) else None
     lengths = {} if component is None else component.variables
     return {key: replace(length, quantity=length.quantity.replace("length", "force")) for key, length in lengths.items()}
+
+
+def variables_of_section(section: str, variant: Variant, data: Mapping[str, Any]) -> Mapping[str, Variable] | None:
+    """Return the values of a section of a variant that no model has; None where there is no such section."""
+    if section == "effort" and variant.effort is not None:
+        return effort_variables(data.get("effort", {}).get("model"))
+    if section == "run":
+        return RUN
+    if section == "controller.feedforward" and variant.effort is None:
+        return FEEDFORWARD
+    return LEARNING if section == "controller.learning" and variant.learning is not None else None

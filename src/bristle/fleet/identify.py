@@ -13,19 +13,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core.content import SIZE_LIMIT, Content
-from bristle.core.edge import Progress
-from bristle.core.errors import BristleError, InputError, told_by
-from bristle.files.arguments import AXIS, axes_for
-from bristle.files.summary import as_json, plain
-from bristle.files.user_model import load_reader_file, origins_of_code
-from bristle.fleet.listing import listed_logs
-from bristle.fleet.plan import Fleet, LogFile
-from bristle.identification.identify import identify
-from bristle.identification.request import models_of
-from bristle.identification.result import Estimate
-from bristle.logs.formats import reading
-from bristle.logs.readers import read_log
+from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, told_by
+from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain
+from bristle.fleet.plan import Fleet
+from bristle.identification import Estimate, identify, models_of
+from bristle.logs import LogFile, listed_logs, read_log, reading
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.plan import Block
 from bristle.study.run import Ran, run_within

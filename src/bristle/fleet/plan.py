@@ -6,13 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bristle.core.axis import Axis
-from bristle.core.content import Content
-from bristle.core.contracts import FrictionModel
-from bristle.core.errors import InputError
-from bristle.core.lazy import cached_property
-from bristle.core.variable import Kind, Variable
-from bristle.identification.request import prior_knowledge_of
+from bristle.core import Axis, Content, FrictionModel, InputError, Kind, Variable, cached_property
+from bristle.identification import prior_knowledge_of
+from bristle.logs import LogFile
 from bristle.study.plan import Block
 
 RUN = {
@@ -31,23 +27,6 @@ OF_FIT = {
     "temperature": ("K", "mean of the column temperature"),
     "duration": ("s", "length of the log"),
 }
-
-
-@dataclass(frozen=True)
-class LogFile:
-    """A log of a fleet."""
-
-    place: str
-    folder: str
-    name: str
-    checksum: str
-    time: float | None = None
-    axis: int = 0
-
-    @property
-    def identity(self) -> tuple[str, str, str]:
-        """What tells it from any other log."""
-        return self.folder, self.name, self.checksum
 
 
 @dataclass(frozen=True, eq=False)

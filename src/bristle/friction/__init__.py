@@ -9,7 +9,7 @@ coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.edge import NAMES, TEXT, component, guarded
@@ -38,9 +38,16 @@ from bristle.friction.reformed_dahl import MODEL as reformed_dahl
 from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
 from bristle.friction.stribeck import MODEL as stribeck
 from bristle.friction.stribeck_free import MODEL as stribeck_free
+from bristle.friction.uneven import uneven
 from bristle.friction.variation import varied
 from bristle.friction.viscous import MODEL as viscous
 from bristle.hysteresis import OPERATORS
+from bristle.loading import loaded_from
+
+if TYPE_CHECKING:
+    from bristle.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
+
+__getattr__ = loaded_from(__name__, __file__)
 
 MODELS: dict[str, FrictionModel] = {
     model.name: model
@@ -65,8 +72,10 @@ MODELS: dict[str, FrictionModel] = {
         leuven,
     )
 }
+"""Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
+
 """Fitted and compared where nobody names a model: two static ones, and one with friction before sliding."""
 
 __all__ = [

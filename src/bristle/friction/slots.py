@@ -55,6 +55,7 @@ PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {
     **{name: tuple(slot.variables) for name, slot in CHANNEL_SLOTS.items()},
     "asymmetry": (),
 }
+"""The parameters that each slot brings."""
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 

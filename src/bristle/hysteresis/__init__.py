@@ -10,6 +10,8 @@ Examples
 array([0.056552, 0.008571, 0.056552])
 """
 
+from typing import TYPE_CHECKING
+
 from bristle.core.contracts import HysteresisOperator, Model
 from bristle.core.edge import guarded, model
 from bristle.core.errors import InputError
@@ -28,6 +30,14 @@ from bristle.hysteresis.reversal_table import MODEL as reversal_table
 from bristle.hysteresis.stop import MODEL as stop
 from bristle.hysteresis.tabulate import from_reversal_curves, table_of_curves, tabulated
 from bristle.hysteresis.transition_branches import transition_branches
+from bristle.loading import loaded_from
+
+if TYPE_CHECKING:
+    from bristle.hysteresis.beside_constant import with_constant
+    from bristle.hysteresis.identification.identify import identify_operator
+    from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction, predict_operator
+
+__getattr__ = loaded_from(__name__, __file__)
 
 OPERATORS: dict[str, HysteresisOperator] = {
     operator.name: operator
@@ -44,6 +54,7 @@ OPERATORS: dict[str, HysteresisOperator] = {
         relay_grid,
     )
 }
+"""Every hysteresis operator, by name."""
 
 __all__ = [
     "OPERATORS",

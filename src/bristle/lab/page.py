@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from bristle.core.contracts import Model
-from bristle.exports.described import version
+from bristle.core import Model
+from bristle.exports import as_json, common_described, example_described, packed, slots_described, switched, version
 from bristle.friction import MODELS
-from bristle.lab.described import example_named
-from bristle.lab.loop import loop_described
-from bristle.lab.packing import as_json, packed
-from bristle.lab.switches import common_module, slots_described, switched
+from bristle.lab.loop import paper_loop
 
 if TYPE_CHECKING:
     import jinja2
@@ -67,18 +64,17 @@ def lab_page(
     provenance : mapping of str to str, optional
         What the page was made from.
     """
-    models, first = [_example(name) for name in MODELS], list(MODELS).index(FIRST)
+    models, first = [example_described(name) for name in MODELS], list(MODELS).index(FIRST)
     if model is not None:
         named = f"{model.name} of {source}" if source else ""
         models.insert(0, switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named))
         first = 0
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
-    common = common_module()
     data = {
         "models": models,
         "first": first,
-        "loop": loop_described(),
-        "common": {"code": packed(common), "size": len(common)},
+        "loop": paper_loop(),
+        "common": common_described(),
         "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
     }
     content = as_json(data).encode("utf-8")
@@ -104,11 +100,6 @@ def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
         "worker-src blob:; base-uri 'none'; form-action 'none'"
     )
-
-
-@cache
-def _example(name: str) -> dict[str, Any]:
-    return switched(example_named(name))
 
 
 def hash_of(text: str) -> str:

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.engine.checks import FRICTION
-from bristle.lab.described import described, values_of
-from bristle.lab.packing import plain
+from bristle.core import InputError, MissingExtraError, Model
+from bristle.engine import FRICTION
+from bristle.exports import model_described, plain, values_of
 from bristle.lab.page import joined
 
 try:
@@ -90,7 +88,7 @@ class Widget(anywidget.AnyWidget):
         alike = isinstance(before, Model) and before.component is model.component and before.kind == model.kind
         values = _values_of(model)
         if not alike or {name: len(row) for name, row in values.items()} != {k: len(v) for k, v in self._values.items()}:
-            facts = described(
+            facts = model_described(
                 model, uncertainty=None if isinstance(before, Model) else self._uncertainty, fastest=self._fastest, proven=False
             )
             with self.hold_sync():

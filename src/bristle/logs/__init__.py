@@ -1,9 +1,19 @@
 """Logs of motion axes: what was recorded, with units, and the readers of the files that hold it."""
 
-from bristle.logs.check import checked
-from bristle.logs.log import Channel, Log
-from bristle.logs.passages import passages
-from bristle.logs.readers import read_log
-from bristle.logs.summary import summarize
+from typing import TYPE_CHECKING
 
-__all__ = ["Channel", "Log", "checked", "passages", "read_log", "summarize"]
+from bristle.loading import loaded_from
+from bristle.logs.passages import passages
+
+if TYPE_CHECKING:
+    from bristle.logs.break_away import BreakAway
+    from bristle.logs.check import checked
+    from bristle.logs.curves import Curves
+    from bristle.logs.formats import reading
+    from bristle.logs.listing import LogFile, listed_logs
+    from bristle.logs.log import Channel, Log, is_table
+    from bristle.logs.passages import Passage
+    from bristle.logs.readers import read_log
+    from bristle.logs.summary import summarize
+
+__getattr__ = loaded_from(__name__, __file__)

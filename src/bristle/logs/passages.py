@@ -43,17 +43,6 @@ def passages_along(
     return Stretch(time, position, effort, grain, presliding, start).passages() if time.size > 1 else []
 
 
-KINDS = {
-    "constant_velocity": "slides at constant velocity",
-    "loops": "loops before sliding",
-    "break_away": "break-away from rest",
-    "chirp": "oscillation of changing frequency",
-    "oscillation": "oscillation of one frequency",
-    "moves": "ordinary moves",
-    "rest": "rest",
-}
-
-
 @dataclass(frozen=True)
 class Passage:
     """A part of a log in which one kind of experiment was made."""

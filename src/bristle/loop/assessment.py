@@ -121,6 +121,33 @@ class Assessment:
         among = self.bare if any(point.loop.is_unstable for point in self.bare) else self.points
         return max(among, key=lambda point: point.loop.spectral_radius)
 
+    @property
+    def finding(self) -> Diagnostic:
+        """The verdict on the loop, as it is told; of one that is unstable with what puts its pole there, and what would help."""
+        worst = self.worst
+        numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
+        if self.verdict is Verdict.STABLE:
+            return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=self.kind)
+        numbers |= {"motions": worst.motions.value, "delay": worst.loop.delay, **_cause_of(self)}
+        code = "loop_diverges" if self.verdict is Verdict.DIVERGES else "loop_oscillates"
+        return Diagnostic(code, severity="error", numbers=numbers, kind=self.kind)
+
+    @property
+    def doubts(self) -> tuple[Diagnostic, ...]:
+        """What to know of a loop that is stable: margins that are small, a law that switches."""
+        diagnostics = [Diagnostic("switching_law")] if self.switches else []
+        held = self.stiffness
+        if held is not None and held.left < 0.5 * (held.law + held.friction):
+            taken = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
+            diagnostics.append(Diagnostic("stiffness_taken", numbers=taken, kind=self.kind))
+        bare = [point for point in self.bare if not point.loop.is_unstable]
+        margins = [(point.margins.phase, point.margins.gain, point.motions.value) for point in bare if point.margins.phase is not None]
+        phase, gain, motions = min(margins, key=lambda margin: margin[0], default=(PHASE_ENOUGH, None, ""))
+        if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
+            numbers: dict[str, Number] = {"motions": motions, "phase": phase, "enough": PHASE_ENOUGH}
+            diagnostics.append(Diagnostic("small_margin", numbers=numbers if gain is None else {**numbers, "gain": gain}))
+        return tuple(diagnostics)
+
 
 def assess(variant: Variant) -> Assessment:
     """Return what the linear loops of a variant say.
@@ -224,33 +251,6 @@ def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]
     judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
     diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
     return replace(experiment, variants=tuple(variant for variant in experiment.variants if variant.name not in diverging)), judged
-
-
-def verdict_of(assessment: Assessment) -> Diagnostic:
-    """Return the verdict on a loop; of one that is unstable with what puts its pole there, and what would help."""
-    worst = assessment.worst
-    numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
-    if assessment.verdict is Verdict.STABLE:
-        return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=assessment.kind)
-    numbers |= {"motions": worst.motions.value, "delay": worst.loop.delay, **_cause_of(assessment)}
-    code = "loop_diverges" if assessment.verdict is Verdict.DIVERGES else "loop_oscillates"
-    return Diagnostic(code, severity="error", numbers=numbers, kind=assessment.kind)
-
-
-def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
-    """Return what to know of a loop that is stable: margins that are small, a law that switches."""
-    diagnostics = [Diagnostic("switching_law")] if assessment.switches else []
-    held = assessment.stiffness
-    if held is not None and held.left < 0.5 * (held.law + held.friction):
-        taken = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
-        diagnostics.append(Diagnostic("stiffness_taken", numbers=taken, kind=assessment.kind))
-    bare = [point for point in assessment.bare if not point.loop.is_unstable]
-    margins = [(point.margins.phase, point.margins.gain, point.motions.value) for point in bare if point.margins.phase is not None]
-    phase, gain, motions = min(margins, key=lambda margin: margin[0], default=(PHASE_ENOUGH, None, ""))
-    if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
-        numbers: dict[str, Number] = {"motions": motions, "phase": phase, "enough": PHASE_ENOUGH}
-        diagnostics.append(Diagnostic("small_margin", numbers=numbers if gain is None else {**numbers, "gain": gain}))
-    return tuple(diagnostics)
 
 
 def _cause_of(assessment: Assessment) -> dict[str, Number]:

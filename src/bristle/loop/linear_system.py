@@ -201,7 +201,7 @@ def _pulled(
     return body, x + h * v_t, 2.0 * v_t - v
 
 
-PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both margins
+PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # the least of both margins that is usual: [deg], and a factor
 POINTS, HALVINGS = 2000, 50  # of frequencies at which the open loop is asked, and between two of them
 
 

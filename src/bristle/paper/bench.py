@@ -20,14 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
+from bristle.core import InputError, Model, with_unit
 from bristle.engine import Contact, force_along, response
 from bristle.paper.reproduced import in_millinewtons, percent
 from bristle.paper.setting import Setting
 from bristle.plants import inertia
-from bristle.references.legs import legs_through
+from bristle.references import legs_through
 from bristle.sensors import torque_seen
 
 STEP = 5e-9  # of the table [m]

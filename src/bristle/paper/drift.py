@@ -4,9 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
+from bristle.core import InputError, Model, with_unit
 from bristle.engine import run_open_loop
 from bristle.figures.small_multiples import ripple
 from bristle.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_numbers, sensor_says

@@ -20,9 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle import hysteresis
-from bristle.core.contracts import Model
-from bristle.core.least_squares import non_negative
-from bristle.core.typography import number
+from bristle.core import Model, non_negative, number
 from bristle.engine import response
 from bristle.paper.bench import Record, measured
 from bristle.paper.reproduced import Verdict, spread

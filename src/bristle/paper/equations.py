@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from bristle.files.toml import read_toml
+from bristle.files import read_toml
 
 Stands = Literal["as printed", "corrected", "completed"]
 

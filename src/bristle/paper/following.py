@@ -4,14 +4,14 @@ from dataclasses import asdict
 
 import numpy as np
 
-from bristle.core.typography import number
+from bristle.core import number
 from bristle.figures import loop_rows
 from bristle.paper import tracking
 from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent
 from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, Sound, Tracked, quoted
 from bristle.report.messages import message
 from bristle.report.table import Table
-from bristle.simulation.compensation import on_another_rig
+from bristle.simulation import on_another_rig
 
 RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
 HALVED = 0.1  # how near to the share of the paper counts as the same

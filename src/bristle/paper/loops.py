@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bristle.core.typography import number
+from bristle.core import number
 from bristle.figures.loop_rows import error_over
 from bristle.figures.small_multiples import loop_family
 from bristle.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says

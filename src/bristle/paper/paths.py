@@ -7,8 +7,7 @@ import numpy as np
 
 from bristle import hysteresis
 from bristle.certificates import holding_of
-from bristle.core.errors import InputError
-from bristle.core.typography import number
+from bristle.core import InputError, number
 from bristle.figures.small_multiples import break_away, marked_path
 from bristle.paper.bench import Walk, bench_of, follow, led, sensor_numbers, sensor_says, walk
 from bristle.paper.economy import repeated

@@ -4,8 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from bristle.core.errors import InputError
-from bristle.core.typography import number
+from bristle.core import InputError, number
 from bristle.engine import response
 from bristle.figures.preisach import preisach_stages
 from bristle.paper.reproduced import Reproduced, in_millinewtons

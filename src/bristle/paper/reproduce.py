@@ -3,8 +3,7 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from bristle.core.edge import Progress
-from bristle.core.errors import InputError
+from bristle.core import InputError, Progress
 from bristle.paper.drift import figure_2, figure_3
 from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
 from bristle.paper.loops import figure_5, figure_6

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from bristle.core.content import Origin
-from bristle.core.typography import number
-from bristle.files.toml import read_toml
+from bristle.core import Origin, number
+from bristle.files import read_toml
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -23,15 +23,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle import friction
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.experiment import Experiment
-from bristle.core.fingerprint import digest
-from bristle.core.variable import unit_of
-from bristle.files.experiment import read_experiment
-from bristle.files.model import FITTED_TO, write_model
+from bristle.core import Axis, Experiment, Model, digest, unit_of
+from bristle.files import FITTED_TO, read_experiment, write_model
 from bristle.identification import identify
-from bristle.logs.log import Channel, Log
+from bristle.logs import Channel, Log
 from bristle.simulation import simulate
 
 ELEMENTS, BREAK_AWAY, SEED = 30, 7e-6, 7

@@ -31,14 +31,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.content import Origin, content_of
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError, located
-from bristle.core.variable import Kind, Variable
-from bristle.files.components import check_keys, check_schema, model_from, number_at, table_at
-from bristle.files.results import results_folder
-from bristle.files.sources import Sources
-from bristle.files.toml import TOML_LIMIT, read_toml
+from bristle.core import InputError, Kind, Model, Origin, Variable, content_of, located
+from bristle.files import TOML_LIMIT, Sources, check_keys, check_schema, model_from, number_at, read_toml, results_folder, table_at
 from bristle.hysteresis import OPERATORS
 from bristle.plants import PLANTS
 

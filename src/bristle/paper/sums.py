@@ -19,8 +19,7 @@ Everett function :math:`E`: the first is then short of one constant, :math:`E(X,
 
 from collections.abc import Sequence
 
-from bristle.core.contracts import Model
-from bristle.core.dispatch import everett
+from bristle.core import Model, everett
 
 
 def half_the_loop(operator: Model, reach: float) -> float:

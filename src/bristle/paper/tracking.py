@@ -10,14 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.content import Origin
-from bristle.core.errors import BristleError, InputError
-from bristle.core.experiment import Experiment, Variant
-from bristle.core.lazy import cached_property
-from bristle.core.status import Status
-from bristle.core.typography import number, with_unit
+from bristle.core import BristleError, Experiment, InputError, Origin, Status, Variant, cached_property, number, with_unit
 from bristle.figures.loop_rows import error_over, tracking_error
-from bristle.files.experiment import read_experiment
+from bristle.files import read_experiment
 from bristle.loop import assess
 from bristle.paper.bench import bench_of
 from bristle.paper.reproduced import Reproduced, in_micrometres

@@ -10,7 +10,7 @@ from bristle.plants.oscillator import MODEL as oscillator
 from bristle.plants.pulled_inertia import MODEL as pulled_inertia
 from bristle.plants.terms import TERMS, terms_in, with_terms
 
-PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia, oscillator, pulled_inertia, ball_screw)}
+PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia, oscillator, pulled_inertia, ball_screw)}  # every plant, by name
 
 __all__ = ["PLANTS", "ball_screw", "find", "inertia", "oscillator", "pulled_inertia", "with_terms"]
 

@@ -1,6 +1,19 @@
 """What an identified model says of a log: predictions with their bands, tables for a drive."""
 
+from typing import TYPE_CHECKING
+
+from bristle.loading import loaded_from
 from bristle.prediction.drive_table import drive_table
-from bristle.prediction.predict import predict, unexplained_force
+from bristle.prediction.drive_units import drive_units
+from bristle.prediction.predict import predict
+
+if TYPE_CHECKING:
+    from bristle.prediction.drive_table import largest_deviation, level_values, never_slid, reversal_distance, steady_curve
+    from bristle.prediction.drive_units import length_units, units_of
+    from bristle.prediction.following import Following, following_of, loop_of
+    from bristle.prediction.kept import fit_of
+    from bristle.prediction.predict import TREATED, effort_of_motion, unexplained_force
+
+__getattr__ = loaded_from(__name__, __file__)
 
 __all__ = ["drive_table", "predict", "unexplained_force"]

@@ -23,13 +23,13 @@ from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import CUTOFF, treatment_of
 from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
 from bristle.logs.check import RECORDED, checked, parted
-from bristle.logs.log import Log
+from bristle.logs.log import Channel, Log
 from bristle.logs.look import CheckThresholds
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
 MODES = ("inverse", *LOOPS)
-TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
+TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # what repeats the treatment of a log
 SPAN = 20  # samples over which a speed is taken
 
 CHANNELS = {
@@ -202,6 +202,26 @@ def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | 
     channels = [treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")]
     dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *channels)
     return differentiated(dataset) if treatment.get("slow") else dataset
+
+
+def effort_of_motion(
+    plant: Model, friction: Model, columns: Mapping[str, np.ndarray], axis: Axis | None, treatment: Mapping[str, float]
+) -> np.ndarray:
+    """Return the effort that a motion takes, treated as the log of an identification was; NaN in rows that no stretch tells of."""
+    # The delay is that of an effort: without one, nothing is moved, and no sample lost.
+    log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
+    # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
+    log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
+    dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
+    # Where a contact stood before a segment, no effort tells.
+    efforts = dataset.explained(plant, friction, contacts=(None,) * len(dataset.segments))
+    time, around = columns["time"], 0.5 * dataset.sample_time
+    lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
+    predicted = np.full(time.size, np.nan)
+    for segment, effort in zip(dataset.segments, efforts, strict=True):
+        inside = (time >= segment.time[0] - around) & (time <= segment.time[-1] + around)
+        predicted[inside] = np.interp(time[inside] - lag, segment.time, effort)
+    return predicted
 
 
 @guarded(

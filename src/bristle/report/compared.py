@@ -9,15 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from bristle.comparison import Comparison
 from bristle.comparison import compare as sides_compared
-from bristle.core.axis import Axis
-from bristle.core.edge import Amount, amount, guarded, optional
-from bristle.core.errors import InputError
-from bristle.core.lazy import cached_property
-from bristle.core.tabular import Card, library
-from bristle.core.variable import Variable
-from bristle.files.arguments import axes_for, log_and_axis
-from bristle.files.summary import provenance
-from bristle.logs.log import Log
+from bristle.core import Amount, Axis, Card, InputError, Variable, amount, cached_property, guarded, library, optional
+from bristle.files import axes_for, log_and_axis, provenance
+from bristle.logs import Log
 from bristle.report.results import Result
 
 if TYPE_CHECKING:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import unit_of
+from bristle.core import number, unit_of, with_unit
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, picked
@@ -15,8 +14,8 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
-    from bristle.comparison.result import Change, Comparison
-    from bristle.logs.log import Log
+    from bristle.comparison import Change, Comparison
+    from bristle.logs import Log
 
 RMS = "following_error.rms"
 WORDS = {

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bristle.core.status import Status
-from bristle.core.typography import number, scale_of, with_unit
-from bristle.core.variable import Kind, unit_of
+from bristle.core import Kind, Status, number, scale_of, unit_of, with_unit
 from bristle.report.messages import message
 from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.core.experiment import Experiment, Variant
-    from bristle.prediction.following import Following
-    from bristle.simulation.result import SimulationResult, Statistics, VariantResult
+    from bristle.core import Experiment, Variant
+    from bristle.prediction import Following
+    from bristle.simulation import SimulationResult, Statistics, VariantResult
 
 BASE = "base"
 NO_CHANGE = 0.05  # relative change below which nothing is claimed

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from bristle.core.typography import number, stiffness_text, with_unit
-from bristle.core.variable import unit_of
-from bristle.loop import PHASE_ENOUGH, Design, Proposal, Verdict, doubts_of, verdict_of
-from bristle.loop.tuning import UNSTATED
+from bristle.core import number, unit_of, with_unit
+from bristle.loop import PHASE_ENOUGH, UNSTATED, Design, Proposal, Verdict
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
-from bristle.report.table import MICROMETRE, Quantity, Table, fixed, length_text, short_text
+from bristle.report.table import MICROMETRE, Quantity, Table, fixed, length_text, short_text, stiffness_text
 
 if TYPE_CHECKING:
     from bristle.loop import Assessment, Budget, Circle, Delays
@@ -173,8 +171,8 @@ def design_report(design: Design, **options: Any) -> str:
 def design_sentences(design: Design) -> list[str]:
     """Return what matters most of a design, in words."""
     delay, kind, late = design.delays.total, design.experiment.kind, design.late
-    lines = [f"{design.variant.name}: {message(verdict_of(design.assessment))}."]
-    lines += [whole_sentence(doubt) for doubt in doubts_of(design.assessment)]
+    lines = [f"{design.variant.name}: {message(design.assessment.finding)}."]
+    lines += [whole_sentence(doubt) for doubt in design.assessment.doubts]
     lines.append(
         f"The loop has {with_unit(delay, 's')} of delay. As a rule of thumb that allows the sum of its two "
         f"bandwidths, such as λ + K_1, {number(0.5 / delay, digits=2)} 1/s."
@@ -244,9 +242,9 @@ def _choice(design: Design) -> str:
 
 def design_ruling(design: Design) -> Ruling:
     """Return whether to keep a loop, and why."""
-    chosen, present, doubts = _chosen(design), design.proposals[0], tuple(message(doubt) for doubt in doubts_of(design.assessment))
+    chosen, present, doubts = _chosen(design), design.proposals[0], tuple(message(doubt) for doubt in design.assessment.doubts)
     if not design.is_stable:
-        return Ruling("no", "Do not run it", (message(verdict_of(design.assessment)), *doubts))
+        return Ruling("no", "Do not run it", (message(design.assessment.finding), *doubts))
     if chosen is not present:
         return Ruling("with_care", "Change the gains", (_choice(design), *doubts))
     if doubts:
@@ -347,7 +345,7 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
 
 
 def _loop(assessment: Any) -> dict[str, Any]:
-    verdict, doubts = verdict_of(assessment), doubts_of(assessment)
+    verdict, doubts = assessment.finding, assessment.doubts
     return {
         "verdict": assessment.verdict.value,
         "sentence": message(verdict),

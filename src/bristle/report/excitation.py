@@ -6,16 +6,10 @@ from collections.abc import Mapping
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from bristle.core.content import Content
-from bristle.core.typography import number, scale_of, with_unit
-from bristle.core.variable import unit_of
-from bristle.excitation import PURPOSES, Excitation, excite
-from bristle.excitation.motion import moves_of
-from bristle.files.motion import gcode_of, moves_table, write_motion
-from bristle.files.results import Results
-from bristle.files.summary import provenance
-from bristle.files.user_model import origins_of_code
-from bristle.identification.result import Estimate
+from bristle.core import Content, number, scale_of, unit_of, with_unit
+from bristle.excitation import PURPOSES, Excitation, excite, texts_of_moves
+from bristle.files import Results, origins_of_code, provenance, write_motion
+from bristle.identification import Estimate
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
@@ -60,9 +54,8 @@ class DesignedMotion(NamedTuple):
         page = excitation_report(self.excitation, command=self.command, identify=identify, provenance=self.provenance)
         signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
         write_motion(folder / FILES["motion"], axis, signals)
-        moves, left_out = moves_of(motion)
-        folder.write(FILES["moves"], moves_table(moves, axis))
-        folder.write(FILES["program"], gcode_of(moves, axis, left_out))
+        for name, text in zip(("moves", "program"), texts_of_moves(motion, axis), strict=True):
+            folder.write(FILES[name], text)
         folder.write(FILES["axis"], self.axis_file.data)
         write_report(folder, page, self.summary(FILES, identify))
 

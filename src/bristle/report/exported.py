@@ -5,22 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bristle.core.axis import Axis
-from bristle.core.content import Content, content_of
-from bristle.core.edge import among, amount
-from bristle.core.errors import InputError
-from bristle.core.experiment import RESTS
-from bristle.core.variable import Variable
-from bristle.files.results import SUMMARY
-from bristle.files.summary import as_json, provenance
-from bristle.files.toml import TOML_LIMIT
-from bristle.files.user_model import origins_of_code
+from bristle.core import Axis, Content, InputError, Variable, amount, content_of
+from bristle.files import SUMMARY, TOML_LIMIT, as_json, origins_of_code, provenance
 
 if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.core.experiment import Variant
-    from bristle.exports.targets import Product, Target
-    from bristle.files.results import Results
+    from bristle.core import Model, Variant
+    from bristle.exports import Product, Target
+    from bristle.files import Results
 
 
 class ExportedModel(NamedTuple):
@@ -65,11 +56,8 @@ def export_model_file(
     allow_code: bool = False,
 ) -> ExportedModel:
     """Return a friction model or an operator, from its file, as files for another world."""
-    from bristle.exports.described import Source
-    from bristle.exports.face import NAME, PERIOD, STEP
-    from bristle.exports.targets import Request
-    from bristle.exports.writing import files_for, name_for, target_named
-    from bristle.files.axis import read_axis
+    from bristle.exports import Source, files_from_text, target_named
+    from bristle.files import read_axis
     from bristle.logs import read_log
 
     target, file, beside = target_named(to), content_of(model, limit=TOML_LIMIT), model.parent / "axis.toml"
@@ -82,31 +70,32 @@ def export_model_file(
     if speed is not None:
         fastest = amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(speed, "--speed", exported.kind)
     loop, remarks = _loop_beside(model.parent / "experiment.toml", exported, described)
-    request = Request(
+    product = files_from_text(
+        target,
         exported,
-        name_for(name or NAME),
-        PERIOD(STEP if step is None else step, "--step", None),
         Source(source, facts["uncertainty"]),
-        tunable,
-        float32,
-        described,
-        float(fastest),
-        points,
-        1.0 if plant is None else float(plant.values.get("M", 1.0)),
-        plant,
-        recorded,
-        facts,
-        "" if rest is None else among(*RESTS)(rest, "--rest", None),
-        loop,
+        name=name,
+        step=step,
+        rest=rest,
+        accept_harm=accept_harm,
+        tunable=tunable,
+        single=float32,
+        axis=described,
+        speed=float(fastest),
+        points=points,
+        mass=1.0 if plant is None else float(plant.values.get("M", 1.0)),
+        plant=plant,
+        log=recorded,
+        info=facts,
+        loop=loop,
     )
-    return ExportedModel(target.name, files_for(target, request, accept_harm=accept_harm), exported.name, source, remarks)
+    return ExportedModel(target.name, product, exported.name, source, remarks)
 
 
 def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict[str, Any]]:
     """Return plant, friction model or operator, and what a model file knows of them."""
-    from bristle.files.model import read_model
-    from bristle.files.operator import holds_operator, read_operator
-    from bristle.hysteresis.beside_constant import with_constant
+    from bristle.files import holds_operator, read_model, read_operator
+    from bristle.hysteresis import with_constant
     from bristle.testing import admit
 
     if holds_operator(file):
@@ -119,7 +108,7 @@ def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict
 
 def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
     """Return the loop of the experiment that an identification left beside a model file, and why it cannot be read."""
-    from bristle.files.experiment import read_experiment
+    from bristle.files import read_experiment
 
     if axis is None or axis.controller is None or not file.is_file():
         return None, ()

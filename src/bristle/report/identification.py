@@ -11,33 +11,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from bristle.core.symbols import worded
-from bristle.core.typography import number, typeset, with_unit
-from bristle.core.variable import unit_of
-from bristle.identification.parameters import Role, name_of
-from bristle.logs.passages import passages
-from bristle.prediction.drive_table import largest_deviation, level_values, never_slid, reversal_distance, steady_curve
-from bristle.prediction.drive_units import drive_units, length_units
+from bristle.core import number, typeset, unit_of, with_unit
+from bristle.identification import Role, name_of
+from bristle.logs import passages
+from bristle.prediction import drive_units, largest_deviation, length_units, level_values, never_slid, reversal_distance, steady_curve
 from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
 from bristle.report.model_tables import as_csv, certificate_table, changed_settings, comparison_table, drive_rows, parameter_table
-from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
+from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page, worded
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
 from bristle.report.table import Table, fixed, length_text, short_text
-from bristle.simulation.compensation import AS_RECORDED
+from bristle.simulation import AS_RECORDED
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
-    from bristle.core.axis import Axis
+    from bristle.core import Axis
     from bristle.figures.report_figure import Facts
-    from bristle.identification.result import Fit, Identification
+    from bristle.identification import Fit, Identification
     from bristle.lab.living import Living
-    from bristle.prediction.following import Following
-    from bristle.simulation.result import Prediction, SimulationResult
+    from bristle.prediction import Following
+    from bristle.simulation import Prediction, SimulationResult
 
 NO_BREAK = "\u00a0"
 PAIRS_SHOWN = 20

@@ -9,32 +9,23 @@ from inspect import Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
-from bristle.core.axis import CHANNELS, Axis, Column, Injected
-from bristle.core.content import Origin
-from bristle.core.edge import Progress
-from bristle.core.errors import InputError
-from bristle.core.lazy import cached_property
-from bristle.files.arguments import logs_and_axes
-from bristle.files.axis import axis_text
-from bristle.files.summary import provenance
-from bristle.files.user_model import origins_of_code
+from bristle.core import Axis, InputError, Origin, Progress, cached_property
+from bristle.files import axis_text, logs_and_axes, origins_of_code, provenance
 from bristle.friction import DEFAULT_MODELS
-from bristle.identification.identify import identify as models_fitted
-from bristle.identification.request import models_of
-from bristle.identification.result import Identification
-from bristle.logs.log import Log
-from bristle.prediction.drive_table import drive_table, steady_curve
+from bristle.identification import Identification, models_of
+from bristle.identification import identify as models_fitted
+from bristle.logs import Log
+from bristle.prediction import drive_table, steady_curve
 from bristle.report.model_in_hand import ModelInHand
 from bristle.report.results import Result
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
-    from bristle.core.experiment import Experiment
+    from bristle.core import Experiment
     from bristle.figures import ReportFigure
-    from bristle.files.experiment_text import NextExperiment
-    from bristle.files.results import Results
-    from bristle.prediction.following import Following
-    from bristle.simulation.result import Prediction, SimulationResult
+    from bristle.files import NextExperiment, Results
+    from bristle.prediction import Following
+    from bristle.simulation import Prediction, SimulationResult
 
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
@@ -116,8 +107,7 @@ class Identified(Identification, ModelInHand, Result):
 
     def _loop(self) -> Experiment | None:
         """Return the loop of the log with the best model: the one that is simulated, written down, run and designed."""
-        from bristle.prediction.following import loop_of
-        from bristle.prediction.predict import TREATED
+        from bristle.prediction import TREATED, loop_of
 
         if self.best.position_rmse is not None:  # fitted to the position: there was no loop
             return None
@@ -127,8 +117,7 @@ class Identified(Identification, ModelInHand, Result):
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
         """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop."""
         # What was fitted to the position is told by the position, and that takes no loop.
-        from bristle.prediction.following import following_of
-        from bristle.prediction.predict import predict
+        from bristle.prediction import following_of, predict
         from bristle.simulation import simulate
 
         of_axis = self.plant, self.model, self.log, self.axis or Axis()
@@ -201,7 +190,7 @@ class Outcome:
 
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file that lies in a folder beside the model: the next step."""
-        from bristle.files.experiment_text import next_experiment
+        from bristle.files import next_experiment
 
         log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
         loop, has_file = None if self.looped is None else self.looped.variants[0], bool(self._axis_texts)
@@ -212,15 +201,12 @@ class Outcome:
     def _axis_texts(self) -> tuple[bytes, ...]:
         """The axis files as used, each once, that of the first log first."""
         logs = (self.identification.log, *self.identification.further_logs)
-        texts = [axis_text(_with_columns(axis, log)) for axis, log in zip(self.identification.axes, logs, strict=True)]
+        texts = [axis_text(axis, log) for axis, log in zip(self.identification.axes, logs, strict=True)]
         return tuple(dict.fromkeys(text for text in texts if text is not None))
 
     def write(self, folder: Results, **further: Any) -> None:
         """Write all of it into a folder of results, with further entries of the summary."""
-        from bristle.files.arrays import write_arrays
-        from bristle.files.experiment_text import LOOP
-        from bristle.files.model import write_model
-        from bristle.files.user_model import codes_of
+        from bristle.files import LOOP, codes_of, write_arrays, write_model
         from bristle.report.messages import note_of
         from bristle.report.model_tables import as_csv
         from bristle.report.results import write_report
@@ -260,15 +246,6 @@ class Outcome:
         if best.resampling is not None:
             write_arrays(folder, "draws", best.resampling.bands.draws)
         write_arrays(folder, "traces", vars(best.traces))
-
-
-def _with_columns(axis: Axis | None, log: Log) -> Axis:
-    """Return an axis that says which columns a log was read from, where nobody did; units are those of the log."""
-    if axis is not None and axis.columns:
-        return axis
-    columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
-    injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))
-    return replace(axis or Axis(kind=log.kind), columns=columns, injected=injected)
 
 
 def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:

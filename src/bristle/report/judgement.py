@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bristle.core.variable import unit_of
+from bristle.core import unit_of
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
 
 if TYPE_CHECKING:
-    from bristle.identification.result import Fit
-    from bristle.identification.settings import Settings
-    from bristle.prediction.following import Following
+    from bristle.identification import Fit, Settings
+    from bristle.prediction import Following
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
 # Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first.

@@ -2,40 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Content, Readable
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
-from bristle.core.typography import interval_text, number, with_unit
-from bristle.core.variable import Kind, unit_of
-from bristle.files.proposal import Proposal, propose_axis
-from bristle.files.results import SUMMARY
-from bristle.files.summary import as_json
-from bristle.logs.passages import KINDS
-from bristle.logs.readers import read_table
-from bristle.logs.summary import Summary, summary_of, summary_of_columns
-from bristle.logs.tables import content_of_log
+from bristle.core import SIZE_LIMIT, Axis, Diagnostic, Kind, Readable, number, unit_of, with_unit
+from bristle.files import SUMMARY, Inspection, as_json, inspection_of
 from bristle.report.messages import as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.results import write_report
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import Quantity, Table, fixed, span_text
+from bristle.report.table import Quantity, Table, fixed, interval_text, span_text
 
 if TYPE_CHECKING:
-    from bristle.files.results import Results
-    from bristle.identification.result import Resampling
-    from bristle.logs.break_away import BreakAway
-    from bristle.logs.log import Log
-    from bristle.logs.passages import Passage
-    from bristle.logs.table import Table as LogTable
+    from bristle.files import Results
+    from bristle.identification import Resampling
+    from bristle.logs import BreakAway, Log, Passage
 
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
@@ -52,16 +37,19 @@ TREATMENT = {
 }
 
 
-class Inspected(NamedTuple):
-    """What is in a log."""
+KINDS = {
+    "constant_velocity": "slides at constant velocity",
+    "loops": "loops before sliding",
+    "break_away": "break-away from rest",
+    "chirp": "oscillation of changing frequency",
+    "oscillation": "oscillation of one frequency",
+    "moves": "ordinary moves",
+    "rest": "rest",
+}
 
-    summary: dict[str, Any]
-    content: Content
-    table: LogTable
-    axis: Axis | None
-    proposal: Proposal | None
-    log: Log | None
-    passages: tuple[Passage, ...]
+
+class Inspected(Inspection):
+    """What is in a log, and its report."""
 
     def write(self, folder: Results, command: str) -> None:
         """Write the numbers, and the report of a log that can be used, into a folder of results."""
@@ -81,34 +69,19 @@ class Inspected(NamedTuple):
 
 def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
     """Return what is in a log; without an axis, the axis file that its columns speak of."""
-    content, proposal = content_of_log(log, limit=size_limit), None
-    if axis is None:
-        with suppress(InputError):  # no column can be the position
-            proposal = propose_axis(content, size_limit=size_limit)
-    axis = proposal.axis if proposal else axis
-    table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
-    looked_at = _looked_at(table, axis, proposal.unknown if proposal else ())
-    diagnostics = [Diagnostic(**entry, kind=looked_at.data["kind"]) for entry in looked_at.data["diagnostics"]]
+    inspection = inspection_of(log, axis, size_limit=size_limit)
+    data, proposal = inspection.summary, inspection.proposal
+    diagnostics = [Diagnostic(**entry, kind=data["kind"]) for entry in data["diagnostics"]]
     if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
         # Of a size that nobody knows nothing can be said.
         diagnostics = [
             diagnostic for diagnostic in diagnostics if not (diagnostic.code == "unit_suspect" and "speed" in diagnostic.numbers)
         ]
-    summary = looked_at.data | {"diagnostics": as_data(diagnostics), "proposal": {"text": None, "missing": []}}
+    summary = data | {"diagnostics": as_data(diagnostics), "proposal": {"text": None, "missing": []}}
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
         summary["notes"] = [*proposal.notes, *summary["notes"]]
-    return Inspected(summary, content, table, axis, proposal, looked_at.log, looked_at.passages)
-
-
-def _looked_at(table: LogTable, axis: Axis | None, unknown: Collection[str]) -> Summary:
-    """Return what is in a table; of channels in a unit that is not known nothing is said in SI."""
-    if axis is None or not unknown:
-        return summary_of(table, axis)
-    usable = {name: column for name, column in axis.columns.items() if name not in unknown}
-    if "time" in unknown or "position" in unknown or not {"position", "velocity"} & set(usable):
-        return summary_of_columns(table)
-    return summary_of(table, replace(axis, columns=usable))
+    return Inspected(**vars(replace(inspection, summary=summary)))
 
 
 def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:

@@ -8,21 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.experiment import Variant
-from bristle.core.status import Status
-from bristle.core.symbols import GREEK
-from bristle.core.typography import number, scale_of, typeset, with_unit
-from bristle.core.variable import unit_of
-from bristle.files.components import key_of
-from bristle.files.toml import Said, as_toml
-from bristle.loop import Assessment, Verdict, doubts_of, verdict_of
+from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
+from bristle.files import Said, as_toml, key_of
+from bristle.loop import Assessment, Verdict
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
-from bristle.simulation.result import SimulationResult, Statistics, VariantResult
+from bristle.simulation import SimulationResult, Statistics, VariantResult
 
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # by its unit on a carriage, the unit of a gain at the motor
 
@@ -177,7 +170,7 @@ def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnost
     """Return what to know of loops, those that are unstable or have small margins: ``variants`` are their names."""
     by_message: dict[str, tuple[Diagnostic, list[str]]] = {}
     for name, assessment in judged.items():
-        for doubt in doubts_of(assessment) if assessment.verdict is Verdict.STABLE else (verdict_of(assessment),):
+        for doubt in assessment.doubts if assessment.verdict is Verdict.STABLE else (assessment.finding,):
             # Two that read alike are told as one.
             by_message.setdefault(message(doubt), (doubt, []))[1].append(name)
     complete = [*by_message.values(), *((diagnostic, [name]) for name, diagnostic in further.items())]

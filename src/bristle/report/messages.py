@@ -7,16 +7,14 @@ from collections.abc import Callable, Iterable
 from string import Formatter
 from typing import TYPE_CHECKING, Any
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.dimensions import NAMES, unit_of
-from bristle.core.typography import LARGEST_WRITTEN_OUT, number, stiffness_text, with_unit
-from bristle.core.variable import Kind
+from bristle.core import LARGEST_WRITTEN_OUT, NAMES, Diagnostic, Kind, number, unit_of, with_unit
 from bristle.report.sentences import SENTENCES
 from bristle.report.sentences.loops import counted
+from bristle.report.table import stiffness_text
 
 if TYPE_CHECKING:
-    from bristle.identification.result import Estimate, Fit
-    from bristle.simulation.result import Prediction
+    from bristle.identification import Estimate, Fit
+    from bristle.simulation import Prediction
 
 _HEADS = {
     ("parameter", "warning"): "{parameter} cannot be identified: ",
@@ -63,7 +61,7 @@ def note_of(estimate: Estimate) -> str:
 
 def why_effective(fit: Fit) -> str:
     """Return why parameters are effective, in a few words: the model lacks a force, or the effort of the log does."""
-    from bristle.identification.result import LACKING
+    from bristle.identification import LACKING
 
     codes = {diagnostic.code for diagnostic in fit.diagnostics}
     recorded = next((code for code in LACKING[1:] if code in codes), "")

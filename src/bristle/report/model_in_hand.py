@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.content import content_of
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
-from bristle.core.tabular import Card, WithCard, library
-from bristle.files.arrays import read_arrays
-from bristle.files.axis import read_axis
-from bristle.files.model import NUMBERS, read_model
-from bristle.files.results import SUMMARY
-from bristle.files.single import write_whole
-from bristle.identification.result import Estimate, Fit, Resampling, Scatter, Traces
-from bristle.identification.simulated_bands import Bands
+from bristle.core import Axis, Card, Diagnostic, InputError, Model, WithCard, content_of, library
+from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
+from bristle.identification import Estimate, Fit
+from bristle.prediction import fit_of
 from bristle.report.results import REPORT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bristle.lab.widget import Widget
-    from bristle.logs.log import Log
-    from bristle.simulation.result import Prediction
+    from bristle.logs import Log
+    from bristle.simulation import Prediction
 
 COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
 
@@ -117,8 +107,8 @@ class ModelInHand(WithCard):
         self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *, axis: Axis | str | PathLike[str] | None = None
     ) -> Prediction:
         """Predict a log, treated as the log of the identification was, with a 95 % band where there is one."""
-        from bristle.files.model import TREATMENT
-        from bristle.prediction.predict import predict
+        from bristle.files import TREATMENT
+        from bristle.prediction import predict
 
         resampling = self.best.resampling
         options: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
@@ -128,7 +118,7 @@ class ModelInHand(WithCard):
 
     def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
         """Return velocity and steady friction for the compensation of a drive, at most `entries` of them."""
-        from bristle.prediction.drive_table import drive_table
+        from bristle.prediction import drive_table
 
         return drive_table(self.best, entries)
 
@@ -178,9 +168,6 @@ class ModelInHand(WithCard):
     def _words(self) -> tuple[str, list[str]]:
         """Return from which logs, and what else there is to know."""
         return "", []
-
-
-SIMULATED = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +243,7 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
     if plant is None or not traces or "parameters" not in summary:
         raise InputError("holds no identification", path=str(place), mend="Name a folder that `save` wrote")
     try:
-        fit = _fit(plant, friction, summary, Traces(**traces), read_arrays(place, "draws"), info["bands"])
+        fit = fit_of(plant, friction, summary, traces, read_arrays(place, "draws"), info["bands"])
     except (KeyError, TypeError) as error:
         raise InputError(f"does not say what it should: {error!r}", path=str(place / SUMMARY)) from None
     axis, page = place / "axis.toml", place / REPORT
@@ -266,71 +253,4 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
         read_axis(axis) if axis.is_file() else None,
         summary,
         page.read_text(encoding="utf-8") if page.is_file() else "",
-    )
-
-
-def _fit(
-    plant: Model,
-    friction: Model,
-    summary: Mapping[str, Any],
-    traces: Traces,
-    draws: Mapping[str, np.ndarray],
-    bands: Mapping[str, Any] | None,
-) -> Fit:
-    numbers = [
-        {name: tuple(value) if isinstance(value, list) else value for name, value in entry["numbers"].items()}
-        for entry in summary["diagnostics"]
-    ]
-    diagnostics = tuple(
-        Diagnostic(entry["code"], entry["parameter"], entry["severity"], own, friction.kind)
-        for entry, own in zip(summary["diagnostics"], numbers, strict=True)
-    )
-    metrics, correlation = summary["metrics"], summary["correlation"]
-    errors = {name: metrics[name] for name in SIMULATED}
-    errors |= {name: math.nan if metrics[name] is None else metrics[name] for name in ("condition_number", "force_error_percent")}
-    return Fit(
-        plant=plant,
-        friction=friction,
-        estimates=_estimates(summary["parameters"], diagnostics),
-        correlation=np.array(correlation["values"], dtype=float),
-        correlation_names=tuple(correlation["names"]),
-        traces=traces,
-        diagnostics=diagnostics,
-        combinations=_estimates(summary["combinations"], diagnostics),
-        lag=summary["treatment"].get("lag"),
-        resampling=_resampling(summary["resampling"], draws, bands),
-        **errors,
-    )
-
-
-def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]) -> tuple[Estimate, ...]:
-    """Return the parameters; why one is not identified is among the diagnostics."""
-    names = {field.name for field in fields(Estimate)}
-    reasons = {reason.parameter: reason for reason in reversed(diagnostics) if reason.parameter}
-    return tuple(
-        Estimate(
-            name=name,
-            **{key: value for key, value in entry.items() if key in names and key != "interval"},
-            interval=tuple(entry["interval"]) if entry["interval"] else None,
-            reason=None if entry["status"] == "identified" else reasons.get(name),
-        )
-        for name, entry in parameters.items()
-    )
-
-
-def _resampling(numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None) -> Resampling | None:
-    """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
-    if numbers is None or not (draws or bands):
-        return None
-    errors = {name: numbers[name] for name in NUMBERS if name != "scatter"}
-    curve = numbers["virgin_curve"]
-    return Resampling(
-        bands=Bands(draws or (bands or {})["draws"], scatter=numbers["scatter"]["value"], **errors),
-        scatter=Scatter(**numbers["scatter"]),
-        half_cycles=numbers["half_cycles"],
-        resolution=numbers["resolution"],
-        white=numbers["white"],
-        jackknife=numbers["jackknife_std"],
-        curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
-        curve_from=numbers["virgin_curve_from"],
     )

@@ -6,17 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import interval_text, number, printable, scale_of, typeset, with_unit
-from bristle.core.variable import Kind, unit_of
-from bristle.identification.settings import thresholds
-from bristle.prediction.drive_units import drive_units, units_of
-from bristle.report.table import Quantity, Table, short_text
+from bristle.core import Kind, number, printable, scale_of, typeset, unit_of, with_unit
+from bristle.identification import thresholds
+from bristle.prediction import drive_units, units_of
+from bristle.report.table import Quantity, Table, interval_text, short_text
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
-    from bristle.core.axis import Axis
-    from bristle.identification.result import Estimate, Fit, Identification
-    from bristle.identification.settings import Settings
+    from bristle.core import Axis
+    from bristle.identification import Estimate, Fit, Identification, Settings
 
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import unit_of
+from bristle.core import number, unit_of, with_unit
 from bristle.report.messages import picked
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
-    from bristle.logs.curves import Curves
+    from bristle.core import Model
+    from bristle.hysteresis import OperatorFit, OperatorIdentification, OperatorPrediction
+    from bristle.logs import Curves
 
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:

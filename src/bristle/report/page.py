@@ -6,6 +6,7 @@ A kind of report hands in its facts, its first page and its sections; figures co
 from __future__ import annotations
 
 import datetime
+import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,9 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jinja2
 from markupsafe import Markup, escape
 
-from bristle.core.errors import FaultWarning, InputWarning, place_in_own_code, told_by
-from bristle.core.symbols import worded
-from bristle.core.typography import typeset_sentence
+from bristle.core import InputWarning, place_in_own_code, symbolic, told_by, typeset
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
@@ -254,3 +253,32 @@ def _environment() -> jinja2.Environment:
         "prose": lambda block: isinstance(block, str) and not isinstance(block, Markup),
     }
     return environment
+
+
+class FaultWarning(InputWarning):
+    """A fault of bristle costs a part of the results; the command line reports the error at its end."""
+
+    def __init__(self, message: str, error: BaseException) -> None:
+        super().__init__(message)
+        self.__cause__ = error
+
+
+def worded(text: str) -> Markup:
+    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code; markup stays as it is.
+
+    Examples
+    --------
+    >>> worded('F_C is 5 N*m, see `k_v = "2 N*m"`')
+    Markup('<i>F</i><sub>C</sub> is 5 N·m, see <code>k_v = &#34;2 N*m&#34;</code>')
+    """
+    if isinstance(text, Markup):
+        return text
+    pieces = re.split(r"`([^`]+)`", text)
+    return Markup().join(
+        Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
+    )
+
+
+def typeset_sentence(text: str) -> str:
+    """Return a sentence with the units behind its numbers set for reading."""
+    return re.sub(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*", lambda match: typeset(match[0]), text)

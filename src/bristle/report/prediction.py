@@ -5,19 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.status import Status
-from bristle.core.typography import with_unit
-from bristle.core.variable import Kind, unit_of
-from bristle.identification.settings import DEFAULT
-from bristle.logs.log import Log
+from bristle.core import Kind, Model, Status, unit_of, with_unit
+from bristle.identification import Settings
+from bristle.logs import Log
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
-from bristle.simulation.result import MODES, Prediction
+from bristle.simulation import MODES, Prediction
 
 
 def prediction_report(
@@ -105,9 +102,9 @@ def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Rulin
     ]
     care += [] if prediction.status is Status.OK else [prediction.status.sentence]
     reasons = ([f"it misses {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts
-    if error > DEFAULT.useless_error or any(diagnostic.severity == "error" for diagnostic in doubted):
+    if error > Settings().useless_error or any(diagnostic.severity == "error" for diagnostic in doubted):
         return Ruling("no", "The model does not hold", tuple(reasons))
-    if care or doubts or not finite or error > DEFAULT.usable_error:
+    if care or doubts or not finite or error > Settings().usable_error:
         return Ruling("with_care", "The model holds, with care", tuple(reasons))
     return Ruling("usable", "The model holds", tuple(reasons))
 

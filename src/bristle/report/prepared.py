@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.edge import Progress
-from bristle.core.errors import InputError, located
-from bristle.core.experiment import Experiment, Variant
-from bristle.core.fingerprint import digest
-from bristle.core.status import Status
-from bristle.files.experiment import DEPENDS_ON, Planned, planned_in
-from bristle.files.model import FITTED_TO
-from bristle.files.results import results_folder
-from bristle.files.sources import Sources
-from bristle.files.toml import read_toml
+from bristle.core import SIZE_LIMIT, Axis, Experiment, InputError, Progress, Readable, Status, Variant, digest, located, size_of
+from bristle.files import FITTED_TO, Planned, Sources, planned_in, read_toml, results_folder
 
 if TYPE_CHECKING:
-    from bristle.identification.result import Fit
-    from bristle.logs.log import Log
+    from bristle.identification import Fit
+    from bristle.logs import Log
 
 SIGNALS = ("time", "position", "effort", "reference")
 
@@ -96,8 +85,7 @@ def prepare(
 
 
 def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress) -> Fit:
-    from bristle.files.arguments import read_log
-    from bristle.files.axis import read_axis
+    from bristle.files import read_axis, read_log
     from bristle.report.identified import identify
 
     plan.folder.parent.mkdir(exist_ok=True)
@@ -115,13 +103,13 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
             facts = {"identified from a run of": f"{source.name}: {plan.excited.name}", FITTED_TO: digest(plan.excited.friction)}
             outcome = replace(outcome, provenance={**outcome.provenance, **facts})
         outcome.write(folder)
-        folder.write(DEPENDS_ON, json.dumps({"identify": plan.name, "digest": plan.digest}, indent=2) + "\n")
+        folder.write(*plan.note)
     return identification.best
 
 
 def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
     """Return what the drive of a loop would record in a run of it, and what is known of the axis."""
-    from bristle.logs.log import Log
+    from bristle.logs import Log
     from bristle.simulation import simulate
 
     kind = variant.plant.kind

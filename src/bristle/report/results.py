@@ -11,15 +11,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.core.axis import Axis
-from bristle.core.errors import FaultWarning, InputError, InputWarning, place_in_own_code, told_by
-from bristle.core.tabular import WithCard
-from bristle.core.typography import typeset_sentence
-from bristle.files.motion import write_log
-from bristle.files.results import SUMMARY, Results, results_folder
-from bristle.files.single import write_whole
-from bristle.files.summary import as_json, plain
-from bristle.report.page import Plate, plates
+from bristle.core import Axis, InputError, InputWarning, WithCard, place_in_own_code, told_by
+from bristle.files import SUMMARY, Results, as_json, plain, results_folder, write_log, write_whole
+from bristle.report.page import FaultWarning, Plate, plates, typeset_sentence
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure

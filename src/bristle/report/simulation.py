@@ -4,15 +4,13 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.status import Status
-from bristle.core.variable import unit_of
+from bristle.core import Diagnostic, Status, unit_of
 from bristle.report.compensation import Standing, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
 from bristle.report.messages import as_data
 from bristle.report.page import Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text
-from bristle.simulation.result import SimulationResult, VariantResult, swing_at_worst_reversal
+from bristle.simulation import SimulationResult, VariantResult, swing_at_worst_reversal
 
 ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
 

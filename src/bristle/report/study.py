@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
-from bristle.core.typography import interval_text, number, scale_of, with_unit
+from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, scale_of, with_unit
 from bristle.report.page import Figures, Front, Section, report_page
-from bristle.report.table import Quantity, Table
+from bristle.report.table import Quantity, Table, interval_text
 from bristle.study.store import OK, Runs
 
 if TYPE_CHECKING:

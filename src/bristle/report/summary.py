@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.variable import unit_of
-from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance
-from bristle.prediction.drive_units import drive_units, length_units, units_of
+from bristle.core import unit_of
+from bristle.prediction import drive_units, largest_deviation, length_units, level_values, reversal_distance, units_of
 from bristle.report.judgement import judged
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
@@ -18,10 +17,10 @@ from bristle.report.simulation import variants_as_data
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
-    from bristle.core.axis import Axis
-    from bristle.identification.result import Estimate, Fit, Identification
-    from bristle.prediction.following import Following
-    from bristle.simulation.result import Prediction, SimulationResult
+    from bristle.core import Axis
+    from bristle.identification import Estimate, Fit, Identification
+    from bristle.prediction import Following
+    from bristle.simulation import Prediction, SimulationResult
 
 
 NOT_SIMULATED: dict[str, Any] = dict.fromkeys(("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse"))

@@ -7,8 +7,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from bristle.core.typography import Scale, number, scale_of, with_unit
-from bristle.core.variable import Kind, unit_of
+from bristle.core import Kind, Scale, number, scale_of, unit_of, with_unit
 
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 _NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")
@@ -91,3 +90,14 @@ def span_text(values: Sequence[float], unit: str) -> str:
     """Return the least and the largest of values with their unit, once where they read alike."""
     low, high = (with_unit(end, unit) for end in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
+
+
+def interval_text(low: str, high: str) -> str:
+    """Return an interval whose ends are written out; of two that are written alike, the digit that it is known to."""
+    return f"{low} to {high}" if low != high else f"{low}, to the last digit"
+
+
+def stiffness_text(stiffness: float, kind: str) -> str:
+    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad."""
+    factor, unit = (1e-6, "N/µm") if kind == "translational" else (1.0, "N·m/rad")
+    return f"{number(factor * stiffness, digits=3)} {unit}"

@@ -13,10 +13,8 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from bristle.exports.described import version
-from bristle.exports.targets import TARGETS
+from bristle.exports import TARGETS, as_json, version
 from bristle.friction import DEFAULT_MODELS, MODELS, find
-from bristle.lab.packing import as_json
 from bristle.lab.page import environment, hash_of, joined
 from bristle.server.cases import Cases, RefusedRequestError
 from bristle.server.gate import HAS_TOKEN, Gate, Opening

@@ -17,8 +17,7 @@ from urllib.parse import unquote
 
 from starlette.requests import ClientDisconnect, Request
 
-from bristle.core.content import size_in_words
-from bristle.core.errors import InputError, in_one_line, shortened
+from bristle.core import InputError, in_one_line, shortened, size_in_words
 from bristle.server.limits import Limits
 
 TAIL = 2000  # of what a library complains of

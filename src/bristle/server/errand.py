@@ -11,10 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.content import Content
-from bristle.core.edge import TEXT, whole
-from bristle.core.errors import InputError
+from bristle.core import TEXT, Axis, Content, InputError, whole
 
 Answer = tuple[dict[str, Any], dict[str, Any]]  # what the page is told at once, and the rest, which it asks for
 COUNT = whole(0)
@@ -99,7 +96,7 @@ def zipped(folder: Path) -> None:
     """Write the files of a folder into an archive beside it, without the note by which bristle knows its own folders."""
     import zipfile
 
-    from bristle.files.owned import NOTE
+    from bristle.files import NOTE
 
     with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob("*")):

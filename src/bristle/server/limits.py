@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from bristle.core.content import SIZE_LIMIT
+from bristle.core import SIZE_LIMIT
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.files.owned import lock
+from bristle.core import InputError, MissingExtraError
+from bristle.files import lock
 from bristle.server.limits import Limits
 
 PREFIX = "bristle-lab-"

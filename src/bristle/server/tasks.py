@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.axis import COLUMNS
-from bristle.core.content import Content
-from bristle.core.dimensions import KINDS, unit_of
-from bristle.core.errors import InputError
-from bristle.core.motion import RECORDED
-from bristle.exports.face import NAME
-from bristle.files.components import FILL_IN
-from bristle.files.schema import by_number, long_form
-from bristle.files.toml import read_toml
+from bristle.core import Content, InputError
+from bristle.exports import NAME
+from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
 from bristle.report.log import Inspected, inspect_log, passage_table
 from bristle.server.errand import Answer, Errand, thinned, zipped
@@ -26,79 +20,6 @@ from bristle.server.errand import Answer, Errand, thinned, zipped
 if TYPE_CHECKING:
     from bristle.report.identified import Identified, Outcome
     from bristle.report.table import Table
-
-CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # what a column of the form may be
-EMPTY = 'schema = 1\nname = "axis"\n'
-
-
-def edited(text: str, edits: Mapping[str, Any], label: str = "axis.toml") -> str:
-    """Return an axis file with some keys changed; all else of it, remarks too, stays as it is."""
-    import tomlkit
-
-    read_toml(Content(Path(label), text.encode()))  # as bounded as any file of a person
-    document = tomlkit.parse(text)
-    for key, value in edits.items():
-        _set(document, key, value)
-    return tomlkit.dumps(document)
-
-
-def _set(document: Any, key: str, value: Any) -> None:
-    import tomlkit
-
-    *parents, last = key.split(".")
-    if len(parents) >= 3 or not all((*parents, last)):
-        raise InputError("is no key of an axis file", path=key)
-    if not (value is None or isinstance(value, (str, int, float))):
-        raise InputError("must be text or a number", path=key, value=value)
-    table: Any = document
-    path: list[str] = []
-    for name in parents:
-        path.append(name)
-        if name not in table:
-            if value is None:
-                return
-            table[name] = tomlkit.inline_table() if len(path) > 1 else tomlkit.table()
-        elif path[:-1] == ["columns"] and (entry := long_form(table[name])) is not table[name]:
-            table[name] = tomlkit.inline_table()
-            table[name].update(entry)
-        table = table[name]
-        if not hasattr(table, "keys"):
-            raise InputError("is no table", path=".".join(path))
-        if len(path) > 1 and hasattr(table, "trivia"):
-            table.trivia.comment, table.trivia.comment_ws = "", ""  # it spoke of what stood there
-    if value is None:
-        table.pop(last, None)
-    else:
-        table[last] = value
-    if not table and len(parents) > 1:
-        document[parents[0]].pop(parents[1], None)
-
-
-def form_of(axis_file: Content) -> dict[str, Any]:
-    """Return what a form shows of an axis file: its tables, the keys that are open, and the remarks beside them."""
-    import tomlkit
-
-    tables, text = read_toml(axis_file).data, axis_file.data.decode("utf-8-sig")
-    entries, columns = tables.get("columns"), {}
-    for name, value in entries.items() if isinstance(entries, Mapping) else ():
-        entry = long_form(value)  # what is no column is refused where the file is read
-        if isinstance(entry, Mapping) and isinstance(column := by_number(entry.get("column", "")), str):
-            columns[name] = {**entry, "column": column}
-    remarks = {}
-    for name, table in tomlkit.parse(text).items():
-        for key, item in table.items() if isinstance(table, Mapping) else ():
-            if comment := getattr(getattr(item, "trivia", None), "comment", ""):
-                remarks[f"{name}.{key}"] = comment.lstrip("# ")
-    plain = {key: value for key, value in tables.items() if isinstance(value, (str, int, float, Mapping))}
-    return {"tables": plain | {"columns": columns}, "missing": list(_open(tables, "")), "remarks": remarks}
-
-
-def _open(tables: Any, path: str) -> Iterator[str]:
-    if isinstance(tables, Mapping):
-        for key, value in tables.items():
-            yield from _open(value, f"{path}.{key}" if path else str(key))
-    elif tables == FILL_IN:
-        yield path
 
 
 PLOTTED = ("position", "velocity", "reference", "effort")
@@ -133,11 +54,11 @@ def look(errand: Errand) -> Answer:
         ]
     else:
         plots = _of_columns(inspected, form["tables"]["columns"])
-    told = {name: inspected.summary[name] for name in ("columns", "notes", "problems", "diagnostics", "kind")}
+    numbers = {name: inspected.summary[name] for name in ("columns", "notes", "problems", "diagnostics", "kind")}
     if axis is None:
-        told |= {"problems": [], "diagnostics": []}
-    data = {"log": errand.fitted[0].label, "form": form, "channels": CHANNELS, "refusal": refusal, "plots": plots} | told
-    facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not told["problems"]}
+        numbers |= {"problems": [], "diagnostics": []}
+    data = {"log": errand.fitted[0].label, "form": form, "channels": CHANNELS, "refusal": refusal, "plots": plots} | numbers
+    facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not numbers["problems"]}
     return facts, data
 
 
@@ -165,8 +86,6 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
 POINTS = 20  # of a table of a drive
 DRAWS = 100
 MODE = "inverse"
-# What a log of the motion is taken to hold, where nobody has said it.
-OF_MOTION = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
 
 
 def check(errand: Errand) -> Answer:
@@ -191,7 +110,7 @@ def check(errand: Errand) -> Answer:
 def identify(errand: Errand) -> Answer:
     """Return the verdict of an identification, and leave its results."""
     import bristle
-    from bristle.files.results import results_folder
+    from bristle.files import results_folder
 
     axis, axis_file = errand.axis(), errand.axis_file
     logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
@@ -278,7 +197,7 @@ def predict(errand: Errand) -> Answer:
 
 def export(errand: Errand) -> Answer:
     """Leave the model as an archive of files for a target, and return what the target loses."""
-    from bristle.files.results import results_folder
+    from bristle.files import results_folder
     from bristle.report.exported import export_model_file
 
     model = errand.model / "model.toml"
@@ -302,10 +221,10 @@ def export(errand: Errand) -> Answer:
 
 def excite(errand: Errand) -> Answer:
     """Leave a motion as an archive of files, and return what its log will tell."""
-    from bristle.files.results import results_folder
+    from bristle.files import results_folder
     from bristle.report.excitation import designed_motion, outlook_table, piece_table
 
-    text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
+    text = with_columns_of_motion(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
     duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
     travel = errand.text("travel") or None
@@ -328,16 +247,6 @@ def excite(errand: Errand) -> Answer:
         "curve": thinned(excitation.motion.time, excitation.motion.position),
     }
     return {"duration": float(excitation.motion.time[-1])}, data
-
-
-def _with_columns(text: str) -> str:
-    """Return an axis file that says what the log of the motion holds: by usual names and in SI, if nobody did."""
-    tables = read_toml(text.encode()).data
-    if "columns" in tables:
-        return text
-    kind = tables["kind"] if tables.get("kind") in KINDS else KINDS[0]  # what is none is refused where the file is read
-    entries = {f"columns.{name}.column": name for name in OF_MOTION}
-    return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in OF_MOTION.items()})
 
 
 # By the name that the page knows.

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from bristle.core.errors import BristleError, told_by
+from bristle.core import BristleError, told_by
 
 REFUSED = {KeyboardInterrupt: "cancelled before anything was found", MemoryError: "there is not enough memory for this. Take a shorter log"}
 
@@ -89,7 +89,7 @@ def main() -> None:
     os.chdir(request["folder"])  # files that results name lie beside them, as for a person who works there
     interruption = Interruption()
     try:
-        from bristle.files.summary import plain
+        from bristle.files import plain
         from bristle.server.errand import DATA, Errand
         from bristle.server.tasks import TASKS
 

@@ -1,9 +1,33 @@
 """Simulation of experiments: open loop, closed loop, and what came out."""
 
+from typing import TYPE_CHECKING
+
 from bristle.core.experiment import substeps_for
-from bristle.simulation.compensation import compensation_experiment, feedforward_effort, friction_along, open_loop_experiment
-from bristle.simulation.result import Prediction, SimulationResult, Statistics, VariantResult, statistics_of
-from bristle.simulation.run import simulate
+from bristle.loading import loaded_from
+
+if TYPE_CHECKING:
+    from bristle.simulation.compensation import (
+        AS_RECORDED,
+        COMPENSATED,
+        compensation_experiment,
+        feedforward_effort,
+        friction_along,
+        on_another_rig,
+        open_loop_experiment,
+    )
+    from bristle.simulation.result import (
+        MODES,
+        Prediction,
+        SimulationResult,
+        Statistics,
+        VariantResult,
+        statistics_of,
+        swing_at_worst_reversal,
+        worst_reversal,
+    )
+    from bristle.simulation.run import simulate
+
+__getattr__ = loaded_from(__name__, __file__)
 
 __all__ = [
     "Prediction",

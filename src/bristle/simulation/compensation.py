@@ -139,6 +139,7 @@ def _shape(feedforward: Feedforward) -> Shape:
 
 
 AS_RECORDED, WITH_FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
+"""Names of the loops: as recorded, with feedforward, with compensation of friction."""
 
 
 def settling(duration: float) -> float:

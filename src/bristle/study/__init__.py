@@ -1,10 +1,8 @@
 """Studies: thousands of runs of an experiment, drawn, labelled, kept whole, and gone on with after an interruption."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
-from bristle.core.lazy import loaded_from
+from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.study.plan import Study
@@ -12,6 +10,6 @@ if TYPE_CHECKING:
     from bristle.study.run import run_study
     from bristle.study.store import read_study
 
-__all__ = ["Study", "read_study", "read_study_file", "run_study"]
+__getattr__ = loaded_from(__name__, __file__)
 
-__getattr__ = loaded_from(__name__, {"read_study": "store", "Study": "plan", "read_study_file": "read", "run_study": "run"})
+__all__ = ["Study", "read_study", "read_study_file", "run_study"]

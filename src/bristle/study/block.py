@@ -8,23 +8,15 @@ the time; that both ways lead to the same is looked at for the first and the las
 import copy
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
-from functools import partial, reduce
+from dataclasses import replace
+from functools import reduce
 from typing import Any, TypeVar
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import BristleError, InputError, told_by
-from bristle.core.experiment import Effort, Experiment, Variant
-from bristle.core.random_numbers import SEED_MAX
-from bristle.core.status import Status
-from bristle.core.values import check_relations, check_value, coerced, looked_at, numbers_of
-from bristle.core.variable import variables_of
-from bristle.engine import run_batch
-from bristle.engine.batch import WORTH_LANES
-from bristle.files.components import key_of
-from bristle.files.experiment import experiment_from
+from bristle.core import SEED_MAX, BristleError, Experiment, InputError, Model, Status, Variant, told_by, variables_of
+from bristle.engine import WORTH_LANES, run_batch
+from bristle.files import experiment_from, key_of, with_changes, with_columns
 from bristle.simulation import SimulationResult, simulate
 from bristle.study.plan import Block, Metric, Study, steps_of
 from bristle.study.store import OK
@@ -103,7 +95,7 @@ class Varied:
             values = row_of(self.study.values(Block(number, number + 1)), 0)
             try:
                 ways = _changed(self.study.experiment, self.models(values, 0)), self._by_tables(values)
-                if not all(map(_alike, ways[0].variants, ways[1].variants)):
+                if not all(map(Variant.is_like, ways[0].variants, ways[1].variants)):
                     return False
             except InputError:  # a draw out of range tells nothing of the two ways
                 continue
@@ -113,58 +105,6 @@ class Varied:
 def row_of(values: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
     """Return what one run is made with, out of the values of several: numbers, names and lists of Python."""
     return {path: column[place].tolist() for path, column in values.items()}
-
-
-def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
-    """Return a model with some parameters changed, of which those are held to their ranges, and all to its relations.
-
-    As `Model.with_values` does, which looks at every parameter again.
-    """
-    component, variables = model.component, model.component.variables
-    numbers = numbers_of(component, model.parameters)
-    for name, raw in changes.items():
-        place = f"{path}.{key_of(name)}"
-        numbers[name] = looked_at(partial(coerced, component, name, variables[name]), raw, place, model.kind)
-        check_value(component, name, variables[name], numbers[name], model.kind, place)
-    parameters = component.assemble(numbers)
-    check_relations(component, parameters, path)
-    return Model(component, parameters, model.kind)
-
-
-def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> list[Model | None]:
-    """Return `with_changes` for each row of some columns; None where that refuses.
-
-    Plain numbers are looked at by their column: where the smallest and the largest are in range, all are.
-    """
-    component, numbers = model.component, numbers_of(model.component, model.parameters)
-    are_in_range = all(_is_in_range(model, name, column, path) for name, column in columns.items())
-    models: list[Model | None] = []
-    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
-        changes = dict(zip(columns, row, strict=True))
-        try:
-            parameters = component.assemble(numbers | changes) if are_in_range else None
-            if parameters is not None and all(relation.holds(parameters) for relation in component.relations):
-                models.append(Model(component, parameters, model.kind))
-            else:
-                models.append(with_changes(model, changes, path))
-        except Exception:  # noqa: BLE001  (the run by itself tells why)
-            models.append(None)
-    return models
-
-
-def _is_in_range(model: Model, name: str, column: np.ndarray, path: str) -> bool:
-    """Return whether a column holds floating numbers for a parameter that is one, each of them in its range."""
-    component, variable = model.component, model.component.variables[name]
-    is_plain = not (variable.choices or component.is_integer(name) or component.is_array(name))
-    if not (is_plain and column.ndim == 1 and column.dtype == float and np.all(np.isfinite(column))):
-        return False
-    try:
-        for number in (float(column.min()), float(column.max())):
-            value = coerced(component, name, variable, number, path, model.kind)
-            check_value(component, name, variable, value, model.kind, path)
-    except InputError:
-        return False
-    return True
 
 
 def _placed(study: Study) -> tuple[dict[str, dict[str, str]], ...] | None:
@@ -225,20 +165,6 @@ def _with(item: T, **changed: Any) -> T:
     for name, value in changed.items():
         object.__setattr__(copied, name, value)
     return copied
-
-
-def _alike(first: Variant, second: Variant) -> bool:
-    """Return whether two variants are the same, of efforts and disturbances sample by sample."""
-    for field in fields(Variant):
-        pair = getattr(first, field.name), getattr(second, field.name)
-        if isinstance(pair[0], Effort) and isinstance(pair[1], Effort):
-            pair = pair[0].values, pair[1].values
-        if isinstance(pair[0], np.ndarray) and isinstance(pair[1], np.ndarray):
-            if not np.array_equal(*pair):
-                return False
-        elif pair[0] is not pair[1] and pair[0] != pair[1]:
-            return False
-    return True
 
 
 REFUSED, RAISED = "refused", "raised"

@@ -10,15 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.content import Origin
-from bristle.core.errors import InputError, did_you_mean
-from bristle.core.experiment import Experiment
-from bristle.core.lazy import cached_property
-from bristle.core.random_numbers import SEED_MAX
-from bristle.core.status import Status
-from bristle.core.variable import unit_of
-from bristle.files.sources import Sources
-from bristle.simulation.result import Statistics, VariantResult
+from bristle.core import SEED_MAX, Experiment, InputError, Origin, Status, cached_property, did_you_mean, unit_of
+from bristle.files import Sources
+from bristle.simulation import Statistics, VariantResult
 from bristle.study.values import Cause, Target
 
 STATISTICS = tuple(field.name for field in fields(Statistics))

@@ -7,14 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from bristle.core.content import SIZE_LIMIT, Readable, content_of, size_of
-from bristle.core.errors import InputError, did_you_mean, located
-from bristle.core.experiment import Experiment
-from bristle.core.random_numbers import SEED_MAX
-from bristle.files.components import check_keys, check_schema, name_of, table_at
-from bristle.files.experiment import experiment_from, with_models
-from bristle.files.sources import Sources
-from bristle.files.toml import TOML_LIMIT, read_toml
+from bristle.core import SEED_MAX, SIZE_LIMIT, Experiment, InputError, Readable, content_of, did_you_mean, located, size_of
+from bristle.files import TOML_LIMIT, Sources, check_keys, check_schema, experiment_from, name_of, read_toml, table_at, with_models
 from bristle.study.plan import BLOCK_MOST, SAMPLINGS, Metric, Sampling, Study, block_for, metrics_from, usual_metrics
 from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 

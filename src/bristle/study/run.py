@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.cores import core_count
-from bristle.core.edge import Progress
-from bristle.core.errors import InputError
+from bristle.core import InputError, Progress, core_count
 from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study

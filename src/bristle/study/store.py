@@ -10,10 +10,8 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from bristle.core.errors import InputError
-from bristle.core.tabular import library
-from bristle.files.growing import Growing, growing_folder, verified
-from bristle.files.summary import as_json, plain
+from bristle.core import InputError, library
+from bristle.files import Growing, as_json, growing_folder, plain, verified
 from bristle.study.plan import Block
 
 STUDY, RUNS = "study.json", "runs"

@@ -8,15 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.content import Origin, content_of
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError, did_you_mean, located
-from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, Experiment, Variant
-from bristle.core.variable import Kind, Variable
-from bristle.files.arrays import read_arrays
-from bristle.files.components import check_keys, key_of, number_at
-from bristle.files.model import read_model
-from bristle.files.variant import effort_variables
+from bristle.core import Experiment, InputError, Kind, Model, Origin, Variable, Variant, content_of, did_you_mean, located
+from bristle.files import check_keys, key_of, number_at, read_arrays, read_model, variables_of_section
 
 WHOLE_NUMBERS = ("delay", "substeps", "trials")
 EXAMPLES = {
@@ -108,14 +101,8 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
 
 def _variables(section: str, variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
     """Return the values of a section that no model has."""
-    if section == "effort" and variant.effort is not None:
-        return effort_variables(data.get("effort", {}).get("model"))
-    if section == "run":
-        return RUN
-    if section == "controller.feedforward" and variant.effort is None:
-        return FEEDFORWARD
-    if section == "controller.learning" and variant.learning is not None:
-        return LEARNING
+    if (variables := variables_of_section(section, variant, data)) is not None:
+        return variables
     sections = [*sections_of(variant), "run"]
     raise InputError(
         "is no value of this experiment", path=place, allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections)

@@ -30,10 +30,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from bristle.core.cores import Abreast, cores_for_simulations
-from bristle.core.errors import BristleError, InputError, InputWarning, said_by_library
-from bristle.core.locks import LOADING
-from bristle.core.tabular import library
+from bristle.core import LOADING, Abreast, BristleError, InputError, InputWarning, cores_for_simulations, library, said_by_library
 from bristle.study.block import Simulator
 from bristle.study.plan import Block, Study
 

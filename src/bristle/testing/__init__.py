@@ -1,10 +1,8 @@
 """Public tests: the contract suites of models, slots, laws, sensors, readers, figures and targets, ours or a user's."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
-from bristle.core.lazy import loaded_from
+from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.testing.admission import admit, admit_friction_of
@@ -13,19 +11,6 @@ if TYPE_CHECKING:
     from bristle.testing.readers import check_reader
     from bristle.testing.targets import check_target
 
-__all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]
+__getattr__ = loaded_from(__name__, __file__)
 
-__getattr__ = loaded_from(
-    __name__,
-    {
-        "admit": "admission",
-        "admit_friction_of": "admission",
-        "CHECKS": "contract",
-        "Check": "contract",
-        "check_model": "contract",
-        "example_of": "contract",
-        "check_figure": "figures",
-        "check_reader": "readers",
-        "check_target": "targets",
-    },
-)
+__all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Component, Controller, FrictionModel, Model, Motion, Sensor, make_model
+from bristle.core.contracts import Controller, FrictionModel, Model, Motion, Sensor, example_of
 from bristle.core.documented import Documented
 from bristle.core.errors import InputError, told_by
 from bristle.core.kernel import kernels
@@ -60,16 +60,6 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
     except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
         return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
     return outcomes(demands if checks is None else checks, bound, FORM_OF_ALL)
-
-
-def example_of(component: Component) -> Model:
-    """Return a model with the example parameters of its descriptor, or the nominal value of each."""
-    values: dict[str, Any] = dict(component.example)
-    for name, variable in component.variables.items():
-        if name not in values and name not in component.defaults:
-            number = min(max(variable.nominal, variable.min), variable.max)
-            values[name] = [number] if component.is_array(name) else number
-    return make_model(component, values, kind="translational", validate=True, path="example")
 
 
 # --- the form ---------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.typography import number
+from bristle.core import number
 from bristle.paper.robust.loops import CHOSEN, VARIANTS, setting
 from bristle.paper.robust.trial import Cell, Trial
 from bristle.paper.robust.truths import NOMINAL, Truth

@@ -5,14 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.errors import BristleError, told_by
-from bristle.core.experiment import Experiment, Variant
-from bristle.core.status import Status
-from bristle.files.experiment import read_experiment
+from bristle.core import Axis, BristleError, Experiment, Model, Status, Variant, told_by
+from bristle.files import read_experiment
 from bristle.identification import identify
-from bristle.logs.log import Log
+from bristle.logs import Log
 from bristle.paper.rig import axis_of, logged
 from bristle.paper.robust.truths import Truth
 from bristle.paper.setting import EXPERIMENTS

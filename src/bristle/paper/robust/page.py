@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bristle.core.typography import number
+from bristle.core import number
 from bristle.figures.loop_rows import Spread, errors_by_truth
 from bristle.paper.robust import findings
 from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.cores import abreast, cores_for_simulations
+from bristle.core import abreast, cores_for_simulations
 from bristle.paper.robust.loops import CHOSEN, FAMILIES, SETS, VARIANTS, Fitted, fitted, log_of, loop, peak_to_peak, setting
 from bristle.paper.robust.truths import CONDITIONS, NOMINAL, Truth, under
 

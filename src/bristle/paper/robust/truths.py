@@ -12,12 +12,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from bristle.core.content import Origin, content_of
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError, did_you_mean
-from bristle.files.model import read_model
+from bristle.core import InputError, Model, Origin, content_of, did_you_mean
+from bristle.files import read_model
+from bristle.friction import uneven
 from bristle.paper.rig import SCATTER
-from bristle.paper.robust.uneven import uneven
 from bristle.paper.setting import EXPERIMENTS
 
 FOLDER = Path(str(files("bristle.paper.robust") / "truths"))

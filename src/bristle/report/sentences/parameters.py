@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from bristle.core.typography import with_unit
+from bristle.core import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
 _SPEEDS = "move at several steady speeds between a tenth and all of the working speed"

@@ -15,9 +15,9 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.engine.contact import state_at
 from bristle.exports.cycle import STATE
+from bristle.exports.page.packing import differences, packed_numbers
 from bristle.identification.dataset import Dataset
 from bristle.identification.result import Fit
-from bristle.lab.packing import differences, packed_numbers
 from bristle.logs.log import Log
 from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted

@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,13 +12,29 @@ from pathlib import Path
 from bristle.core.content import SIZE_LIMIT, Content
 from bristle.core.errors import InputError
 from bristle.core.typography import escaped
-from bristle.fleet.plan import LogFile
 from bristle.logs.readers import read_table
 from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
 NO_LOGS = (".toml", ".md")  # what lies beside logs: axis files, notes
 _DATE = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)(?:[T _-]+(\d\d)([-:._h]?)(\d\d)(?:\6(\d\d))?(?:[.,]\d+)?(?!-?\d))?(?!\d)")
+
+
+@dataclass(frozen=True)
+class LogFile:
+    """A log of a fleet."""
+
+    place: str
+    folder: str
+    name: str
+    checksum: str
+    time: float | None = None
+    axis: int = 0
+
+    @property
+    def identity(self) -> tuple[str, str, str]:
+        """What tells it from any other log."""
+        return self.folder, self.name, self.checksum
 
 
 def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) -> list[LogFile]:

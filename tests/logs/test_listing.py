@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from bristle.fleet.listing import recorded_at
+from bristle.logs.listing import recorded_at
 
 
 @pytest.mark.parametrize(

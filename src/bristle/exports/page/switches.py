@@ -25,6 +25,9 @@ from bristle.core.surroundings import Surrounding
 from bristle.core.symbols import symbolic
 from bristle.core.variable import Variable
 from bristle.exports.cycle import at_rest_of
+from bristle.exports.page.described import example_named, model_described, module_described, variables_of, walked_together, walks_of
+from bristle.exports.page.packing import packed, unpacked
+from bristle.exports.page.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
 from bristle.friction import MODELS, base_of, channel_slots_of, with_slots
@@ -34,9 +37,6 @@ from bristle.friction.level import RISES_WITH as RISING
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
 from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
-from bristle.lab.described import described, example_named, module_described, variables_of, walked_together, walks_of
-from bristle.lab.packing import packed, unpacked
-from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
 
 
 class Surroundings(NamedTuple):
@@ -236,7 +236,7 @@ def switched(
 ) -> dict[str, Any]:
     """Return what a page knows of a friction model whose slots are put on and taken off there.
 
-    Parameters are those of `bristle.lab.described.described`. Modules are packed as what follows `common_module`, the
+    Parameters are those of `bristle.exports.page.described.model_described`. Modules are packed as what follows `common_module`, the
     wide one as what follows the plain one too.
     """
     if over := channel_slots_of(model.component):
@@ -244,13 +244,13 @@ def switched(
         raise InputError("has a slot over a channel of the log, which no page has", path="model", value=names, mend="Take the slot off")
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
-    facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known)
+    facts = model_described(plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known)
     if leans := base_of(plain.component).trial_sided is not None:
         # With both directions alike it is the plain one, with no other bit.
         component = _with(plain, ["asymmetry"])
         values = {name: plain.values[_of_both(name, plain)] for name in component.variables}
         directed = make_model(component, values, kind=plain.kind, validate=False)
-        module = described(directed, mass=mass, proven=False, led=model)
+        module = model_described(directed, mass=mass, proven=False, led=model)
         facts |= {key: module[key] for key in MODULE}
     binary, common = unpacked(facts["code"]), common_module()
     scales = Scales(**facts["scales"])
@@ -302,3 +302,15 @@ def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
 def _of_both(name: str, plain: Model) -> str:
     """Return what a parameter of one direction is called where there is one for both."""
     return name[: -len("_pos")] if name not in plain.values and name.endswith(tuple(SIDES)) else name
+
+
+@cache
+def example_described(name: str) -> dict[str, Any]:
+    """Return what a page knows of a friction model of the package with the values of its example."""
+    return switched(example_named(name))
+
+
+def common_described() -> dict[str, Any]:
+    """Return what the modules of all models begin with, as a page unpacks it."""
+    common = common_module()
+    return {"code": packed(common), "size": len(common)}

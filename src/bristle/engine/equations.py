@@ -1,7 +1,7 @@
 """How friction goes on: its right-hand side where it is a differential equation, and the steps of the engine in samples."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from bristle.core.dispatch import friction_rate, friction_trial, plant_rate
 from bristle.core.errors import InputError
 from bristle.core.motion import Motion
 from bristle.core.packing import pack, unpacker
+from bristle.core.variable import unit_of, variables_of
 from bristle.engine.entry_points import ACCELERATION, FORCE, OUT_SIZE, SLOPE, MechanismVectors
 from bristle.engine.instance import Instance, warn_of_lost
 from bristle.engine.loop import substeps_entry
@@ -18,6 +19,8 @@ from bristle.friction import is_static
 
 SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system takes the steps of bristle itself'
 
+# What a person calls position and velocity of a plant, whose fields are x and v.
+PLANT_NAMES = {"x": "position", "v": "velocity"}
 SOLVER = {"solver_slope": "1/s", "solver_acceleration": ""}
 """Where the solve of the next step begins; without it the last bits would differ. The unit is that of the axis."""
 
@@ -109,3 +112,42 @@ def contact_step(friction: Model, dt: float) -> Advance:
         return float(force[0]), state
 
     return step
+
+
+class System(NamedTuple):
+    """An axis with its friction, or friction alone: how it goes on, the unit of each state, the state of a virgin one at rest."""
+
+    advance: Advance
+    states: dict[str, str]
+    virgin: np.ndarray
+
+
+def system_of(friction: Model, plant: Model | None, dt: float | None, steps: int) -> System:
+    """Return the equations of an axis with its friction or of friction alone, or its samples where a sample time is told."""
+    if plant is None:
+        advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
+    else:
+        advance = axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
+    states = _states_of(friction, plant, is_sampled=dt is not None)
+    # The contact comes behind the plant, or behind the position.
+    before, p = len(plant.component.State._fields) if plant else 1, friction.parameters
+    contact = np.concatenate((pack(friction.component.initial_state(p)), friction.component.new_memory(p)))
+    virgin = np.zeros(len(states))
+    virgin[before : before + contact.size] = contact[: virgin.size - before]
+    return System(advance, states, virgin)
+
+
+def _states_of(friction: Model, plant: Model | None, *, is_sampled: bool) -> dict[str, str]:
+    """Return the unit of each state, by its name, in the order of the vector."""
+    kind, component = friction.kind, friction.component
+    parts = {"position": unit_of("length", kind)}
+    if plant is not None:
+        variables = variables_of(plant.component.State)
+        parts = {PLANT_NAMES.get(name, name): variable.unit(kind) for name, variable in variables.items()}
+    for name, variable in variables_of(component.State).items():
+        parts[f"contact_{name}" if name in parts else name] = variable.unit(kind)
+    if is_sampled:
+        parts |= {f"memory_{k}": "" for k in range(component.memory_size(friction.parameters))}
+    if is_sampled and plant is not None:
+        parts |= {name: unit or unit_of("length/time^2", kind) for name, unit in SOLVER.items()}
+    return parts

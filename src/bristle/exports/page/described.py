@@ -15,13 +15,15 @@ from typing import Any
 import numpy as np
 from markupsafe import escape
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.contracts import FrictionModel, Model, example_of
 from bristle.core.symbols import GREEK, symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.build import Builder
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
+from bristle.exports.page.packing import packed
+from bristle.exports.page.sliders import AROUND, Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, forces_of, hash_of, presliding_distance, subject_of, walk_of
 from bristle.exports.tree import Function
 from bristle.exports.wasm import Module, module_of
@@ -32,9 +34,6 @@ from bristle.friction.next_model import goes_by_name
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
-from bristle.lab.packing import packed
-from bristle.lab.sliders import AROUND, Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
-from bristle.testing import example_of
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
@@ -74,7 +73,7 @@ def walked_together(models: Sequence[Model], around: Sequence[float], walks: Map
 @cache
 def stored() -> dict[str, Any]:
     """Return the walks of the models of the package, with their examples, as they were computed for it."""
-    return json.loads(resources.files("bristle.lab").joinpath("walks.json").read_text(encoding="utf-8"))
+    return json.loads(resources.files("bristle.exports.page").joinpath("walks.json").read_text(encoding="utf-8"))
 
 
 def _hashes(values: np.ndarray, block: int = BLOCK) -> list[str]:
@@ -114,7 +113,7 @@ def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
     return walked(subject, pulled_by(scales, model), scales, count)
 
 
-def described(
+def model_described(
     model: Model,
     *,
     uncertainty: Mapping[str, Mapping[str, Any]] | None = None,

@@ -1,0 +1,181 @@
+"""Loops that a page computes: laws and an encoder as a module, and a loop of an experiment with its numbers.
+
+The mass, its friction and what is fed forward are modules of friction models. A law begins as a simulation does; what it is told at a
+sample lies in what lasts of it.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from bristle.controllers.law import law
+from bristle.controllers.limits import within_drive
+from bristle.core.contracts import Controller, Model, Reference
+from bristle.core.errors import InputError
+from bristle.core.experiment import Feedforward, Start, Variant
+from bristle.engine.loop import begun
+from bristle.engine.mechanism import drive_over
+from bristle.engine.motion import settled
+from bristle.exports.build import Builder
+from bristle.exports.cycle import SOLVER
+from bristle.exports.page.described import body_described, values_of
+from bristle.exports.page.packing import differences, packed, packed_numbers
+from bristle.exports.scope import defined
+from bristle.exports.tree import REAL, Array, type_of
+from bristle.exports.wasm import Part, module_of_parts
+from bristle.friction.level import rises_with_effort
+from bristle.plants.pulled_inertia import MODEL as BODY
+from bristle.sensors.encoder import MODEL as ENCODER
+
+# What lasts of a law: whether it has begun, what it is told, and from there on its state.
+BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
+STATE = 1 + len(SAMPLE)
+LAW = """
+def command(lasting, x, dt, p):
+    state = State({load})
+    if lasting[0] == 0.0:
+        state = start(x, lasting[2], lasting[3], dt, p)
+    reference = Reference(lasting[1], lasting[2], lasting[3], lasting[4])
+    effort, after = law(state, reference, x, 0.0, LIMIT, dt, p)
+    lasting[0] = 1.0
+{store}
+    return effort
+"""
+SENSE = """
+def sense(lasting, x, dt, p):
+    read, after = step(State(int(lasting[0])), x, dt, p)
+    lasting[0] = after.samples
+    return read
+"""
+LIMIT = 1e300  # [N or N*m]
+
+
+def law_kernel(component: Controller) -> Any:
+    """Return the law of a controller as a kernel of what lasts, the position read, the time step and parameters."""
+    names = component.State._fields
+    load = ", ".join(f"lasting[{STATE + i}]" for i in range(len(names)))
+    store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, name in enumerate(names))
+    scope = {"State": component.State, "start": component.start, "Reference": Reference, "law": law, "LIMIT": LIMIT}
+    return defined("command", LAW.format(load=load, store=store), {"__name__": __name__, **scope})
+
+
+def law_part(builder: Builder, controller: Model, state: Any) -> Part:
+    """Return a law as a part of a module; it begins by itself where no state is given."""
+    begin = np.zeros(STATE + len(controller.component.State._fields))
+    if state is not None:
+        begin[BEGUN], begin[STATE:] = 1.0, state
+    component = controller.component
+    assert isinstance(component, Controller)
+    entry = builder.function(law_kernel(component), [Array(begin.size, writable=True), REAL, REAL, type_of(controller.parameters)])
+    return Part(entry, begin, controller)
+
+
+def sensor_part(builder: Builder, sensor: Model) -> Part:
+    """Return an encoder as a part of a module."""
+    scope = {"__name__": __name__, "State": ENCODER.State, "step": ENCODER.step}
+    kernel = defined("sense", SENSE, scope)
+    entry = builder.function(kernel, [Array(1, writable=True), REAL, REAL, type_of(sensor.parameters)])
+    return Part(entry, np.zeros(1), sensor)
+
+
+def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
+    """Return a module of laws, each with the state in which it begins, and an encoder, as a page unpacks it."""
+    builder = Builder()
+    parts = {name: law_part(builder, law, state) for name, (law, state) in laws.items()}
+    binary, addresses = module_of_parts(builder, parts | {"sense": sensor_part(builder, sensor)})
+    return {"code": packed(binary), "size": len(binary), "parts": addresses}
+
+
+def _reason_against(variant: Variant, friction: Model) -> str:
+    """Return why a page cannot compute a loop; nothing where it can."""
+    fed = variant.feedforward
+    if variant.plant.name != "inertia" or variant.table is not None:
+        return "the axis is more than one mass"
+    if rises_with_effort(variant.friction):
+        return "the friction of the axis rises with the effort"
+    if fed.friction != friction or fed.along != "desired" or fed != Feedforward(mass=fed.mass, friction=friction):
+        return "another force is fed forward than the friction alone"
+    if variant.sensor.component is not ENCODER or variant.run.tolerance or variant.learning is not None:
+        return "its measurement or its integration is another one"
+    return ""
+
+
+def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
+    """Return what computes a loop of an experiment: its law, its numbers, and how it begins."""
+    run, dt = variant.run, variant.run.sample_time
+    count = min(round(run.duration / dt), 25_000)  # as many samples as a page carries
+    reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
+    x, v, a = (float(signal[0]) for signal in reference)
+    start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit, variant.injected)
+    # A perfect encoder reads the first position as it is; one with counts, the nearest of them.
+    sensor = variant.sensor.parameters
+    read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
+    state = begun(law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt)
+    left = drive_over(dt / run.substeps, 0.0, run.current_lag)
+    body = None if variant.friction == friction else body_described(variant.friction)
+    return parts_described(variant.sensor, law=(law, state)) | {
+        "body": body,
+        "bodyValues": values_of(variant.friction) if body is None else body["values"],
+        "count": count,
+        "M": variant.plant.values["M"],
+        "mass": variant.feedforward.mass,
+        "all": round(run.duration / dt),
+        "sampleTime": dt,
+        "substeps": run.substeps,
+        "delay": run.delay,
+        "limit": run.effort_limit,
+        "lag": {"inMean": left.in_mean, "atEnd": left.at_end},
+        "effortBefore": start.effort or 0.0,
+        "begin": _begin(variant, start),
+        "settle": round(run.settle / dt),
+        **_signals(variant, reference[0], count),
+    }
+
+
+def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
+    """Return the numbers that last of the mass and its contact at first: (place, number)."""
+    numbers = [(0, start.position), (1, start.velocity)]
+    if variant.start is None or not start.velocity:
+        return numbers
+    state, memory = settled(variant.friction, start.velocity)
+    contact = len(BODY.State._fields)
+    numbers += [(contact + i, float(number)) for i, number in enumerate(state)]
+    return numbers + [(contact + len(state) + SOLVER + i, float(number)) for i, number in enumerate(memory)]
+
+
+def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, Any]:
+    """Return the reference and what pushes the axis, as whole numbers times a step."""
+    origin, moved = float(position[0]), position - position[0]
+    # A fine step in a count of the encoder, or in the longest step of the reference itself.
+    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (2**12) or 1.0
+    step = max(step, float(np.max(np.abs(moved))) / 2**29)
+    force = np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
+    if variant.injected is not None:  # the same while the drive is not at its limit
+        force = force - np.asarray(variant.injected)[:count]
+    pushed = float(np.sqrt(np.mean(force**2))) / 16.0 or 1.0
+    numbers = [differences(np.round(moved / step), 2), differences(np.round(force / pushed), 1)]
+    return {"origin": origin, "step": step, "pushed": pushed, "numbers": packed_numbers(numbers)}
+
+
+def loop_described(variant: Variant, friction: Model) -> tuple[dict[str, Any] | None, str]:
+    """Return what computes a loop of an experiment; None, and why, where a page cannot."""
+    if reason := _reason_against(variant, friction):
+        return None, reason
+    try:
+        return _loop(variant, friction), ""
+    except InputError:
+        return None, "a part of it cannot be computed on a page"
+
+
+def trace_described(name: str, time: np.ndarray, error: np.ndarray, samples: np.ndarray) -> dict[str, Any]:
+    """Return a following error over time by some of its samples, as whole numbers times a step."""
+    step = float(np.max(np.abs(error))) / 4096.0 or 1.0  # so many steps to its largest value
+    numbers = [differences(samples.astype(float), 2), differences(np.round(error[samples] / step), 1)]
+    return {
+        "name": name,
+        "numbers": packed_numbers(numbers),
+        "count": samples.size,
+        "step": step,
+        "time": float(time[0]),
+        "sampleTime": float(time[1] - time[0]),
+    }

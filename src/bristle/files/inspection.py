@@ -1,0 +1,52 @@
+"""What is in a log that nobody has described yet, or whose axis is known: its columns, its channels, an axis file that suits it."""
+
+from collections.abc import Collection
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Content, Readable
+from bristle.core.errors import InputError
+from bristle.files.proposal import Proposal, propose_axis
+from bristle.logs.log import Log
+from bristle.logs.passages import Passage
+from bristle.logs.readers import read_table
+from bristle.logs.summary import Summary, summary_of, summary_of_columns
+from bristle.logs.table import Table
+from bristle.logs.tables import content_of_log
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What is in a log: as plain data, its columns, and the log with its passages where an axis makes one of it."""
+
+    summary: dict[str, Any]
+    content: Content
+    table: Table
+    axis: Axis | None
+    proposal: Proposal | None
+    log: Log | None
+    passages: tuple[Passage, ...]
+
+
+def inspection_of(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspection:
+    """Return what is in a log; without an axis, with the axis file that its columns speak of."""
+    content, proposal = content_of_log(log, limit=size_limit), None
+    if axis is None:
+        with suppress(InputError):  # no column can be the position
+            proposal = propose_axis(content, size_limit=size_limit)
+    axis = proposal.axis if proposal else axis
+    table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
+    summary = _looked_at(table, axis, proposal.unknown if proposal else ())
+    return Inspection(summary.data, content, table, axis, proposal, summary.log, summary.passages)
+
+
+def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Summary:
+    """Return what is in a table; of channels in a unit that is not known nothing is said in SI."""
+    if axis is None or not unknown:
+        return summary_of(table, axis)
+    usable = {name: column for name, column in axis.columns.items() if name not in unknown}
+    if "time" in unknown or "position" in unknown or not {"position", "velocity"} & set(usable):
+        return summary_of_columns(table)
+    return summary_of(table, replace(axis, columns=usable))

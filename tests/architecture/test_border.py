@@ -1,0 +1,93 @@
+"""Applications know the library by the names that its packages offer, and by no others; there are few of them."""
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import bristle
+
+ROOT = Path(bristle.__file__).parent
+PROJECT = Path(__file__).parents[2]
+MOST_NAMES = 294
+
+
+def storeys():
+    """Return the packages of the library, and the applications above them."""
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
+    (contract,) = (one for one in project["tool"]["importlinter"]["contracts"] if one["name"].startswith("Two storeys"))
+    return contract["source_modules"], contract["forbidden_modules"]
+
+
+def taken(tree):
+    """Yield what a file imports from the package, module and name; None where a module is imported whole."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "bristle":
+            yield from ((node.module, alias.name) for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from ((alias.name, None) for alias in node.names if alias.name.partition(".")[0] == "bristle")
+
+
+def offered(package, root=ROOT.parent):
+    """Return what the `__init__.py` of a package names."""
+    names = set()
+    for node in ast.walk(ast.parse(root.joinpath(*package.split("."), "__init__.py").read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            names |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+    return names
+
+
+@pytest.fixture(scope="module")
+def border():
+    """What applications import of the library, by file."""
+    library, applications = storeys()
+    found = {}
+    for room in applications:
+        for path in sorted(ROOT.joinpath(room.removeprefix("bristle.")).rglob("*.py")):
+            of_library = [(module, name) for module, name in taken(ast.parse(path.read_text(encoding="utf-8"))) if _room(module) in library]
+            found[path.relative_to(ROOT).as_posix()] = of_library
+    return found
+
+
+def _room(module):
+    return ".".join(module.split(".")[:2])
+
+
+def test_applications_import_names_that_packages_of_the_library_offer(border):
+    names = {package: offered(package) for package in storeys()[0]}
+    modules = {file: [(module, name) for module, name in found if name not in names.get(module, ())] for file, found in border.items()}
+    assert {file: found for file, found in modules.items() if found} == {}
+
+
+def test_there_are_few_names(border):
+    assert len({pair for found in border.values() for pair in found}) <= MOST_NAMES
+
+
+def test_the_reference_lists_exactly_these_names(border):
+    text = (PROJECT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").partition("## What applications use")[2]
+    listed = {
+        (heading, name)
+        for heading, table in re.findall(r"### (bristle\.\w+)\n(.*?)(?=\n### |\Z)", text, re.DOTALL)
+        for name in re.findall(r"^\| `(\w+)` \| \S.* \|$", table, re.MULTILINE)
+    }
+    assert listed == {pair for found in border.values() for pair in found}
+
+
+def test_no_late_name_is_that_of_a_module():
+    # Once that module is loaded, the package has it under this name, and is not asked.
+    for path in ROOT.glob("*/__init__.py"):
+        blocks = (node for node in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(node, ast.If))
+        names = {
+            alias.asname or alias.name
+            for node in blocks
+            for part in ast.walk(node)
+            if isinstance(part, ast.ImportFrom)
+            for alias in part.names
+        }
+        assert not names & ({file.stem for file in path.parent.glob("*.py")} | {folder.name for folder in path.parent.iterdir()}), path
