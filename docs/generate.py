@@ -316,7 +316,7 @@ def border() -> dict[str, set[str]]:
     for room in storeys["forbidden_modules"]:
         for file in (PACKAGE / room.removeprefix("bristle.")).rglob("*.py"):
             for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.ImportFrom) and node.module in storeys["source_modules"]:
+                if isinstance(node, ast.ImportFrom) and ".".join(str(node.module).split(".")[:2]) in storeys["source_modules"]:
                     names = found.setdefault(str(node.module).removeprefix("bristle."), set())
                     names |= {alias.name for alias in node.names}
     return found

@@ -60,7 +60,10 @@ def _room(module):
 
 
 def test_applications_import_names_that_packages_of_the_library_offer(border):
-    names = {package: offered(package) for package in storeys()[0]}
+    folders = {
+        module for found in border.values() for module, _ in found if ROOT.parent.joinpath(*module.split("."), "__init__.py").is_file()
+    }
+    names = {package: offered(package) for package in folders}
     modules = {file: [(module, name) for module, name in found if name not in names.get(module, ())] for file, found in border.items()}
     assert {file: found for file, found in modules.items() if found} == {}
 
@@ -73,7 +76,7 @@ def test_the_reference_lists_exactly_these_names(border):
     text = (PROJECT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").partition("## What applications use")[2]
     listed = {
         (heading, name)
-        for heading, table in re.findall(r"### (bristle\.\w+)\n(.*?)(?=\n### |\Z)", text, re.DOTALL)
+        for heading, table in re.findall(r"### (bristle\.[\w.]+)\n(.*?)(?=\n### |\Z)", text, re.DOTALL)
         for name in re.findall(r"^\| `(\w+)` \| \S.* \|$", table, re.MULTILINE)
     }
     assert listed == {pair for found in border.values() for pair in found}

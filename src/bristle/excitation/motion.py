@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.files.motion import gcode_of, moves_table
+from bristle.files.motion import Move, gcode_of, moves_table
 
 
 @dataclass(frozen=True)
@@ -133,16 +132,6 @@ def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace
     for _ in range(12):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
     return make(pace)
-
-
-class Move(NamedTuple):
-    """To a position at a velocity, in SI of the kind of axis."""
-
-    purpose: str
-    dwell: float
-    target: float
-    velocity: float
-    acceleration: float
 
 
 def texts_of_moves(motion: ExcitationMotion, axis: Axis) -> tuple[str, str]:

@@ -6,7 +6,7 @@ import io
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,13 +18,19 @@ from bristle.files.single import write_whole
 from bristle.logs.readers import read_table
 from bristle.logs.table import NONE, split_unit
 
-if TYPE_CHECKING:
-    from bristle.excitation.motion import Move
-
-
 QUANTITIES = {"time": "time", "position": "length", "velocity": "length/time", "acceleration": "length/time^2"}
 RECORDED = {"time": "time", "position": "length", "effort": "force", "reference": "length"}
 PER = {"velocity": "/s", "acceleration": "/s^2"}
+
+
+class Move(NamedTuple):
+    """To a position at a velocity, in SI of the kind of axis."""
+
+    purpose: str
+    dwell: float
+    target: float
+    velocity: float
+    acceleration: float
 
 
 def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:

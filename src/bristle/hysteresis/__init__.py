@@ -34,8 +34,6 @@ from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.hysteresis.beside_constant import with_constant
-    from bristle.hysteresis.identification.identify import identify_operator
-    from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction, predict_operator
 
 __getattr__ = loaded_from(__name__, __file__)
 

@@ -12,7 +12,7 @@ from bristle.report.table import Quantity, Table, fixed, percent_text, short_tex
 
 if TYPE_CHECKING:
     from bristle.core import Model
-    from bristle.hysteresis import OperatorFit, OperatorIdentification, OperatorPrediction
+    from bristle.hysteresis.identification import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs import Curves
 
 
