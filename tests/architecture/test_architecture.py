@@ -126,8 +126,12 @@ def components():
 def test_every_component_is_bound_in_its_family_and_complete():
     result = list(components())
     assert len(result) >= 12
+    files = {}
     for family, name, model, package in result:
-        assert getattr(package, model.name) is model, f"{family}/{name} is not bound in its package"
+        first = files.setdefault((family, model.name), model.module)
+        assert first == model.module, f"{model.module} has the name of {first}, {model.name!r}: write another name"
+        bound = getattr(package, model.name, None)
+        assert bound is model, f"bristle/{family}/__init__.py lacks `from bristle.{family}.{name} import MODEL as {model.name}`"
         assert model.name in package.__all__, f"{model.name!r} is missing in __all__ of bristle/{family}/__init__.py"
         assert model.description
         variables_of(model.Parameters)
