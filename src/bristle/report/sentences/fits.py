@@ -23,6 +23,15 @@ def _lead(numbers: Mapping[str, Any]) -> int:
     return 2 if -0.6 <= numbers["samples"] <= -0.4 else 1
 
 
+def _filtered(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return what is said of a filter: of rows that are fewer for it, of one that is slower, of a fit, of a prediction."""
+    if "percent" in numbers or "wanted" in numbers:
+        return texts[0 if "percent" in numbers else 1]
+    place = 2 if "dropped" in numbers else 4
+    return texts[place if numbers["decimation"] == 1 else place + 1]
+
+
+_FILTERED = "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each edge, "
 _TAKEN_OUT = (
     ". That was taken out; inertia, damping and stiffness before sliding are as unsure. Record accelerations that "
     "change fast, or write `delay` under [timing] of the axis file"
@@ -154,13 +163,14 @@ FITS: dict[str, Sentence] = {
             "in as many rows as usual, noise of the position would have made the inertia take {percent:.0f} % of what "
             "friction takes; one row for {decimation} samples has hardly any of it",
             "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its place",
-            "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each edge, rows "
-            "{decimation:samples} apart",
-            "effort and motion are filtered at {cutoff:g} Hz, rows {decimation:samples} apart",
+            _FILTERED + "a row for each sample",
+            _FILTERED + "one row for {decimation} samples",
+            "effort and motion are filtered at {cutoff:g} Hz",
+            "effort and motion are filtered at {cutoff:g} Hz, and one row is kept for {decimation} samples",
         ),
         "how the log was filtered, and how many rows of it were kept",
         "nothing",
-        choose=where("percent", "wanted", "dropped"),
+        choose=_filtered,
     ),
     "delay_found": Sentence(
         (
