@@ -81,6 +81,13 @@ def test_loops_before_sliding_are_fourteen_pairs_behind_a_conditioning_slide():
     assert pieces[0].amplitude > 2.0 * pairs[-1].amplitude
 
 
+def test_more_time_gives_more_cycles_before_sliding_and_no_slower_ones():
+    for duration, cycles in (("5 min", 4), ("20 min", 12)):
+        pairs = planned(purposes="presliding", duration=duration).motion.pieces[2:]
+        assert {piece.reference.values["cycle_count"] for piece in pairs} == {cycles}
+        assert max(2.0 * piece.amplitude / piece.speed for piece in pairs) < 6.0  # the longest leg [s]
+
+
 def test_break_away_has_several_rates_in_both_directions_each_after_a_rest():
     ramps = [piece for piece in planned(purposes=["break-away"]).motion.pieces if piece.name == "break-away ramp"]
     assert len({piece.speed for piece in ramps}) == 3
@@ -103,6 +110,7 @@ def test_the_chirp_passes_the_resonance_of_the_mass_on_the_contact():
     resonance = np.sqrt(4e6 / 28.0) / (2.0 * np.pi)
     assert piece.reference.values["f_0"] < 0.5 * resonance
     assert 1.2 * resonance < piece.reference.values["f_1"]
+    assert piece.speed == pytest.approx(2.0 * np.pi * piece.reference.values["f_1"] * piece.amplitude)
 
 
 def test_travel_bounds_it():

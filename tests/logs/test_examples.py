@@ -93,6 +93,11 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
             id="meaning_of-2",
         ),
         pytest.param(
+            lambda: (meaning_of("ch3", "position").role, meaning_of("ch3", "position").sure),
+            ("position", 0.5 * meaning_of("position").sure),
+            id="meaning_of-3",
+        ),
+        pytest.param(
             lambda: (without_part("sollweg"), without_part("wegist"), without_part("posactual"), without_part("poscmd")),
             ("weg", "weg", "pos", "pos"),
             id="without_part",

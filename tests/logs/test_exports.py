@@ -8,7 +8,7 @@ from tests.logs.binary_exports import BINARY
 from tests.logs.exports import EXPORTS, RATED, motion, twincat_rates
 
 from bristle.core import InputError
-from bristle.files.axis import read_axis
+from bristle.files.axis import axis_from, read_axis
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log, summarize
 from bristle.logs.readers import read_table
@@ -169,3 +169,14 @@ def test_channels_of_a_trace_keep_their_shift_against_each_other(tmp_path):
     assert table.units[table.stamps["ActPos"]] == "ms"
     assert (position[0], torque[0]) == (0.0, 4.0)
     assert (position[-1], torque[-1]) == pytest.approx((3999.0, 3998.0))
+
+
+def test_samples_before_and_behind_a_channel_that_is_recorded_later_are_left_out_with_a_note(tmp_path):
+    effort = {"column": "ActTorque", "unit": "N"}
+    described = axis_from({"schema": 1, "kind": "translational", "columns": {"position": "ActPos", "effort": effort}})
+    log = read_log(twincat_rates(tmp_path, MOTION), described)
+    (count,) = (
+        int(note.split()[0]) for note in log.notes if note.endswith("samples were left out, at which not all channels were recorded")
+    )
+    assert len(log) == 4000 - count
+    assert 4 <= count <= 5

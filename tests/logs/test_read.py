@@ -168,6 +168,11 @@ def test_an_effort_beyond_its_limit_is_read_and_told(write, axis):
     assert message(result).startswith("the effort reaches 75")
     assert "[effort] limit of the axis file says 10 N" in message(result)
     assert exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=100.0))) == []
+    largest = float(np.max(np.abs(log.effort.values)))  # five per cent above the limit are no finding
+    assert [exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=largest / over))) == [] for over in (1.04, 1.06)] == [
+        True,
+        False,
+    ]
 
 
 def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_that_of_the_drive(write, axis, recording):
