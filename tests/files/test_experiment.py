@@ -233,6 +233,7 @@ def test_the_units_tell_the_kind(experiment):
         (PLAIN + '[disturbance]\nfile = "loop.csv"\nunit = "N"\n', ("disturbance.unit", "unknown key", "allowed file")),
         (PLAIN.replace('"2 s"', '"1 ms"'), ("run.duration", "samples")),
         (PLAIN.replace("[run]", "[run]\nsettle = 3"), ("run.settle",)),
+        (PLAIN.replace("[run]", "[run]\ncurrent_lag = '-1 ms'"), ("run.current_lag", ">= 0 s")),
         (PLAIN.replace("[run]", "[run]\ndelay = -1"), ("run.delay", "0 to")),
         (PLAIN.replace("[run]", "[run]\nsubsteps = inf"), ("run.substeps", "finite")),
         (PLAIN.replace("gain = 0.9", "gain = 'much'"), ("controller.feedforward.gain",)),

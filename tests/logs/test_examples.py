@@ -44,7 +44,7 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
             (["position", "effort", "time"], {"position": "um", "effort": "N"}, []),
             id="names_and_units",
         ),
-        pytest.param(lambda: (nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4])), (2, 6), id="nesting"),
+        pytest.param(lambda: (nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4]), nesting([])), (2, 6, 0), id="nesting"),
         pytest.param(
             lambda: (period_told({"Abtastzeit [ms]": "0,25"}), period_told({"Sample rate": "4 kHz"}), period_told({"Date": "today"})),
             (0.00025, 0.00025, None),
