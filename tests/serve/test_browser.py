@@ -195,10 +195,5 @@ def test_emps_by_mouse_alone(server, tmp_path, monkeypatch, capsys):
     line = ["identify", "DATA_EMPS.mat", "--axis", "axis.toml", "--model", models, "--out", "results"]
     assert main(line) == 0
     expected = written(tmp_path / "results")
-    # What follows a recorded reference names the file of the log, and a browser names none: a sine stands there.
-    following, named = results.pop("experiment.toml"), expected.pop("experiment.toml")
-    assert b'file = "../DATA_EMPS.mat"' in named
-    assert b"DATA_EMPS.mat" not in following
-    assert b'model = "sine"' in following
     assert results == expected
     capsys.readouterr()
