@@ -44,3 +44,9 @@ def test_a_data_frame_in_another_order_than_records_is_refused_with_what_to_writ
     }
     with pytest.raises(InputError, match='orient="records"'):
         table_of(tmp_path, frame[orient])
+
+
+def test_rows_without_names_are_read_below_a_head_of_their_own(tmp_path):
+    rows = [[1e-3 * k, 0.1 * k] for k in range(200)]
+    columns = table_of(tmp_path, {"title": "run 7", "data": rows}).columns
+    np.testing.assert_array_equal(np.column_stack(list(columns.values())), rows)

@@ -3,6 +3,7 @@
 import inspect
 import json
 import pickle
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +13,13 @@ from tests.identification.known_logs import sliding_log
 
 import bristle as br
 from bristle import identification
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.demo import axis_simulated
 from bristle.files import arrays
 from bristle.files.axis import axis_text
 from bristle.files.model import read_model
-from bristle.prediction import predict
+from bristle.prediction import kept, predict
 from bristle.server.tasks import _findings
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -243,3 +245,20 @@ def test_the_notebook_runs_and_its_job_takes_ten_lines(tmp_path, monkeypatch):
     assert names["found"].parameters["M"].interval[0] < 12.0 < names["found"].parameters["M"].interval[1]
     assert {"model.toml", "report.html", "draws.parquet"} <= {item.name for item in Path("results").iterdir()}
     assert Path("report.html").is_file()
+
+
+def test_without_the_file_of_the_draws_bands_are_those_of_the_model_file(folder, result, tmp_path):
+    bare = shutil.copytree(folder, tmp_path / "bare")
+    (file,) = bare.glob("draws.*")
+    file.unlink()
+    bands = br.load(bare).best.resampling.bands
+    few, all_draws = (next(iter(each.draws.values())) for each in (bands, result.best.resampling.bands))
+    assert 0 < few.size <= all_draws.size
+    assert vars(bands) | {"draws": 0} == vars(result.best.resampling.bands) | {"draws": 0}
+
+
+def test_the_reason_of_a_parameter_is_its_first_diagnostic_again():
+    first, second = (Diagnostic(code, "F_C", "warning", {}, "translational") for code in ("wide", "follows"))
+    entry = {"value": 1.0, "unit": "N", "description": "Coulomb friction", "std": 9.0, "status": "not identified", "interval": None}
+    (estimate,) = kept._estimates({"F_C": entry}, (first, second))
+    assert estimate.reason is first
