@@ -4,12 +4,13 @@ import importlib
 from types import SimpleNamespace as Some
 
 import numpy as np
+from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
-from bristle.figures import loop_design, loop_rows, preisach, small_multiples
+from bristle.figures import loop_design, loop_rows, preisach, rig_layout, small_multiples
 from bristle.figures.following_error import loops_at_reversal, open_loop
 from bristle.identification.result import Estimate
 from bristle.logs.passages import Passage
@@ -130,7 +131,7 @@ def gallery(names=PLAIN, many=None):
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     message = {name: f"{name}: 0.5 µm" for name in names}
     by_name = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
-    both = {"friction": traces[item], "read": traces[other]}
+    variant, both = loop(item), {"friction": traces[item], "read": traces[other]}
     return {
         "break_away": lambda: small_multiples.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "circles": lambda: loop_design.circles(circles_of(names), "translational"),
@@ -180,6 +181,7 @@ def gallery(names=PLAIN, many=None):
         "marked_path_beneath": lambda: small_multiples.marked_path(
             few, turns, "abc", message, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
         ),
+        "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
         "ripple": lambda: small_multiples.ripple(T, F, few, 200, message),
         "ripple_close_up": lambda: small_multiples.ripple(T, F, few, 200, message, close_up=(other, both)),
         "study_spread": lambda: figures.many_runs.study_spread(

@@ -6,9 +6,11 @@ from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
-from bristle.figures import loop_design
+from bristle.figures import loop_design, rig_layout
 from bristle.figures.loop_design import margins
+from bristle.files.experiment import read_experiment
 from bristle.loop import assess, run_circles
+from bristle.paper import EXPERIMENTS
 
 
 @pytest.mark.parametrize("delay", range(4))
@@ -36,3 +38,21 @@ def test_the_circle_is_drawn_around_and_unrolled():
         highest = max(float(np.max(line.get_ydata())) for line in axes.get_lines())
         assert highest == pytest.approx(1e6 * max(float(np.max(circle.deviation)) for circle in round_trip), rel=1e-6)
     assert loop_design.circles(round_trip, "rotational").axes[1].get_ylabel().endswith("rad]")
+
+
+@pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])
+def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolution):
+    figure = rig_layout.rig_layout(rig_layout.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one"))
+    assert_legible(figure)
+    (axes,) = figure.axes
+    texts = " ".join(text.get_text() for text in axes.texts)
+    assert all(part in texts for part in ("lead 10 mm", "J_m = 3 kg·cm²", "J − J_m = 1 kg·cm²"))
+    assert ("80 000 counts a turn" in texts) == ("filter 200 Hz" in texts) == (resolution > 0.0)
+    assert ("perfect" in texts) == (resolution == 0.0)
+
+
+def test_the_scheme_of_the_rig_has_the_filter_of_the_controller_and_the_break_away_of_both_directions():
+    variant = next(variant for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants if variant.name == "printed")
+    (axes,) = rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant).axes
+    texts = {text.get_text() for text in axes.texts}
+    assert {"cutoff = 400 Hz", "F_S_pos = 65.3 N", "F_S_neg = 35.2 N"} <= texts

@@ -28,6 +28,7 @@ NAMELESS = {
     "preisach_stages",
     "recorded_curves",
     "residuals",
+    "rig_layout",
 }
 # Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
 WAYS = ("closure", "errors_by_loop", "following_error", "loop_family", "tracking")

@@ -51,6 +51,9 @@ def test_every_point_that_a_figure_plots_is_in_its_numbers(name, monkeypatch):
 
     monkeypatch.setattr(Axes, "plot", noting)
     figure = gallery()[name]()
+    if name == "rig_layout":
+        assert numbers_of(figure) == []  # the places of a diagram mean nothing
+        return
     drawn = [ax for ax in figure.axes if ax.lines or ax.collections or ax.patches]
     panels = numbers_of(figure)
     assert len(panels) == len(drawn)

@@ -18,11 +18,11 @@ from bristle.paper.drift import rippled
 from bristle.paper.rig import SETS
 from bristle.paper.sums import summed_as_printed
 
-WITHOUT_UNIT = {"Branches measured"}
+WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 
 
 def drawings(item):
-    return [draw() for draw in (item.draw, *(draw for draw, _, _ in item.extras.values())) if draw is not None]
+    return [item.draw(), *(draw() for draw, _, _ in item.extras.values())]
 
 
 @pytest.mark.fast_cases(1)
@@ -31,7 +31,7 @@ def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, pap
     for figure in drawings(paper[number]):
         assert_legible(figure)
         lines_differ_without_colour(figure)
-        for axes in figure.axes:
+        for axes in figure.axes if number not in WITHOUT_AXES else ():
             assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
             for label in (axes.get_xlabel(), axes.get_ylabel()):
                 assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
@@ -207,20 +207,21 @@ def test_10_the_models_are_laid_over_the_curve_of_figure_9(paper):
         assert item["with_offset"] < 0.5 * item["as_it_is"], name
 
 
-def test_7_the_parts_of_the_rig_and_of_its_loop_are_told_from_the_experiments(paper):
-    assert paper[7].draw is None
-    (table,) = paper[7].tables
-    parts = {part: (model, values) for part, model, values in table.rows}
-    assert list(parts) == ["Plant", "Friction", "Controller", "Sensor", "Reference", "Friction fed forward"]
-    assert [parts[part][0] for part in ("Controller", "Friction fed forward")] == ["sliding_mode", "preisach_lugre"]
-    for part, number in (
-        ("Plant", "M = 631.6 kg"),
-        ("Sensor", "resolution = 125 nm"),
-        ("Friction", "nu_i = 30 values"),
-        ("Friction", "F_S_pos = 65.3"),
+def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
+    texts = " ".join(text.get_text() for axes in paper[7].draw().axes for text in axes.texts)
+    for part in ("sliding mode", "maxwell_stribeck +asymmetry", "30 elements", "125 nm", "preisach_lugre", "M = 632 kg"):
+        assert part in texts
+    for part in ("DC motor", "coupling", "torque sensor", "ball screw", "linear guide", "table", "encoder"):
+        assert part in texts
+    for number in (
+        "lead 5 mm",
+        "40 000 counts a turn",
+        "J_m = 2.5 kg·cm²",
+        "J − J_m = 1.5 kg·cm²",
+        "J = 4 kg·cm², as 632 kg there",
+        "filter 200 Hz",
     ):
-        assert number in parts[part][1]
-    assert "lead of 5 mm" in paper[7].found[0]
+        assert number in texts
 
 
 def test_7_the_mechanics_are_those_of_the_loop_and_of_the_measurements(paper, setting):

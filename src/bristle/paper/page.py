@@ -168,12 +168,11 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
 
 
 def _section(figure: Reproduced) -> Section:
-    words, file, pictures = figure.words, f"figure-{figure.number:02d}", []
-    if figure.draw is not None:
-        caption = f"Figure {figure.number}. {words.alternative}."
-        published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
-        drawn = picture(f"paper-{figure.number}", figure.draw, words.alternative, caption, file=file, published=published)
-        pictures.append(drawn._replace(id=f"fig-{figure.number}"))
+    words, file = figure.words, f"figure-{figure.number:02d}"
+    caption = f"Figure {figure.number}. {words.alternative}."
+    published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
+    drawn = picture(f"paper-{figure.number}", figure.draw, words.alternative, caption, file=file, published=published)
+    pictures = [drawn._replace(id=f"fig-{figure.number}")]
     for name, (draw, alternative, caption) in figure.extras.items():
         title, published = f"paper-{figure.number}-{name}", f"{caption} {SIMULATED}"
         pictures.append(picture(title, draw, alternative, caption, file=f"{file}-{name}", published=published))

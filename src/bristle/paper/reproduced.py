@@ -29,7 +29,7 @@ class Words(NamedTuple):
     claim: str
     quotation: str
     differs: str
-    alternative: str = ""
+    alternative: str
     short: str = ""
 
 
@@ -43,7 +43,7 @@ class Reproduced:
     number: int
     verdict: Verdict
     found: list[str]
-    draw: Callable[[], Figure] | None
+    draw: Callable[[], Figure]
     origin: Origin
     numbers: Mapping[str, Any]
     tables: tuple[Table, ...] = ()

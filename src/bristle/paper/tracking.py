@@ -1,4 +1,4 @@
-"""The loop of the rig, simulated once for all figures that show it; the same at sound margins; and figure 7, its parts."""
+"""The loop of the rig, simulated once for all figures that show it; the same at sound margins; and figure 7, what it is."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy as np
 
 from bristle.core import BristleError, Experiment, InputError, Origin, Status, Variant, cached_property, number, with_unit
 from bristle.figures.loop_rows import error_over, tracking_error
+from bristle.figures.rig_layout import Mechanics, rig_layout
 from bristle.files import read_experiment
 from bristle.loop import assess
 from bristle.paper.bench import bench_of
 from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.rig import SETS
 from bristle.paper.setting import Setting
-from bristle.report.loops import parts_table
 from bristle.report.table import Table
 from bristle.simulation import SimulationResult, VariantResult, simulate
 
@@ -211,7 +211,7 @@ def least_margins(variant: Variant) -> tuple[float, float]:
 
 
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
-    """Return figure 7: the parts of the rig and of its loop, with their values."""
+    """Return figure 7: the rig and its control scheme, drawn from their experiments."""
     variant = next(variant for variant in tracked.experiment.variants if variant.name == PRINTED)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
@@ -227,9 +227,8 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
             f"A loop at {number(1e-3 / run.sample_time, digits=2)} kHz with {run.delay} sample of delay and an encoder "
             f"of {in_micrometres(resolution)}; control is {law}, the compensator {compensator}.",
         ],
-        draw=None,
+        draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
         origin=tracked.origin,
         numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution}
         | {"lead": lead, "inertia": bench.J, "inertia_before_sensor": bench.J_m},
-        tables=(parts_table(variant),),
     )
