@@ -51,7 +51,7 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
         efforts = ", ".join(f"{in_millinewtons(value)} {NAMES[name]}".replace(" mN", "\u00a0mN") for name, value in rms.items())
         cost = f"effort, root mean square: {efforts}"
     else:
-        cost = "its figure 14 tells: `bristle paper`"
+        cost = "figure 14 has it: `bristle paper`"
     wrong = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
     answers = answered(
         _quality(loop) if loop else [figure.found[0].rstrip(".") for figure in figures[:3]],
@@ -90,13 +90,13 @@ def _quality(loop: Reproduced) -> list[str]:
 
 
 def _picture(loop: Reproduced) -> Picture:
-    """Return the following error of each loop beside what the paper tells."""
+    """Return the following error of each loop and that of the paper."""
     peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
     names = {name: NAMES.get(name, name) for name in peaks}
     best = min(peaks, key=peaks.get)
     by_label = ((names, peaks), (names, spreads), (REPORTED, IN_PAPER))
     bars = [{labels[name]: 1e6 * length for name, length in lengths.items()} for labels, lengths in by_label]
-    alternative = "Following error of each loop, peak to peak, beside what the paper tells"
+    alternative = "Following error of each loop, peak to peak, and that of the paper"
     caption = f"{alternative}. The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
     return picture(
         "paper-first",
