@@ -20,7 +20,7 @@ from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
-NAME, STEP, POINTS = "axis_x", 5e-4, 20  # what is taken where nobody says a name, a time step [s] or how many points
+NAME, STEP, POINTS = "axis_x", 5e-4, 20  # defaults: the name, the time step [s], and the points of a table
 
 
 @dataclass(frozen=True)
