@@ -1,5 +1,6 @@
 """Names that packages offer, each loaded from its module when it is first asked for. It loads nothing itself."""
 
+import sys
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
@@ -26,4 +27,6 @@ def loaded_from(package: str, file: str) -> Callable[[str], Any]:
         module, inner = places()[name]
         return import_module(f"{package}.{inner}") if module == package else getattr(import_module(module), inner)
 
+    names = vars(sys.modules[package])
+    names["__dir__"] = lambda: sorted({*names, *names.get("__all__", ())})  # for completion
     return load

@@ -75,6 +75,12 @@ def test_public_face_is_small_and_known():
     assert set(bristle.__all__) <= set(dir(bristle))
 
 
+@pytest.mark.parametrize("package", ["bristle.core", "bristle.engine", "bristle.exports", "bristle.simulation", "bristle.testing"])
+def test_names_that_are_loaded_when_asked_for_are_completed(package):
+    module = importlib.import_module(package)
+    assert set(module.__all__) <= set(dir(module))
+
+
 def test_every_kernel_stays_in_the_exportable_subset():
     for name in MODULES:
         importlib.import_module(name)

@@ -128,7 +128,12 @@ def test_the_best_of_several_models_predicts_and_the_kind_of_axis_is_kept(log):
     ("X", "y", "words"),
     [
         (np.zeros((500, 4)), np.zeros(500), "X: must have the columns time and position"),
-        (np.column_stack((DT * np.arange(500), np.zeros(500))), np.zeros(400), "different lengths .*effort: 400"),
+        (
+            np.column_stack((DT * np.arange(500), np.zeros(500))),
+            np.zeros(400),
+            "y: has another number of rows than X; found 400, allowed 500",
+        ),
+        (np.column_stack((DT * np.arange(500), np.zeros(500))), np.zeros((500, 1)), "^y: must be a 1-D array"),
         (np.zeros(500), np.zeros(500), "X: must be a 2-D array"),
     ],
 )

@@ -142,7 +142,7 @@ def test_a_port_that_is_taken_is_told():
     with listening_on(0) as listening:
         address, port = listening.getsockname()
         assert address == "127.0.0.1"
-        with pytest.raises(br.core.InputError, match="Leave --port away"):
+        with pytest.raises(br.core.InputError, match=r"listened to: [^()]+; found \d+\. Leave --port away"):
             run(["lab", "--serve", "--no-open", "--port", str(port)])
 
 

@@ -40,7 +40,7 @@ def case(name):
 
 
 LONGEST = (("elastoplastic", "pre-sliding"), ("elastoplastic", "stick-slip"))
-UNSTABLE = ("paper", "stick-slip")  # steady sliding without the gate: errors grow, and `verify` is for that
+UNSTABLE = ("paper", "stick-slip")  # steady sliding without the gate: errors grow, beyond the tolerance
 
 
 def model_and_reference(name, effort):

@@ -133,6 +133,11 @@ def test_it_gets_so_much_memory_and_no_more(client, case, work):
     assert ended(client, case, "look")["job"]["state"] == "done"
 
 
+def test_an_array_that_has_no_room_is_told_in_the_same_words(client, case, work):
+    work("import numpy\nnumpy.zeros(2**45)")
+    assert ended(client, case, "look")["job"]["message"] == "there is not enough memory for this. Take a shorter log"
+
+
 def test_a_library_that_prints_or_complains_without_end_does_no_harm(client, case, work):
     work('print("x" * 200000); sys.stderr.write("y" * 200000 + "\\nthe end\\n"); os._exit(3)')
     job = ended(client, case, "look")["job"]

@@ -109,9 +109,11 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         InputError
             If `X` and `y` make no log that serves, or an argument of the regressor does not.
         """
-        columns = _columns_of(X)
+        columns, effort = _columns_of(X), array()(y, "y", None)
+        if effort.size != columns["time"].size:
+            raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
         options: dict[str, Any] = self.get_params(deep=False) | {"axis": self._axis()}
-        self.identified_: Identified = identify(columns | {"effort": y}, **options)  # type: ignore[arg-type]
+        self.identified_: Identified = identify(columns | {"effort": effort}, **options)  # type: ignore[arg-type]
         self.n_features_in_ = len(columns)
         if is_table(X):
             self.feature_names_in_ = np.array(list(columns), dtype=object)

@@ -123,7 +123,7 @@ class System(NamedTuple):
 
 
 def system_of(friction: Model, plant: Model | None, dt: float | None, steps: int) -> System:
-    """Return the equations of an axis with its friction or of friction alone, or its samples where a sample time is told."""
+    """Return the equations of an axis with its friction or of friction alone, or its samples where a sample time is given."""
     if plant is None:
         advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
     else:

@@ -22,7 +22,7 @@ MOST = 9
 
 
 class Wave(NamedTuple):
-    """One harmonic: how often a turn of what, amplitude [N or N*m] and phase [deg, 0 to 360)."""
+    """One harmonic: the shaft that turns, periods in a turn, amplitude [N or N*m] and phase [deg, 0 to 360)."""
 
     turner: str
     order: int

@@ -20,7 +20,8 @@ from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
-NAME, STEP, POINTS = "axis_x", 5e-4, 20  # what is taken where nobody says a name, a time step [s] or how many points
+NAME = "axis_x"  # The name of an export that nobody named
+STEP, POINTS = 5e-4, 20  # [s], and of a table
 
 
 @dataclass(frozen=True)

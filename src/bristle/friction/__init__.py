@@ -75,7 +75,6 @@ MODELS: dict[str, FrictionModel] = {
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
-
 """Fitted and compared where nobody names a model: two static ones, and one with friction before sliding."""
 
 __all__ = [

@@ -185,7 +185,7 @@ async def json_of(request: Request, most: int, silence: float) -> dict[str, Any]
 
 
 def announced_by(request: Request) -> int:
-    """Return the size of the body as its head tells it, 0 where that is silent [byte]; h11 lets no other text through."""
+    """Return the size of the body as its head states it, 0 where that is silent [byte]; h11 lets no other text through."""
     return int(request.headers.get("content-length", 0))
 
 

@@ -156,6 +156,7 @@ def listening_on(port: int) -> socket.socket:
     try:
         return socket.create_server((LOOPBACK, port), backlog=BACKLOG)  # a browser that is faster than the server waits for it
     except OSError as error:
+        reason = str(error.strerror).partition(" (while")[0]  # behind it is the address
         raise InputError(
-            f"cannot be listened to: {error.strerror}", path="--port", value=port, mend="Leave --port away: a free one is taken"
+            f"cannot be listened to: {reason}", path="--port", value=port, mend="Leave --port away: a free one is taken"
         ) from None

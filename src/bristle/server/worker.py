@@ -97,7 +97,8 @@ def main() -> None:
         facts, data = TASKS[request["task"]](errand)
         (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
     except (KeyboardInterrupt, BristleError, MemoryError) as error:
-        tell(refused=REFUSED.get(type(error)) or str(error))
+        # numpy has a MemoryError of its own.
+        tell(refused=next((text for kind, text in REFUSED.items() if isinstance(error, kind)), str(error)))
         os._exit(2)
     except Exception as error:
         tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}")
