@@ -202,6 +202,7 @@ BAD = [
     ({"controller": {"k_p": 1}}, "controller: names no model"),
     ({"controller": {"model": "cascde"}}, "controller.model: "),
     ({"controller": 3}, "controller: does not fit; found 3"),
+    ({"plant": {"gravity": "link"}}, "A weight on a vertical axis is the offset, which is identified"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
     ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit behind the number"),
     ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not the unit of an effort"),

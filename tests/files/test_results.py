@@ -234,7 +234,10 @@ def copied(source: str, target: str) -> str:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda out: (out / "notes.txt").write_text("mine"), r"besides the results: notes\.txt"),
+        (
+            lambda out: (out / "notes.txt").write_text("mine"),
+            r"besides the results: notes\.txt\. Move them elsewhere, for the whole folder is replaced",
+        ),
         (lambda out: (out / "plots").mkdir(), "besides the results: plots"),
         (lambda out: (out / "model.toml").write_text("mended by hand"), r"changed since: model\.toml"),
         (lambda out: (out / "model.toml").write_text((out / "model.toml").read_text() + " "), "changed since"),

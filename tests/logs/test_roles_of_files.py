@@ -12,6 +12,7 @@ from bristle.core import InputError
 from bristle.files.axis import read_axis
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log
+from bristle.logs.roles import correlation, slope
 from bristle.report.log import inspect_log
 
 MOTION = motion(2.0)
@@ -200,3 +201,11 @@ def test_an_axis_file_tells_what_a_unit_stands_for_and_without_it_the_log_is_ref
     assert "column position has a unit that is not known, 'Skt': taken in mm" in log.notes
     with pytest.raises(InputError, match="'position': has a unit that is not known; found 'Skt', allowed a unit"):
         read_log(text_log("Skt", "N"))
+
+
+def test_signals_with_gaps_or_at_rest_have_no_correlation_and_no_slope():
+    gaps = np.where(np.arange(POSITION.size) == 5, np.nan, POSITION)
+    for other in (gaps, np.ones(POSITION.size)):
+        assert correlation(POSITION, other) == correlation(other, POSITION) == 0.0
+        assert slope(other, POSITION) == 0.0
+    assert correlation(POSITION, -1e200 * POSITION) == pytest.approx(-1.0)

@@ -138,7 +138,7 @@ class Documented:
         return (*inner.explanation, *own[1:])
 
     def laid_out(self, width: int) -> str:
-        """Return what it is as text in lines of this width, without its references."""
+        """Return its explanation as text in lines of this width, without references."""
         from bristle.core.formula import REFERENCE, laid_out
 
         return laid_out((paragraph for paragraph in self.explanation if paragraph.kind != REFERENCE), width)

@@ -93,8 +93,10 @@ def axis_from(data: dict[str, Any]) -> Axis:
     if held is not None and hold is not None and held != (hold == "zero"):
         raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
     if file.plant.gravity is not None and file.kind != "rotational":
-        message, mend = f"turns with the angle of a link, and this axis is {file.kind}", "A weight is the offset, which is identified"
-        raise InputError(message, path="plant.gravity", value=file.plant.gravity, mend=mend)
+        mend = "A weight on a vertical axis is the offset, which is identified"
+        raise InputError(
+            "turns with the angle of a link, and this axis is translational", path="plant.gravity", value=file.plant.gravity, mend=mend
+        )
     fields = raw | {
         "name": file.name,
         "kind": file.kind,
@@ -241,7 +243,7 @@ def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
 
 
 def axis_text(axis: Axis | None, log: Log | None = None) -> bytes | None:
-    """Return an axis file that says what an axis says, and which columns a log was read from, where nobody did, in units of the log."""
+    """Return the axis file of an axis; where that names no columns, with those that a log was read from, in their units."""
     if log is not None and (axis is None or not axis.columns):
         columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
         injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))

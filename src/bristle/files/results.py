@@ -181,7 +181,8 @@ def _check_own(folder: Folder, target: Path) -> None:
         if not foreign and not changed:
             return
         reason = "holds files besides the results" if foreign else "holds files that were changed since"
-        message, mend = f"{reason}: {owned.listed(foreign or changed)}", "Move them elsewhere, as all of it is replaced, or name another"
+        message = f"{reason}: {owned.listed(foreign or changed)}"
+        mend = "Move them elsewhere, for the whole folder is replaced, or name another"
     raise InputError(message, path=str(target), mend=mend)
 
 

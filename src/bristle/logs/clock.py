@@ -253,8 +253,8 @@ def clock_of(
     mean = float(np.diff(even).mean()) if step else float(steps[~gaps].sum() / counts[~gaps].sum())
     period = float(f"{mean:.12g}")  # of the sample time that count: what the unit of the stamps leaves behind them is rounding
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
-        message, mend = f"steps by {period:.6g} s and the axis file says otherwise", "Mend the unit of the time column, or sample_time"
-        raise InputError(message, path=place, allowed=f"{sample_time:g} s", mend=f"{mend} in [timing]")
+        mend = "Mend the unit of the time column, or sample_time in [timing]"
+        raise InputError(f"steps by {period:.6g} s and the axis file says otherwise", path=place, allowed=f"{sample_time:g} s", mend=mend)
     raws = [slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
     notes, jitter = list(order.notes), None

@@ -33,12 +33,12 @@ class LogFile:
 
     @property
     def identity(self) -> tuple[str, str, str]:
-        """What tells it from any other log."""
+        """Folder, name and checksum, which distinguish it from any other log."""
         return self.folder, self.name, self.checksum
 
 
 def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) -> list[LogFile]:
-    """Return the logs that a command names, in its order, with what tells each from any other."""
+    """Return the logs that a command names, in its order, each once."""
     logs: dict[tuple[str, str, str], LogFile] = {}
     for place in (place for name in named for place in _places(os.fspath(name))):
         for log in _logs_at(place, size_limit):
@@ -82,7 +82,7 @@ def _places(name: str) -> Iterator[str]:
 
 
 def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
-    """Yield the logs in a file; one that cannot be read is listed all the same: its row tells why."""
+    """Yield the logs in a file; one that cannot be read is listed all the same: its row gives the reason."""
     file = place if os.path.lexists(place) else place.rpartition(WITHIN)[0] or place
     if not os.path.lexists(file):
         raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")

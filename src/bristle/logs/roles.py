@@ -102,13 +102,15 @@ def correlation(first: np.ndarray, second: np.ndarray) -> float:
     about = (signal - signal.mean() for signal in (first, second))
     # 1 at most: its squares are neither too large nor too small for a number.
     a, b = (signal / (float(np.max(np.abs(signal))) or 1.0) for signal in about)
-    return float(np.dot(a, b)) / (float(np.sqrt(np.dot(a, a) * np.dot(b, b))) or np.inf)
+    scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
+    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
 
 
 def slope(first: np.ndarray, second: np.ndarray) -> float:
     """Return by what `first` is multiplied to be `second`, but for a constant."""
     a, b = first - first.mean(), second - second.mean()
-    return float(np.dot(a, b)) / (float(np.dot(a, a)) or np.inf)
+    scale = float(np.dot(a, a))
+    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
 
 
 def roughness(values: np.ndarray) -> float:

@@ -290,7 +290,7 @@ class Study:
 
     @property
     def columns(self) -> dict[str, dict[str, str]]:
-        """What each column of a block is: its role and its unit in SI."""
+        """Role of each column of a block, and its unit in SI."""
         probe, grid = self.values(self.blocks[0]), {target.path for target, _ in self.grid}
         columns = {name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")}
         for path, unit in self.units.items():
