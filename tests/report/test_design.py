@@ -48,7 +48,7 @@ def with_errors(designed, *peaks):
 def test_the_verdict_names_the_loop_that_errs_less(designed):
     ruling = design_ruling(with_errors(designed, 2e-6, 1e-6, 3e-6))
     assert (ruling.level, ruling.words) == ("with_care", "Change the gains")
-    assert "the loop tuned errs by 1\u00a0µm instead of 2\u00a0µm" in ruling.reasons[0]
+    assert "the loop tuned has a following error of 1\u00a0µm instead of 2\u00a0µm" in ruling.reasons[0]
     assert design_summary(designed, provenance={})["verdict"] == design_ruling(designed).as_data()
 
 

@@ -201,3 +201,8 @@ def test_the_pairs_that_are_correlated_most_stand_first(stage):
     best = replace(stage.identified.best, correlation=np.array([[1.0, 0.2, np.nan], [0.2, 1.0, -0.9], [np.nan, -0.9, 1.0]]))
     table = identification._correlations(replace(best, correlation_names=("M", "F_C", "F_v")))
     assert table.rows == [("F_C", "F_v", "−0.90"), ("M", "F_C", "+0.20")]
+
+
+def test_a_correlation_that_rounds_to_zero_is_not_listed(stage):
+    best = replace(stage.identified.best, correlation=np.array([[1.0, -0.004], [-0.004, 1.0]]), correlation_names=("M", "F_C"))
+    assert not identification._correlations(best).rows

@@ -36,7 +36,7 @@ def test_without_a_plant_what_is_fed_forward_passes():
 
 def test_a_plant_without_an_inverse_is_refused():
     screw = br.plants.ball_screw(**br.plants.ball_screw.example)
-    with pytest.raises(InputError, match=r"has no inverse.*what is fed forward passes on then"):
+    with pytest.raises(InputError, match=r"has no inverse.*the feedforward effort then passes on as it is"):
         feedforward_effort(Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT)
 
 

@@ -249,4 +249,4 @@ PURPOSES: dict[str, Purpose] = {
     "damping": Purpose("micro-damping and the resonance on the contact", 0.08, _no_damping, _damping),
     "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck),
 }
-"""What a motion serves, by name."""
+"""Purposes of a motion, by name."""

@@ -123,7 +123,7 @@ class Assessment:
 
     @property
     def finding(self) -> Diagnostic:
-        """The verdict on the loop, as it is told; of one that is unstable with what puts its pole there, and what would help."""
+        """The verdict on the loop; of an unstable one with the cause of its largest pole, and the limits of delay and gain."""
         worst = self.worst
         numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
         if self.verdict is Verdict.STABLE:
@@ -134,7 +134,7 @@ class Assessment:
 
     @property
     def doubts(self) -> tuple[Diagnostic, ...]:
-        """What to know of a loop that is stable: margins that are small, a law that switches."""
+        """Doubts about a stable loop: stiffness that compensation takes away, small margins, a law that switches."""
         diagnostics = [Diagnostic("switching_law")] if self.switches else []
         held = self.stiffness
         if held is not None and held.left < 0.5 * (held.law + held.friction):

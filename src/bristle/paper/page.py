@@ -155,7 +155,7 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
         sections=[_section(figure) for figure in figures],
         equations=Table(
             "The equations of the paper",
-            ("Equation", "What", "Here", "Computed by", "Run"),
+            ("Equation", "Title", "Here", "Computed by", "Run"),
             [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
         ),
         errata=Table(

@@ -207,7 +207,7 @@ def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | 
 def effort_of_motion(
     plant: Model, friction: Model, columns: Mapping[str, np.ndarray], axis: Axis | None, treatment: Mapping[str, float]
 ) -> np.ndarray:
-    """Return the effort that a motion takes, treated as the log of an identification was; NaN in rows that no stretch tells of."""
+    """Return the effort that a motion takes, treated as the log of an identification was; NaN in rows outside all stretches."""
     # The delay is that of an effort: without one, nothing is moved, and no sample lost.
     log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
     # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.

@@ -232,12 +232,13 @@ def _chosen(design: Design) -> Proposal:
 
 
 def _choice(design: Design) -> str:
-    """Return what the loop to run gains over the present one."""
+    """Return the loop to run and its following error, against that of the present one."""
     chosen, present, kind = _chosen(design), design.proposals[0], design.experiment.kind
     if chosen is present:
-        return "no loop proposed errs by a fifth less"
+        return "no proposed loop has a following error smaller by a fifth"
     instead = "" if present.following_error is None else f" instead of {length_text(_peak(present), kind)}"
-    return f"the loop {chosen.name} errs by {length_text(_peak(chosen), kind)}{instead}, with margins kept"
+    error = length_text(_peak(chosen), kind)
+    return f"the loop {chosen.name} has a following error of {error}{instead}, with margins kept"
 
 
 def design_ruling(design: Design) -> Ruling:

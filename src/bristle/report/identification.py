@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -134,7 +133,8 @@ def identification_report(
 def _correlations(fit: Fit) -> Table:
     """Return the pairs of parameters whose estimates are correlated most, the strongest first."""
     pairs = [(float(fit.correlation[i][j]), i, j) for i, j in combinations(range(len(fit.correlation_names)), 2)]
-    strongest = sorted((pair for pair in pairs if math.isfinite(pair[0])), key=lambda pair: -abs(pair[0]))[:PAIRS_SHOWN]
+    # A correlation that rounds to zero, or is not defined, says nothing of a pair.
+    strongest = sorted((pair for pair in pairs if abs(pair[0]) >= 0.005), key=lambda pair: -abs(pair[0]))[:PAIRS_SHOWN]
     rows = [(fit.correlation_names[i], fit.correlation_names[j], f"{value:+.2f}".replace("-", "−")) for value, i, j in strongest]
     caption = "Correlation of the estimates, strongest first: near ± 1 the log knows a combination of two better than either"
     return Table(caption, ("Parameter", "With", "Correlation"), rows)

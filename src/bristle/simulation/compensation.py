@@ -104,7 +104,7 @@ def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration:
     if isinstance(p, Termed):
         inner, p = inner.inner, p.inner
     if inner.inverse is None:
-        known, mend = "inertia, oscillator", "Leave it out: what is fed forward passes on then"
+        known, mend = "inertia, oscillator", "Leave it out: the feedforward effort then passes on as it is"
         raise InputError("has no inverse", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
     effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + _next(acceleration)), p)
     return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))

@@ -96,7 +96,7 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
         claims=findings.claim_table(trial),
         pipeline=PIPELINE,
         tables=[findings.error_table(trial, place) for place in plan.sets],
-        conditions=Table("Conditions, which no compensator is told", ("Condition", "The rig"), conditions),
+        conditions=Table("Conditions, which no compensator knows", ("Condition", "The rig"), conditions),
         margins=findings.margin_table(findings.margins_of_sets(plan.sets)),
         families_in_words=FAMILIES,
         best=findings.best_table(trial),

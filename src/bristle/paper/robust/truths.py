@@ -70,7 +70,7 @@ def _truth(name: str, allow_code: bool) -> Truth:
 
 
 class Condition(NamedTuple):
-    """What it means, and the parameters of the layer around a truth."""
+    """Its meaning in words, and the parameters of the layer around a truth."""
 
     words: str
     changes: dict[str, float]
