@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from bristle.study import read_study
 
 __version__ = "0.2.0"
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = [
     "Axis",

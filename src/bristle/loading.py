@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 
-def loaded_from(package: str, file: str) -> Callable[[str], Any]:
+def loaded_from(package: str) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package that loads names when they are first asked for, as its ``if TYPE_CHECKING:`` imports them."""
 
     @cache
@@ -15,8 +15,8 @@ def loaded_from(package: str, file: str) -> Callable[[str], Any]:
         """Return the module of each name, and its name there."""
         import ast  # which nobody waits for who asks for no name
 
-        with open(file, encoding="utf-8") as source:
-            tree = ast.parse(source.read())
+        loader: Any = sys.modules[package].__loader__
+        tree = ast.parse(loader.get_source(package))  # which a loader has of a folder, and of a zip file
         blocks = [node for node in tree.body if isinstance(node, ast.If)]
         imports = [node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom)]
         return {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
@@ -28,5 +28,5 @@ def loaded_from(package: str, file: str) -> Callable[[str], Any]:
         return import_module(f"{package}.{inner}") if module == package else getattr(import_module(module), inner)
 
     names = vars(sys.modules[package])
-    names["__dir__"] = lambda: sorted({*names, *names.get("__all__", ())})  # for completion
+    names["__dir__"] = lambda: sorted({*names, *names.get("__all__", ()), *places()})  # for completion
     return load

@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from bristle.bridges.regressor import FrictionRegressor
     from bristle.bridges.system import DescribingFunction, FrictionSystem, to_control
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = ["DescribingFunction", "FrictionRegressor", "FrictionSystem", "to_control"]

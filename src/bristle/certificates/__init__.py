@@ -10,4 +10,4 @@ if TYPE_CHECKING:
     from bristle.certificates.passive import needed_damping
     from bristle.certificates.quasi_static import Path, holding_of, traced
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

@@ -8,4 +8,4 @@ from bristle.loading import loaded_from
 if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison, Course, Shared, Turn
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

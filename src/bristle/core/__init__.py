@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from bristle.core.units import factor, is_unit, quantity
     from bristle.core.variable import Variable, unit_of, variables_of
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = [
     "Axis",

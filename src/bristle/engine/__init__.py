@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bristle.engine.path import after
     from bristle.engine.screwed import refuse_screw
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = [
     "AdaptiveTrace",

@@ -11,4 +11,4 @@ if TYPE_CHECKING:
     from bristle.excitation.purposes import PURPOSES
     from bristle.excitation.rehearsal import Rehearsal
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

@@ -15,6 +15,6 @@ if TYPE_CHECKING:
     from bristle.exports.targets import TARGETS, Product, Request, Target
     from bristle.exports.writing import law_for, load_target_file, name_for, target_named
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]

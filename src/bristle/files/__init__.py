@@ -42,4 +42,4 @@ if TYPE_CHECKING:
     from bristle.files.variant import variables_of_section
     from bristle.files.varied import with_changes, with_columns
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

@@ -47,7 +47,7 @@ from bristle.loading import loaded_from
 if TYPE_CHECKING:
     from bristle.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 MODELS: dict[str, FrictionModel] = {
     model.name: model

@@ -35,7 +35,7 @@ from bristle.loading import loaded_from
 if TYPE_CHECKING:
     from bristle.hysteresis.beside_constant import with_constant
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 OPERATORS: dict[str, HysteresisOperator] = {
     operator.name: operator

@@ -12,4 +12,4 @@ if TYPE_CHECKING:
     from bristle.identification.settings import Settings, thresholds
     from bristle.identification.simulated_bands import Bands
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from bristle.lab.page import lab_page
     from bristle.lab.widget import Widget
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = ["Widget", "lab_page"]

@@ -16,4 +16,4 @@ if TYPE_CHECKING:
     from bristle.logs.readers import read_log
     from bristle.logs.summary import summarize
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

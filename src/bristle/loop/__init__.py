@@ -11,4 +11,4 @@ if TYPE_CHECKING:
     from bristle.loop.design import Circle, Design, run_circles
     from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, proposals_for
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)

@@ -14,6 +14,6 @@ if TYPE_CHECKING:
     from bristle.prediction.kept import fit_of
     from bristle.prediction.predict import TREATED, effort_of_motion, unexplained_force
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = ["drive_table", "predict", "unexplained_force"]

@@ -15,7 +15,7 @@ from bristle.references.varied_sine import MODEL as varied_sine
 if TYPE_CHECKING:
     from bristle.references.legs import legs_through
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 REFERENCES: dict[str, Trajectory] = {
     reference.name: reference for reference in (recorded, sine, varied_sine, triangle, s_curve, chirp, circle)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from bristle.simulation.run import simulate
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = [
     "Prediction",

@@ -10,6 +10,6 @@ if TYPE_CHECKING:
     from bristle.study.run import run_study
     from bristle.study.store import read_study
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = ["Study", "read_study", "read_study_file", "run_study"]

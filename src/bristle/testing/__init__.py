@@ -11,6 +11,6 @@ if TYPE_CHECKING:
     from bristle.testing.readers import check_reader
     from bristle.testing.targets import check_target
 
-__getattr__ = loaded_from(__name__, __file__)
+__getattr__ = loaded_from(__name__)
 
 __all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]
