@@ -24,13 +24,12 @@ import typer
 
 import bristle
 from bristle.cli.application import app
-from bristle.cli.export import told_of
+from bristle.cli.options import Listing
 from bristle.core.contracts import Component
 from bristle.core.documented import Documented
 from bristle.core.formula import REFERENCE, as_markdown
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, unit_of
-from bristle.exports import TARGETS
 from bristle.files.components import key_of
 from bristle.friction import CHANNEL_SLOTS
 from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
@@ -246,13 +245,9 @@ def command_line() -> str:
     parts = [*_paragraphs(group.help), table(("Command", "What it does"), rows)]
     for name, command in group.commands.items():
         parts += [f"## bristle {name}", *_paragraphs(command.help), _options(command)]
-        parts += [table(("Target", "What it writes"), _targets())] if name == "export" else []
+        parts += [table(command.heads, [(f"`{name}`", text) for name, text in command.rows()])] if isinstance(command, Listing) else []
         parts += ["```sh\n" + inspect.cleandoc(command.epilog.replace("\b", "").replace("Example:", "")) + "\n```"]
     return page("Command line", *parts)
-
-
-def _targets() -> Iterable[tuple[str, str]]:
-    return ((f"`{name}`", told_of(target)) for name, target in TARGETS.items())
 
 
 def _paragraphs(text: str) -> list[str]:
@@ -477,7 +472,8 @@ def _signature(function: Callable[..., Any], bound: bool = False) -> str:
 
 
 def _names(module: Any) -> str:
-    return ", ".join(f"`{one}`" for one in module.__all__ if not one.isupper())
+    components = {name for name, value in vars(module).items() if isinstance(value, Component) and not name.startswith("_")}
+    return ", ".join(f"`{one}`" for one in sorted({*module.__all__, *components}) if not one.isupper())
 
 
 # --- errata -----------------------------------------------------------------------------------------------------

@@ -67,6 +67,8 @@ class Module:
                 self.run += [ast.Name(node.name, ast.Load())] if kept else []
             elif isinstance(node, (ast.Import, ast.ImportFrom)):
                 self.imports |= imported(node, self.folder)
+                # By convention `import NAME as NAME` hands a name on.
+                self.run += [ast.Name(alias.name, ast.Load()) for alias in node.names if alias.asname == alias.name]
             elif isinstance(node, (ast.Assign, ast.AnnAssign)):
                 names = [item.id for item in ast.walk(node) if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store)]
                 for name in names:

@@ -7,7 +7,6 @@ import re
 import pytest
 from tests.docs.conftest import ROOT
 
-from bristle import friction
 from bristle.cli.main import main
 from bristle.core.status import SENTENCES
 
@@ -55,9 +54,3 @@ def test_every_status_is_listed():
     page = (REFERENCE / "errors.md").read_text()
     for status, sentence in SENTENCES.items():
         assert f"| `{status.name}` | {sentence} |" in page
-
-
-def test_the_page_on_choosing_names_every_model():
-    page = (ROOT / "docs" / "how-to" / "choose-a-model.md").read_text(encoding="utf-8")
-    lacking = [name for name in friction.MODELS if f"`{name}`" not in page]
-    assert lacking == [], "docs/how-to/choose-a-model.md has no row for these models, under 'The others'"

@@ -1,12 +1,12 @@
 """Formats of logs: a line each, and one of a person's own without a line in the package."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bristle.cli.main import main
-from bristle.cli.options import LOG_FILE
 from bristle.core import InputError
 from bristle.files.user_model import load_reader_file
 from bristle.logs.catalogue import FORMATS, format_of
@@ -86,9 +86,12 @@ def test_a_file_without_a_reader_is_refused():
         load_reader_file(ROOT / "examples" / "quadratic_drag.py")
 
 
-@pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
-def test_help_and_docs_name_every_format(known):
-    page = (ROOT / "docs/how-to/your-own-log.md").read_text(encoding="utf-8")
-    for word in known.title.replace("traces of ", "").split():
-        assert word in LOG_FILE, f"LOG_FILE of cli/options.py lacks {word!r}"
-        assert word in page, f"the table under 'What is read' of docs/how-to/your-own-log.md lacks a row with {word!r}"
+@pytest.mark.parametrize("command", ["log", "identify", "predict"])
+def test_help_lists_every_format_with_the_extra_that_its_reader_needs(command, capsys):
+    main([command, "--help"])
+    listed = capsys.readouterr().out.partition("Formats:")[2].partition("Example:")[0]
+    rows = dict(re.split(r" {2,}", row.strip(), maxsplit=1) for row in listed.strip().splitlines())
+    assert list(rows) == [known.title for known in reversed(FORMATS)]
+    assert {known.title: known.extra for known in FORMATS} == {
+        title: (re.findall(r"\[(\w+)\]", needs) or [""])[0] for title, needs in rows.items()
+    }

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperCommand
 
-from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Output, experiment_in, folder_named, loaded_code, refuse
+from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Listing, Output, experiment_in, folder_named, loaded_code, refuse
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -95,19 +94,20 @@ def export(
     output.tell(exported.summary, *notes, files=", ".join(exported.product.files))
 
 
-class _Command(TyperCommand):
-    """A command whose help tells the targets: they are looked up when somebody asks, for every command loads this."""
+class _OfTargets(Listing):
+    """A command whose help lists the targets."""
 
-    def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Write the targets in front of the example."""
+    heads = ("Target", "What it writes")
+
+    @staticmethod
+    def rows() -> list[tuple[str, str]]:
+        """Return the targets, and what each writes."""
         from bristle.exports import TARGETS
 
-        with formatter.section("Targets"):
-            formatter.write_dl([(target.name, told_of(target)) for target in TARGETS.values()])
-        super().format_epilog(ctx, formatter)
+        return [(target.name, told_of(target)) for target in TARGETS.values()]
 
 
-COMMAND = _Command
+COMMAND = _OfTargets
 
 
 def told_of(target: Target) -> str:

@@ -6,9 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from bristle.cli.options import LOG_FILE, AxisFile, Output, Readers, own_readers, print_json, size_limit, toml_content
+from bristle.cli.options import LOG_FILE, AxisFile, Listing, Output, Readers, own_readers, print_json, size_limit, toml_content
 from bristle.cli.terminal import NO, complain, show
 
+COMMAND = Listing
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
   bristle log recording.csv --axis axis.toml --out what-is-in-it"""

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import typer
+from typer.core import TyperCommand
 
 from bristle.cli.terminal import complain, progress, show
 
@@ -24,9 +25,7 @@ if TYPE_CHECKING:
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
-LOG_FILE = (
-    "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
-)
+LOG_FILE = "text, also of TwinCAT and LabVIEW, or another format below; FILE::TABLE names a table in it."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
 # What to write in place of commands and options that an earlier release had; with its command where another one still has it.
@@ -58,6 +57,25 @@ class Format(StrEnum):
     pdf = "pdf"
     png = "png"
     csv = "csv"
+
+
+class Listing(TyperCommand):
+    """A command whose help has a list in front of its example: it is made when somebody asks, for every command loads this."""
+
+    heads = ("Format", "Needs")
+
+    @staticmethod
+    def rows() -> list[tuple[str, str]]:
+        """Return the formats of logs, and what each needs."""
+        from bristle.logs import FORMATS
+
+        return [(known.title, f'pip install "bristle[{known.extra}]"' if known.extra else "nothing more") for known in reversed(FORMATS)]
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the list in front of the example."""
+        with formatter.section(f"{self.heads[0]}s"):
+            formatter.write_dl(self.rows())
+        super().format_epilog(ctx, formatter)
 
 
 def folder_named(text: str | Path) -> Path:

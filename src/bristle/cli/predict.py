@@ -11,6 +11,7 @@ from bristle.cli.options import (
     AllowCode,
     AxisFile,
     FigureFiles,
+    Listing,
     Output,
     Readers,
     own_figures,
@@ -21,6 +22,7 @@ from bristle.cli.options import (
 )
 from bristle.cli.terminal import NO
 
+COMMAND = Listing
 EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
 

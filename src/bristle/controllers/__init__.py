@@ -1,31 +1,27 @@
 """Controllers, one a file."""
 
-from bristle.controllers.adaptive_hysteresis import MODEL as adaptive_hysteresis
-from bristle.controllers.cascade import MODEL as cascade
-from bristle.controllers.disturbance_observer import MODEL as disturbance_observer
-from bristle.controllers.lugre_observer import MODEL as lugre_observer
-from bristle.controllers.open_loop import MODEL as open_loop
-from bristle.controllers.sliding_mode import MODEL as sliding_mode
-from bristle.controllers.super_twisting import MODEL as super_twisting
+# Every controller of bristle, a line each, in the order in which they are listed.
+# isort: off
+from bristle.controllers.cascade import cascade as cascade
+from bristle.controllers.sliding_mode import sliding_mode as sliding_mode
+from bristle.controllers.disturbance_observer import disturbance_observer as disturbance_observer
+from bristle.controllers.super_twisting import super_twisting as super_twisting
+from bristle.controllers.lugre_observer import lugre_observer as lugre_observer
+from bristle.controllers.adaptive_hysteresis import adaptive_hysteresis as adaptive_hysteresis
+from bristle.controllers.open_loop import open_loop as open_loop
+# isort: on
+
 from bristle.core.contracts import Controller
 
 # Those that a file may name: an open loop has none.
 CONTROLLERS: dict[str, Controller] = {
     controller.name: controller
-    for controller in (cascade, sliding_mode, disturbance_observer, super_twisting, lugre_observer, adaptive_hysteresis)
+    for controller in tuple(vars().values())
+    if isinstance(controller, Controller) and controller is not open_loop
 }
 
-__all__ = [
-    "CONTROLLERS",
-    "adaptive_hysteresis",
-    "cascade",
-    "disturbance_observer",
-    "lugre_observer",
-    "open_loop",
-    "sliding_mode",
-    "super_twisting",
-]
+__all__ = ["CONTROLLERS"]
 
 
 def __dir__() -> list[str]:
-    return [name for name in __all__ if not name.isupper()]
+    return [*CONTROLLERS, "open_loop"]

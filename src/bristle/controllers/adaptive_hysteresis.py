@@ -134,7 +134,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State(before.q, before.v, before.q, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-MODEL = Controller(
+adaptive_hysteresis = MODEL = Controller(
     name="adaptive_hysteresis",
     description="proportional-derivative law that learns a Prandtl-Ishlinskii compensator on line",
     Parameters=Parameters,

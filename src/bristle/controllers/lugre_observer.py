@@ -74,7 +74,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State(before.q, before.v)
 
 
-MODEL = Controller(
+lugre_observer = MODEL = Controller(
     name="lugre_observer",
     description="proportional-derivative law with a LuGre friction observer",
     Parameters=Parameters,

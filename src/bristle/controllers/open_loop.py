@@ -26,7 +26,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State()
 
 
-MODEL = Controller(
+open_loop = MODEL = Controller(
     name="open_loop",
     description="no feedback: what is fed forward is the command",
     Parameters=Parameters,

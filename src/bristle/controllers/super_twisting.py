@@ -78,7 +78,7 @@ def resume(state, reference, measured, effort, dt, p):
     return State(state.q, state.v, state.w + (effort - without) / p.J)
 
 
-MODEL = Controller(
+super_twisting = MODEL = Controller(
     name="super_twisting",
     description="second-order sliding mode with a continuous effort, and friction fed forward",
     Parameters=Parameters,

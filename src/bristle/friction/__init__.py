@@ -7,6 +7,28 @@ Examples
 coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 """
 
+# Every model of bristle, a line each, in the order in which they are listed.
+# isort: off
+from bristle.friction.coulomb import coulomb as coulomb
+from bristle.friction.viscous import viscous as viscous
+from bristle.friction.coulomb_viscous import coulomb_viscous as coulomb_viscous
+from bristle.friction.stribeck import stribeck as stribeck
+from bristle.friction.stribeck_free import stribeck_free as stribeck_free
+from bristle.friction.dahl import dahl as dahl
+from bristle.friction.reformed_dahl import reformed_dahl as reformed_dahl
+from bristle.friction.bouc_wen import bouc_wen as bouc_wen
+from bristle.friction.bouc_wen_classic import bouc_wen_classic as bouc_wen_classic
+from bristle.friction.lugre import lugre as lugre
+from bristle.friction.elastoplastic import elastoplastic as elastoplastic
+from bristle.friction.maxwell_slip import maxwell_slip as maxwell_slip
+from bristle.friction.maxwell_stribeck import maxwell_stribeck as maxwell_stribeck
+from bristle.friction.gms import gms as gms
+from bristle.friction.gap_slider import gap_slider as gap_slider
+from bristle.friction.preisach_contact import preisach_contact as preisach_contact
+from bristle.friction.preisach_lugre import preisach_lugre as preisach_lugre
+from bristle.friction.leuven import leuven as leuven
+# isort: on
+
 from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -15,32 +37,14 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.edge import NAMES, TEXT, component, guarded
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.slot import Slot
-from bristle.friction.bouc_wen import MODEL as bouc_wen
-from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.channel_slot import channel_slots_of, with_channel_slot
 from bristle.friction.channels import CHANNEL_SLOTS
-from bristle.friction.coulomb import MODEL as coulomb
-from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
-from bristle.friction.dahl import MODEL as dahl
-from bristle.friction.elastoplastic import MODEL as elastoplastic
-from bristle.friction.gap_slider import MODEL as gap_slider
-from bristle.friction.gms import MODEL as gms
-from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.level import risen
-from bristle.friction.lugre import MODEL as lugre
-from bristle.friction.maxwell_slip import MODEL as maxwell_slip
-from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
 from bristle.friction.operator_kernel import REACHES, TakesOperator, over_operator
-from bristle.friction.preisach_contact import MODEL as preisach_contact
-from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding, without_presliding
-from bristle.friction.reformed_dahl import MODEL as reformed_dahl
 from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
-from bristle.friction.stribeck import MODEL as stribeck
-from bristle.friction.stribeck_free import MODEL as stribeck_free
 from bristle.friction.uneven import uneven
 from bristle.friction.variation import varied
-from bristle.friction.viscous import MODEL as viscous
 from bristle.hysteresis import OPERATORS
 from bristle.loading import loaded_from
 
@@ -49,29 +53,7 @@ if TYPE_CHECKING:
 
 __getattr__ = loaded_from(__name__)
 
-MODELS: dict[str, FrictionModel] = {
-    model.name: model
-    for model in (
-        coulomb,
-        viscous,
-        coulomb_viscous,
-        stribeck,
-        stribeck_free,
-        dahl,
-        reformed_dahl,
-        bouc_wen,
-        bouc_wen_classic,
-        lugre,
-        elastoplastic,
-        maxwell_slip,
-        maxwell_stribeck,
-        gms,
-        gap_slider,
-        preisach_contact,
-        preisach_lugre,
-        leuven,
-    )
-}
+MODELS: dict[str, FrictionModel] = {model.name: model for model in tuple(vars().values()) if isinstance(model, FrictionModel)}
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
@@ -82,29 +64,11 @@ __all__ = [
     "DEFAULT_MODELS",
     "MODELS",
     "base_of",
-    "bouc_wen",
-    "bouc_wen_classic",
     "channel_slots_of",
-    "coulomb",
-    "coulomb_viscous",
-    "dahl",
-    "elastoplastic",
     "find",
-    "gap_slider",
-    "gms",
     "is_static",
-    "leuven",
-    "lugre",
-    "maxwell_slip",
-    "maxwell_stribeck",
-    "preisach_contact",
-    "preisach_lugre",
-    "reformed_dahl",
     "slotted",
-    "stribeck",
-    "stribeck_free",
     "unvaried",
-    "viscous",
     "with_presliding",
     "with_slots",
     "without_presliding",

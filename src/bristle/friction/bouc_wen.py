@@ -82,7 +82,7 @@ def rate(state, motion, p):
     return force, State(p.s * v * (1.0 - share))
 
 
-MODEL = FrictionModel(
+bouc_wen = MODEL = FrictionModel(
     name="bouc_wen",
     description="smooth hysteresis with a knee of any sharpness; drifts and does not close minor loops",
     Parameters=Parameters,

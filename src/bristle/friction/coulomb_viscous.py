@@ -43,7 +43,7 @@ def commit(state, memory, move, p):
     return state
 
 
-MODEL = FrictionModel(
+coulomb_viscous = MODEL = FrictionModel(
     name="coulomb_viscous",
     description="constant force against the motion plus one in proportion to the velocity",
     Parameters=Parameters,

@@ -75,7 +75,7 @@ def commit(state, memory, move, p):
     return State(move.f_next, move.f_r, move.side)
 
 
-MODEL = FrictionModel(
+reformed_dahl = MODEL = FrictionModel(
     name="reformed_dahl",
     description="hysteresis in closed form that remembers its last reversal only",
     Parameters=Parameters,

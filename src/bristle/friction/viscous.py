@@ -41,7 +41,7 @@ def commit(state, memory, move, p):
     return state
 
 
-MODEL = FrictionModel(
+viscous = MODEL = FrictionModel(
     name="viscous",
     description="force in proportion to the velocity",
     Parameters=Parameters,

@@ -10,24 +10,28 @@ Examples
 array([0.056552, 0.008571, 0.056552])
 """
 
+# Every operator of bristle, a line each, in the order in which they are listed.
+# isort: off
+from bristle.hysteresis.play import play as play
+from bristle.hysteresis.stop import stop as stop
+from bristle.hysteresis.prandtl_ishlinskii import prandtl_ishlinskii as prandtl_ishlinskii
+from bristle.hysteresis.inverse_prandtl_ishlinskii import inverse_prandtl_ishlinskii as inverse_prandtl_ishlinskii
+from bristle.hysteresis.preisach import preisach as preisach
+from bristle.hysteresis.inverse_preisach import inverse_preisach as inverse_preisach
+from bristle.hysteresis.everett_table import everett_table as everett_table
+from bristle.hysteresis.preisach_grid import preisach_grid as preisach_grid
+from bristle.hysteresis.reversal_table import reversal_table as reversal_table
+from bristle.hysteresis.relay_grid import relay_grid as relay_grid
+# isort: on
+
 from typing import TYPE_CHECKING
 
 from bristle.core.contracts import HysteresisOperator, Model
 from bristle.core.edge import guarded, model
 from bristle.core.errors import InputError
-from bristle.hysteresis.everett_table import MODEL as everett_table
 from bristle.hysteresis.initial import conditioned, saturated
-from bristle.hysteresis.inverse_prandtl_ishlinskii import MODEL as inverse_prandtl_ishlinskii
 from bristle.hysteresis.inverse_prandtl_ishlinskii import inverse_of as _inverse_of_stops
-from bristle.hysteresis.inverse_preisach import MODEL as inverse_preisach
-from bristle.hysteresis.play import MODEL as play
-from bristle.hysteresis.prandtl_ishlinskii import MODEL as prandtl_ishlinskii
-from bristle.hysteresis.preisach import MODEL as preisach
-from bristle.hysteresis.preisach_grid import MODEL as preisach_grid
-from bristle.hysteresis.relay_grid import MODEL as relay_grid
 from bristle.hysteresis.relay_grid import relays_of
-from bristle.hysteresis.reversal_table import MODEL as reversal_table
-from bristle.hysteresis.stop import MODEL as stop
 from bristle.hysteresis.tabulate import from_reversal_curves, table_of_curves, tabulated
 from bristle.hysteresis.transition_branches import transition_branches
 from bristle.loading import loaded_from
@@ -38,39 +42,17 @@ if TYPE_CHECKING:
 __getattr__ = loaded_from(__name__)
 
 OPERATORS: dict[str, HysteresisOperator] = {
-    operator.name: operator
-    for operator in (
-        play,
-        stop,
-        prandtl_ishlinskii,
-        inverse_prandtl_ishlinskii,
-        preisach,
-        inverse_preisach,
-        everett_table,
-        reversal_table,
-        preisach_grid,
-        relay_grid,
-    )
+    operator.name: operator for operator in tuple(vars().values()) if isinstance(operator, HysteresisOperator)
 }
 """Every hysteresis operator, by name."""
 
 __all__ = [
     "OPERATORS",
     "conditioned",
-    "everett_table",
     "from_reversal_curves",
     "inverse_of",
-    "inverse_prandtl_ishlinskii",
-    "inverse_preisach",
-    "play",
-    "prandtl_ishlinskii",
-    "preisach",
-    "preisach_grid",
-    "relay_grid",
     "relays_of",
-    "reversal_table",
     "saturated",
-    "stop",
     "table_of_curves",
     "tabulated",
     "transition_branches",
@@ -104,4 +86,4 @@ def inverse_of(operator: Model) -> Model:
 
 
 def __dir__() -> list[str]:
-    return [name for name in __all__ if not name.isupper()]
+    return [*OPERATORS, *(name for name in __all__ if not name.isupper())]

@@ -166,7 +166,7 @@ RELATIONS = (
     ),
 )
 
-MODEL = HysteresisOperator(
+everett_table = MODEL = HysteresisOperator(
     name="everett_table",
     description="Preisach operator from its turning points, Everett function tabulated from data",
     Parameters=Parameters,

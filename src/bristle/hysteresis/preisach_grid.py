@@ -136,7 +136,7 @@ RELATIONS = (
     ),
 )
 
-MODEL = HysteresisOperator(
+preisach_grid = MODEL = HysteresisOperator(
     name="preisach_grid",
     description="Preisach operator from the measure of each cell of a grid, of either sign",
     Parameters=Parameters,

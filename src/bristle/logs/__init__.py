@@ -7,6 +7,7 @@ from bristle.logs.passages import passages
 
 if TYPE_CHECKING:
     from bristle.logs.break_away import BreakAway
+    from bristle.logs.catalogue import FORMATS
     from bristle.logs.check import checked
     from bristle.logs.curves import Curves
     from bristle.logs.formats import reading

@@ -1,7 +1,7 @@
 """The formats of logs that are read, a line each: by their first bytes, for the ending of a name may lie.
 
-A format is a module of this folder that ends with ``FORMAT = LogFormat(...)``, and its line below. Those that need a library, or
-share a module, are a function ``read_NAME(data, request)`` there, which is imported when a file is read.
+A format is a module of this folder that ends with ``NAME = FORMAT = LogFormat(...)``, and an import below. Those that need a library, or
+share a module, are a line of `FORMATS` and a function ``read_NAME(data, request)``, which is imported when a file is read.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from bristle.logs.formats import OWN_FORMATS, START, LogFormat
-from bristle.logs.json_records import FORMAT as json_records
+from bristle.logs.json_records import json_records as json_records
 
 ARCHIVE = b"PK\x03\x04"
 
@@ -27,7 +27,7 @@ def _is_markup(head: bytes, suffix: str) -> bool:
     return head[:256].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
 
 
-FORMATS = (
+FORMATS: tuple[LogFormat, ...] = (
     LogFormat("hdf5", "HDF5", _begins(b"\x89HDF", b"MATLAB 7.3"), holds_tables=True, package="h5py", extra="io", module="array_files"),
     LogFormat("parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io", module="array_files"),
     LogFormat("npz", "NPZ", is_archive_of_arrays, holds_tables=True, module="array_files"),
@@ -36,9 +36,10 @@ FORMATS = (
     LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io", module="recorders"),
     LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat"), module="array_files"),
     LogFormat("sinumerik", "traces of SINUMERIK", _is_markup, module="recorders"),
-    json_records,
+    *(known for known in tuple(vars().values()) if isinstance(known, LogFormat)),  # those of a module of their own
     LogFormat("csv", "text", lambda head, suffix: True, module="csv"),
 )
+"""Every format of logs, in the order in which they are tried."""
 
 
 def format_of(data: bytes, suffix: str) -> LogFormat:

@@ -1,22 +1,26 @@
 """Plants, one a file: what friction acts on."""
 
+# Every plant of bristle, a line each, in the order in which they are listed.
+# isort: off
+from bristle.plants.inertia import inertia as inertia
+from bristle.plants.oscillator import oscillator as oscillator
+from bristle.plants.pulled_inertia import pulled_inertia as pulled_inertia
+from bristle.plants.ball_screw import ball_screw as ball_screw
+# isort: on
+
 from collections.abc import Iterable
 
 from bristle.core.contracts import Plant
 from bristle.core.errors import InputError, did_you_mean
-from bristle.plants.ball_screw import MODEL as ball_screw
-from bristle.plants.inertia import MODEL as inertia
-from bristle.plants.oscillator import MODEL as oscillator
-from bristle.plants.pulled_inertia import MODEL as pulled_inertia
 from bristle.plants.terms import TERMS, terms_in, with_terms
 
-PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia, oscillator, pulled_inertia, ball_screw)}  # every plant, by name
+PLANTS: dict[str, Plant] = {plant.name: plant for plant in tuple(vars().values()) if isinstance(plant, Plant)}  # every plant, by name
 
-__all__ = ["PLANTS", "ball_screw", "find", "inertia", "oscillator", "pulled_inertia", "with_terms"]
+__all__ = ["PLANTS", "find", "with_terms"]
 
 
 def __dir__() -> list[str]:
-    return [name for name in __all__ if not name.isupper()]
+    return [*PLANTS, "find", "with_terms"]
 
 
 def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plant:

@@ -53,7 +53,7 @@ def duration(p: Parameters) -> float:
     return p.duration
 
 
-MODEL = Passing(
+chirp = MODEL = Passing(
     name="chirp",
     description="a sine of rising frequency, from rest to rest",
     Parameters=Parameters,

@@ -37,4 +37,6 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     return p.offset + along, -omega * across, -(omega**2) * along
 
 
-MODEL = Trajectory(name="circle", description="one axis of a circle at constant speed", Parameters=Parameters, State=State, sample=sample)
+circle = MODEL = Trajectory(
+    name="circle", description="one axis of a circle at constant speed", Parameters=Parameters, State=State, sample=sample
+)
