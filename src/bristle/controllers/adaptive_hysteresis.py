@@ -134,7 +134,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State(before.q, before.v, before.q, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-adaptive_hysteresis = MODEL = Controller(
+MODEL = adaptive_hysteresis = Controller(
     name="adaptive_hysteresis",
     description="proportional-derivative law that learns a Prandtl-Ishlinskii compensator on line",
     Parameters=Parameters,

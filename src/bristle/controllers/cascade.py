@@ -87,7 +87,7 @@ def resume(state, reference, measured, effort, dt, p):
     return State(state.q_1, state.q_2, state.integral + effort - without, r_1, r_2)
 
 
-cascade = MODEL = Controller(
+MODEL = cascade = Controller(
     name="cascade",
     description="position-velocity cascade with anti-windup and feedforward, as in servo drives",
     Parameters=Parameters,

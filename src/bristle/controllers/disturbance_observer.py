@@ -77,7 +77,7 @@ def resume(state, reference, measured, effort, dt, p):
     return State(state.q, state.v, state.z + feedback - state.feedback, feedback)
 
 
-disturbance_observer = MODEL = Controller(
+MODEL = disturbance_observer = Controller(
     name="disturbance_observer",
     description="proportional-derivative law with a disturbance observer, and friction fed forward",
     Parameters=Parameters,

@@ -74,7 +74,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State(before.q, before.v)
 
 
-lugre_observer = MODEL = Controller(
+MODEL = lugre_observer = Controller(
     name="lugre_observer",
     description="proportional-derivative law with a LuGre friction observer",
     Parameters=Parameters,

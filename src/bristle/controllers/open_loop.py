@@ -26,7 +26,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State()
 
 
-open_loop = MODEL = Controller(
+MODEL = open_loop = Controller(
     name="open_loop",
     description="no feedback: what is fed forward is the command",
     Parameters=Parameters,

@@ -74,7 +74,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State(before.q, before.v)
 
 
-sliding_mode = MODEL = Controller(
+MODEL = sliding_mode = Controller(
     name="sliding_mode",
     description="sliding mode with boundary layer, velocity from the measured position, and friction fed forward",
     Parameters=Parameters,

@@ -78,7 +78,7 @@ def resume(state, reference, measured, effort, dt, p):
     return State(state.q, state.v, state.w + (effort - without) / p.J)
 
 
-super_twisting = MODEL = Controller(
+MODEL = super_twisting = Controller(
     name="super_twisting",
     description="second-order sliding mode with a continuous effort, and friction fed forward",
     Parameters=Parameters,

@@ -82,7 +82,7 @@ def rate(state, motion, p):
     return force, State(p.s * v * (1.0 - share))
 
 
-bouc_wen = MODEL = FrictionModel(
+MODEL = bouc_wen = FrictionModel(
     name="bouc_wen",
     description="smooth hysteresis with a knee of any sharpness; drifts and does not close minor loops",
     Parameters=Parameters,

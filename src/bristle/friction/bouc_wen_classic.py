@@ -150,7 +150,7 @@ def rate(state, motion, p):
     return state.z + p.sigma_2 * v, State(v * (p.alpha - decay(y, p) * y))
 
 
-bouc_wen_classic = MODEL = FrictionModel(
+MODEL = bouc_wen_classic = FrictionModel(
     name="bouc_wen_classic",
     description="Bouc-Wen hysteresis in its customary amplitudes, which yields or hardens",
     Parameters=Parameters,

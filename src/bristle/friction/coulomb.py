@@ -42,7 +42,7 @@ def commit(state, memory, move, p):
     return state
 
 
-coulomb = MODEL = FrictionModel(
+MODEL = coulomb = FrictionModel(
     name="coulomb",
     description="constant force against the motion; truly sticks at rest",
     Parameters=Parameters,

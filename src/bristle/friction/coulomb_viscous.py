@@ -43,7 +43,7 @@ def commit(state, memory, move, p):
     return state
 
 
-coulomb_viscous = MODEL = FrictionModel(
+MODEL = coulomb_viscous = FrictionModel(
     name="coulomb_viscous",
     description="constant force against the motion plus one in proportion to the velocity",
     Parameters=Parameters,

@@ -88,7 +88,7 @@ def rate(state, motion, p):
     return state.F + p.sigma_2 * motion.v, State(slope * motion.v)
 
 
-dahl = MODEL = FrictionModel(
+MODEL = dahl = FrictionModel(
     name="dahl",
     description="friction that grows with displacement until it slides; drifts under a ripple",
     Parameters=Parameters,

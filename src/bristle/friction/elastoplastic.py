@@ -94,7 +94,7 @@ def rate(state, motion, p):
     return p.sigma_0 * state.z + p.sigma_1 * z_dot + p.sigma_2 * v, State(z_dot)
 
 
-elastoplastic = MODEL = FrictionModel(
+MODEL = elastoplastic = FrictionModel(
     name="elastoplastic",
     description="bristles that do not slip below a threshold: no drift, and no hysteresis below it either",
     Parameters=Parameters,

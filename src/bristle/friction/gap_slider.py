@@ -129,7 +129,7 @@ def start(place, backward, forward):
     return State(place * (0.5 * side.gap + side.give))
 
 
-gap_slider = MODEL = FrictionModel(
+MODEL = gap_slider = FrictionModel(
     name="gap_slider",
     description="a slider in series with a hardening spring that has backlash",
     Parameters=Parameters,

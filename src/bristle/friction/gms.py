@@ -119,7 +119,7 @@ def memory_size(p: Parameters) -> int:
     return 2 * len(p.k_i)
 
 
-gms = MODEL = FrictionModel(
+MODEL = gms = FrictionModel(
     name="gms",
     description="Maxwell-slip elements that follow the Stribeck curve with a lag: non-local memory, does not drift",
     Parameters=Parameters,

@@ -58,7 +58,7 @@ class Leuven(FrictionModel):
         return {name: value for name, value in super().values(parameters).items() if name not in HELD}
 
 
-leuven = MODEL = Leuven(
+MODEL = leuven = Leuven(
     name="leuven",
     description="a hysteretic force that slips by a power law; drifts little with a large exponent",
     Parameters=COMPOSITE.Parameters,

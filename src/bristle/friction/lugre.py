@@ -131,7 +131,7 @@ def arrival(state, memory, contact, p):
     return Move(contact.z)
 
 
-lugre = MODEL = FrictionModel(
+MODEL = lugre = FrictionModel(
     name="lugre",
     description="bristles with Stribeck effect; drifts under a ripple and does not close minor loops",
     Parameters=Parameters,

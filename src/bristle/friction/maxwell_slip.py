@@ -89,7 +89,7 @@ def memory_size(p: Parameters) -> int:
     return len(p.k_i)
 
 
-maxwell_slip = MODEL = FrictionModel(
+MODEL = maxwell_slip = FrictionModel(
     name="maxwell_slip",
     description="spring-slider elements in parallel: non-local memory, closes its loops",
     Parameters=Parameters,

@@ -130,7 +130,7 @@ def memory_size(p: Parameters) -> int:
     return len(p.k_i)
 
 
-maxwell_stribeck = MODEL = FrictionModel(
+MODEL = maxwell_stribeck = FrictionModel(
     name="maxwell_stribeck",
     description="spring-slider elements in parallel with Stribeck limits that scatter from reversal to reversal",
     Parameters=Parameters,

@@ -102,7 +102,7 @@ def memory_size(p: Parameters) -> int:
     return stack_size(p.capacity)
 
 
-preisach_contact = MODEL = TakesOperator(
+MODEL = preisach_contact = TakesOperator(
     name="preisach_contact",
     description="a Preisach operator on the position: hysteresis with non-local memory, without gross sliding",
     Parameters=Parameters,

@@ -211,7 +211,7 @@ def memory_size(p: Parameters) -> int:
     return stack_size(p.capacity)
 
 
-preisach_lugre = MODEL = TakesOperator(
+MODEL = preisach_lugre = TakesOperator(
     name="preisach_lugre",
     description="bristles with the non-local memory of a Preisach operator; closes its loops, does not drift",
     Parameters=Parameters,

@@ -75,7 +75,7 @@ def commit(state, memory, move, p):
     return State(move.f_next, move.f_r, move.side)
 
 
-reformed_dahl = MODEL = FrictionModel(
+MODEL = reformed_dahl = FrictionModel(
     name="reformed_dahl",
     description="hysteresis in closed form that remembers its last reversal only",
     Parameters=Parameters,

@@ -62,7 +62,7 @@ def commit(state, memory, move, p):
     return state
 
 
-stribeck = MODEL = FrictionModel(
+MODEL = stribeck = FrictionModel(
     name="stribeck",
     description="static map from velocity to force that falls from break-away to Coulomb friction",
     Parameters=Parameters,

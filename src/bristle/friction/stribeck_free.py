@@ -63,7 +63,7 @@ def commit(state, memory, move, p):
     return state
 
 
-stribeck_free = MODEL = FrictionModel(
+MODEL = stribeck_free = FrictionModel(
     name="stribeck_free",
     description="static map from velocity to force that falls or rises with speed before it levels off",
     Parameters=Parameters,

@@ -41,7 +41,7 @@ def commit(state, memory, move, p):
     return state
 
 
-viscous = MODEL = FrictionModel(
+MODEL = viscous = FrictionModel(
     name="viscous",
     description="force in proportion to the velocity",
     Parameters=Parameters,

@@ -166,7 +166,7 @@ RELATIONS = (
     ),
 )
 
-everett_table = MODEL = HysteresisOperator(
+MODEL = everett_table = HysteresisOperator(
     name="everett_table",
     description="Preisach operator from its turning points, Everett function tabulated from data",
     Parameters=Parameters,

@@ -53,7 +53,7 @@ def commit(state, memory, move, p):
     return state
 
 
-inverse_prandtl_ishlinskii = MODEL = HysteresisOperator(
+MODEL = inverse_prandtl_ishlinskii = HysteresisOperator(
     name="inverse_prandtl_ishlinskii",
     description="plays in parallel: the displacement from the force",
     Parameters=Parameters,

@@ -100,7 +100,7 @@ def commit(state, memory, move, p):
     return forward_commit(state, memory, move, p)
 
 
-inverse_preisach = MODEL = HysteresisOperator(
+MODEL = inverse_preisach = HysteresisOperator(
     name="inverse_preisach",
     description="the displacement from the force, by the turning points of a Preisach operator",
     Parameters=Parameters,

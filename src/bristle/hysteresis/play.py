@@ -53,7 +53,7 @@ def commit(state, memory, move, p):
     return State(move.w)
 
 
-play = MODEL = HysteresisOperator(
+MODEL = play = HysteresisOperator(
     name="play",
     description="play, or backlash: what is pushed over a gap",
     Parameters=Parameters,

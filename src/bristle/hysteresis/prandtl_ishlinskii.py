@@ -70,7 +70,7 @@ def commit(state, memory, move, p):
     return state
 
 
-prandtl_ishlinskii = MODEL = HysteresisOperator(
+MODEL = prandtl_ishlinskii = HysteresisOperator(
     name="prandtl_ishlinskii",
     description="stops in parallel: congruent loops, and an inverse in closed form",
     Parameters=Parameters,

@@ -57,7 +57,7 @@ def memory_size(p: Parameters) -> int:
     return stack_size(p.capacity)
 
 
-preisach = MODEL = HysteresisOperator(
+MODEL = preisach = HysteresisOperator(
     name="preisach",
     description="Preisach operator from its turning points, Everett function in closed form",
     Parameters=Parameters,

@@ -136,7 +136,7 @@ RELATIONS = (
     ),
 )
 
-preisach_grid = MODEL = HysteresisOperator(
+MODEL = preisach_grid = HysteresisOperator(
     name="preisach_grid",
     description="Preisach operator from the measure of each cell of a grid, of either sign",
     Parameters=Parameters,

@@ -93,7 +93,7 @@ class RelayGrid(HysteresisOperator):
         return -np.sign(total)
 
 
-relay_grid = MODEL = RelayGrid(
+MODEL = relay_grid = RelayGrid(
     name="relay_grid",
     description="Preisach operator by brute force, one relay for each cell of a grid: the reference",
     Parameters=Parameters,

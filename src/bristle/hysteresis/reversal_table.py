@@ -216,7 +216,7 @@ RELATIONS = (
     ),
 )
 
-reversal_table = MODEL = HysteresisOperator(
+MODEL = reversal_table = HysteresisOperator(
     name="reversal_table",
     description="Preisach operator from its turning points, Everett function tabulated along reversal curves",
     Parameters=Parameters,

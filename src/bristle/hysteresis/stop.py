@@ -48,7 +48,7 @@ def commit(state, memory, move, p):
     return State(move.y)
 
 
-stop = MODEL = HysteresisOperator(
+MODEL = stop = HysteresisOperator(
     name="stop",
     description="stop: the deflection of a spring that slips",
     Parameters=Parameters,

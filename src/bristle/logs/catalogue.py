@@ -1,6 +1,6 @@
 """The formats of logs that are read, a line each: by their first bytes, for the ending of a name may lie.
 
-A format is a module of this folder that ends with ``NAME = FORMAT = LogFormat(...)``, and an import below. Those that need a library, or
+A format is a module of this folder that ends with ``FORMAT = NAME = LogFormat(...)``, and an import below. Those that need a library, or
 share a module, are a line of `FORMATS` and a function ``read_NAME(data, request)``, which is imported when a file is read.
 """
 

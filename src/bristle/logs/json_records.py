@@ -163,4 +163,4 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
 
 
 EXAMPLE = b'[{"t": 0.0, "q": 1.5}, {"t": 0.001, "q": 1.6}, {"t": 0.002, "q": 1.7}, {"t": 0.003, "q": 1.8}]'
-json_records = FORMAT = LogFormat("json_records", "JSON", recognises, read=read, holds_tables=True, example=EXAMPLE)
+FORMAT = json_records = LogFormat("json_records", "JSON", recognises, read=read, holds_tables=True, example=EXAMPLE)

@@ -64,7 +64,7 @@ def screw(p: Parameters) -> Screw:
     return Screw(p.M, p.k, p.d, 0.5 * p.backlash, p.lead / (2.0 * math.pi))
 
 
-ball_screw = MODEL = Plant(
+MODEL = ball_screw = Plant(
     name="ball_screw",
     description="a motor that pulls a table along by an elastic screw with backlash: friction on either side",
     Parameters=Parameters,

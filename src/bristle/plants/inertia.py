@@ -58,7 +58,7 @@ def inverse(x, v, a, p):
     return p.M * a
 
 
-inertia = MODEL = Plant(
+MODEL = inertia = Plant(
     name="inertia",
     description="one mass or inertia, driven by the effort against the friction",
     Parameters=Parameters,

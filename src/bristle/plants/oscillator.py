@@ -65,7 +65,7 @@ def inverse(x, v, a, p):
     return p.M * a + p.c * v + p.k * x
 
 
-oscillator = MODEL = Plant(
+MODEL = oscillator = Plant(
     name="oscillator",
     description="one mass or inertia on a spring and a damper to the ground",
     Parameters=Parameters,

@@ -67,7 +67,7 @@ def rate(state, effort, force, p):
     return State(state.v, (effort + p.k * (state.x_e - state.x) - force) / p.M, p.v_e)
 
 
-pulled_inertia = MODEL = Plant(
+MODEL = pulled_inertia = Plant(
     name="pulled_inertia",
     description="one mass or inertia, pulled through a spring whose far end moves at constant velocity",
     Parameters=Parameters,

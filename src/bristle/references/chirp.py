@@ -53,7 +53,7 @@ def duration(p: Parameters) -> float:
     return p.duration
 
 
-chirp = MODEL = Passing(
+MODEL = chirp = Passing(
     name="chirp",
     description="a sine of rising frequency, from rest to rest",
     Parameters=Parameters,

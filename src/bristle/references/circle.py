@@ -37,6 +37,6 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     return p.offset + along, -omega * across, -(omega**2) * along
 
 
-circle = MODEL = Trajectory(
+MODEL = circle = Trajectory(
     name="circle", description="one axis of a circle at constant speed", Parameters=Parameters, State=State, sample=sample
 )

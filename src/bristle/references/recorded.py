@@ -36,7 +36,7 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     )
 
 
-recorded = MODEL = Trajectory(
+MODEL = recorded = Trajectory(
     name="recorded",
     description="a recorded motion, as a log has it",
     Parameters=Parameters,

@@ -36,7 +36,7 @@ def duration(p: Parameters) -> float:
     return legs_through((p.distance,), p.velocity, p.acceleration, p.jerk).end
 
 
-s_curve = MODEL = Passing(
+MODEL = s_curve = Passing(
     name="s_curve",
     description="a move from rest to rest with limited velocity, acceleration and jerk",
     Parameters=Parameters,

@@ -39,6 +39,6 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     return position, velocity, acceleration
 
 
-sine = MODEL = Trajectory(
+MODEL = sine = Trajectory(
     name="sine", description="a sine of constant amplitude and frequency", Parameters=Parameters, State=State, sample=sample
 )

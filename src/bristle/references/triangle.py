@@ -44,7 +44,7 @@ def duration(p: Parameters) -> float:
     return _legs(p).end
 
 
-triangle = MODEL = Passing(
+MODEL = triangle = Passing(
     name="triangle",
     description="to and fro at one speed, in loops that are alike or lie inside one another",
     Parameters=Parameters,

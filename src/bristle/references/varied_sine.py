@@ -46,7 +46,7 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     return (p.offset + A * s, A_dot * s + A * omega * c, A_ddot * s + 2.0 * A_dot * omega * c - A * omega**2 * s)
 
 
-varied_sine = MODEL = Trajectory(
+MODEL = varied_sine = Trajectory(
     name="varied_sine",
     description="a sine of constant frequency whose amplitude varies",
     Parameters=Parameters,

@@ -42,4 +42,4 @@ def step(state, x, dt, p):
     return p.resolution * math.floor(read / p.resolution + 0.5), state_next
 
 
-encoder = MODEL = Sensor(name="encoder", description="position in whole counts, with noise", Parameters=Parameters, State=State, step=step)
+MODEL = encoder = Sensor(name="encoder", description="position in whole counts, with noise", Parameters=Parameters, State=State, step=step)
