@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from tests.figures.gallery import gallery
+from tests.figures.looks import differences, frozen, look_of
 
 from bristle.core import scale_of
 from bristle.figures import style
@@ -28,6 +30,11 @@ def inches(axes):
     wide, tall = axes.figure.get_size_inches()
     box = axes.get_position()
     return tuple(round(float(edge), 9) for edge in (box.x0 * wide, (1.0 - box.x1) * wide, box.y0 * tall, (1.0 - box.y1) * tall))
+
+
+@pytest.mark.parametrize("name", ["break_away", "errors_by_truth", "following_error", "loops_proposed", "residuals"])
+def test_looks_of_lines_and_marks_are_as_they_were_frozen(name):
+    assert list(differences(frozen()[name], look_of(gallery()[name]()))) == []
 
 
 @pytest.mark.parametrize("kind", WORDS)
@@ -74,6 +81,16 @@ def test_a_sample_by_itself_is_a_stretch():
     assert style.runs(np.zeros(1), np.zeros(1)) == [slice(0, 1)]
     assert style.runs(np.arange(3.0), np.array([1.0, np.nan, 2.0])) == [slice(0, 1), slice(2, 3)]
     assert style.runs(np.array([0.0, np.nan, 2.0]), np.zeros(3)) == [slice(0, 1), slice(2, 3)]
+    assert style.runs(np.arange(3.0), np.full(3, np.nan)) == []
+
+
+def test_stretches_of_one_length_have_one_share_of_the_width():
+    t = np.concatenate([np.arange(4000.0), 9000.0 + np.arange(4000.0)])
+    x, _ = style.line(t, np.random.default_rng(1).normal(size=8000))
+    first, second = np.count_nonzero(x < 5000.0), np.count_nonzero(x > 5000.0)
+    assert 0.8 * 960 < first <= 960
+    assert second == pytest.approx(first, rel=0.05)
+    assert [side.size for side in style.line(t, np.full(8000, np.nan))] == [0, 0]
 
 
 def test_a_cloud_has_a_point_in_each_cell_of_its_grid():
@@ -82,6 +99,8 @@ def test_a_cloud_has_a_point_in_each_cell_of_its_grid():
     assert style.spread(np.empty(0), np.empty(0)).size == 0
     assert style.spread(np.ones(3), np.ones(3)).tolist() == [0]
     assert style.spread(np.arange(4.0), np.zeros(4), (2, 1)).tolist() == [0, 2, 3]
+    corners = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.5, 1.0, 0.5, 0.0, 1.0])
+    assert style.spread(*corners, (2, 3)).tolist() == list(range(6))
 
 
 def test_shares_are_percent_of_all_values():
