@@ -94,7 +94,7 @@ def _span(values: Any) -> list[float]:
 
 def _line(line: Any) -> list[Any]:
     ends = [_span(line.get_xdata()), _span(line.get_ydata())]
-    look = [to_hex(line.get_color()), str(line.get_linestyle()), str(line.get_marker()), line.get_fillstyle()]
+    look = [to_hex(line.get_color()), str(line._unscaled_dash_pattern), str(line.get_marker()), line.get_fillstyle()]
     sizes = [float(v) for v in (line.get_linewidth(), line.get_markersize(), line.get_markeredgewidth(), line.get_zorder())]
     return ["line", line.get_label(), *look, str(line.get_markerfacecolor()), sizes, len(line.get_xdata()), *ends]
 

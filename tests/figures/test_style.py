@@ -219,6 +219,8 @@ def test_a_title_is_cut_to_its_panel_and_keeps_the_number_behind_its_name():
     style.title(axes, f"of {name}", name)
     assert "…" in axes.get_title(loc="right")
     assert axes.get_title(loc="right").startswith("of W")
+    style.title(axes, name)
+    assert width(axes.get_title(loc="right"), 8.5) > available - 0.3
     style.title(axes, "short", "short")
     assert axes.get_title(loc="right") == "short"
 
@@ -248,10 +250,10 @@ def test_a_window_is_shaded_from_its_first_to_its_last_time_behind_all_lines():
 
 def test_no_line_joins_the_two_sides_of_rest():
     _, ((axes,),) = style.panels(3.0)
-    points = np.array([[-2.0, -5.0], [-0.0, -4.0], [0.0, 4.0], [2.0, 5.0]])
+    points = np.array([[-2.0, -5.0], [-0.0, 4.0], [0.0, -4.0], [2.0, 5.0]])
     style.plot_by_side(axes, points, "model", style.DASHED)
     assert [line.get_label() for line in axes.get_lines()] == ["model", "_same"]
-    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-5.0, -4.0], [4.0, 5.0]]
+    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-5.0, 4.0], [-4.0, 5.0]]
     style.plot_by_side(axes, points[2:], "forward", style.DASHED)
     assert [line.get_label() for line in axes.get_lines()[2:]] == ["forward"]
 
@@ -307,6 +309,15 @@ def test_a_long_name_takes_the_room_that_short_ones_leave():
     assert illegible_texts(figure) == [] or all("W" not in fault for fault in illegible_texts(figure))
 
 
+def test_two_long_names_share_the_room_of_a_legend():
+    figure, axes = named("W" * 60, "V" * 60)
+    style.legend(axes)
+    first, second = (box.width / figure.dpi for text, box in texts_of(figure) if text.get_text()[0] in "WV")
+    assert first == pytest.approx(second, rel=0.1)
+    assert 2.4 < first < 3.3
+    assert illegible_texts(figure) == []
+
+
 def test_a_legend_behind_which_there_is_no_room_begins_further_left():
     figure, axes = named("the name of the first variant", "and that of another one", columns=3)
     style.legend(axes)
@@ -331,7 +342,7 @@ def test_a_legend_in_the_corner_tells_how_far_it_reaches_over_its_panel():
 @pytest.mark.parametrize(("worst", "first"), [(500, 485), (0, 0), (999, 970)])
 def test_a_window_lies_around_the_largest_error_and_within_the_log(worst, first):
     error = np.zeros(1000)
-    error[worst] = -2.0
+    error[worst] = -0.5
     error[[10, 20]] = np.nan, np.inf
     assert style.window(np.arange(2000.0), np.tile(error, 2)) == slice(max(worst - 30, 0), max(worst - 30, 0) + 60)
     assert style.window(np.arange(1000.0), error, 0.03) == slice(min(max(worst - 20, 0), 960), min(max(worst - 20, 0), 960) + 40)
