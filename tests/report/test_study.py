@@ -87,6 +87,11 @@ def test_a_metric_is_told_in_a_sentence_with_its_strongest_cause(told):
     assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(told, *entries, ("x", 0.7, (0.1, 0.9))))[3]
 
 
+def test_a_study_of_which_every_run_failed_says_so(told):
+    lines = study_sentences(told | {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}})
+    assert lines == ["2 of 2 runs did not end well: 2 refused."]
+
+
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
 def test_a_cause_whose_interval_holds_zero_is_none(told, interval):
     lines = study_sentences(goes_with(told, ("plant.M", 0.2, interval)))
