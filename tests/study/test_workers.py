@@ -223,3 +223,12 @@ def test_no_worker_begins_once_the_study_ends(monkeypatch):
     crew._end()
     with pytest.raises(WorkerError, match="the study ends"):
         crew._simulated(BLOCKS[0])
+
+
+def test_a_crew_yields_the_blocks_that_were_simulated_and_ends_its_processes(monkeypatch):
+    crew = Crew(None, 2)
+    crew.processes.update(Fake() for _ in range(2))
+    monkeypatch.setattr(crew, "_simulated", lambda block: None if block.first == 4 else {"run": block.first})
+    arrived = dict(crew.results(BLOCKS))
+    assert {block.first: columns["run"] for block, columns in arrived.items()} == {k: k for k in range(9) if k != 4}
+    assert crew.processes == set()
