@@ -17,12 +17,13 @@ from bristle.study.workers import Cluster, Crew, Here, WorkerError, _as_ready, c
 BLOCKS = [Block(k, k + 1) for k in range(9)]
 
 
-@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("count", [1, 2, 3])
 def test_every_block_comes_back_once_with_its_columns(count):
-    at_once, most, lock = [0], [0], threading.Lock()
+    at_once, most, lock, threads = [0], [0], threading.Lock(), set()
 
     def simulate(block):
         with lock:
+            threads.add(threading.get_ident())
             at_once[0] += 1
             most[0] = max(most[0], at_once[0])
         time.sleep(0.01)
@@ -34,6 +35,7 @@ def test_every_block_comes_back_once_with_its_columns(count):
     assert sorted(columns["run"] for _, columns in outcome) == list(range(9))
     assert all(block.first == columns["run"] for block, columns in outcome)
     assert (most[0] > 1) is (count > 1)
+    assert (threads == {threading.get_ident()}) is (count == 1)
 
 
 def test_no_more_blocks_are_handed_out_than_are_asked_ahead():
