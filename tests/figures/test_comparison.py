@@ -64,7 +64,7 @@ def test_the_window_behind_a_reversal_is_shaded_over_the_line_of_no_error():
     assert comparison(item).axes[2].patches[0].get_width() == 0.0
 
 
-def test_a_change_is_full_where_its_interval_leaves_out_zero():
+def test_a_change_is_full_where_the_interval_leaves_out_zero():
     changes = comparison(compared()).axes[-1]
     drawn = lines(changes)
     sure, unsure = drawn["_change"], drawn["_no change told"]
@@ -90,7 +90,7 @@ def test_in_short_reversals_stand_above_the_changes_or_the_whole_motion():
     assert len(comparison(item).axes) == 2
 
 
-def test_captions_say_what_is_drawn():
+def test_captions_name_the_panels():
     one, other = compared(), without_reference()
     assert "of the following error: light before" in FIGURE.caption(one)
     assert "of the effort: light before" in FIGURE.caption(other)

@@ -16,7 +16,7 @@ def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
 
 
-def test_friction_is_told_apart_by_whether_the_axis_speeds_up():
+def test_friction_is_reported_apart_by_whether_the_axis_speeds_up():
     best = fit(PLAIN, "lugre")
     best.traces.velocity = np.array([-2e-3, -1e-3, 1e-3, 2e-3, 3e-3])
     best.traces.acceleration = np.array([-1.0, 1.0, 1.0, -1.0, 0.0])
@@ -41,7 +41,7 @@ def test_the_first_page_has_the_worst_reversal_where_a_loop_completed():
     assert list(lines(measured.axes[1])) == ["measured", *PLAIN]
 
 
-def test_a_first_page_says_what_stands_on_the_page():
+def test_a_caption_of_the_first_page_follows_the_panels():
     one, two = (figures.FIRST.caption(None, None, loop, None) for loop in (None, 1))
     assert "Below" not in one
     assert "Below" in two
@@ -73,7 +73,7 @@ def test_the_close_up_lies_around_the_largest_difference_and_is_shaded_in_the_wh
     assert not full.collections
 
 
-def test_a_band_lies_by_its_half_width_around_what_is_predicted():
+def test_a_band_lies_by_the_half_width_around_the_prediction():
     full, close = pair(np.full(T.size, 2.0))
     for axes in (full, close):
         (band,) = axes.collections
@@ -84,7 +84,7 @@ def test_a_band_lies_by_its_half_width_around_what_is_predicted():
         assert band.get_label() == "95 % band"
 
 
-def test_a_band_with_a_gap_has_one_name():
+def test_a_band_with_a_gap_has_a_single_name():
     axes, x = Figure().add_subplot(), np.array([0.0, 1.0, 2.0, 8.0, 9.0])
     figures.draw_band(axes, x, np.zeros(5), np.ones(5))
     assert [band.get_label() for band in axes.collections] == ["95 % band", "_95 % band"]
@@ -98,7 +98,7 @@ def with_residual(residual):
     return figures.residuals(best)
 
 
-def test_the_distribution_of_residuals_stands_beside_a_normal_one():
+def test_the_distribution_of_residuals_stands_beside_a_normal_distribution():
     residual = 3.0 + 0.5 * np.random.default_rng(3).normal(size=4000)
     over_time, spread, white = with_residual(residual).axes
     shares, edges, _ = spread.patches[0].get_data()
@@ -137,7 +137,7 @@ def test_no_lag_is_longer_than_the_longest_stretch():
 
 
 @pytest.mark.parametrize(("effort", "position", "panels"), [(True, True, 4), (True, False, 2), (False, True, 2)])
-def test_a_prediction_shows_what_it_predicts(effort, position, panels):
+def test_a_prediction_shows_the_predicted_signals(effort, position, panels):
     result = predicted()
     if not effort:
         result.effort_predicted = None
@@ -153,7 +153,7 @@ def test_a_prediction_shows_what_it_predicts(effort, position, panels):
     assert not figures.PREDICTION.applies(result, "translational")
 
 
-def test_the_error_of_a_position_is_measured_less_predicted_in_its_band():
+def test_the_error_of_a_position_is_measured_less_predicted_in_the_band():
     result = predicted()
     result.position_half_width = np.full(T.size, 1e-4)
     *_, course, off = figures.prediction(result).axes
@@ -168,7 +168,7 @@ def test_the_error_of_a_position_is_measured_less_predicted_in_its_band():
 
 
 @pytest.mark.parametrize(("effort", "position"), [(None, None), (1, None), (None, 1)])
-def test_a_band_is_told_where_there_is_one(effort, position):
+def test_a_caption_speaks_of_a_band_where_a_band_is_drawn(effort, position):
     result = Some(half_width=effort, position_half_width=position, mode="inverse")
     assert (WORDS in figures.PREDICTION.caption(result, "translational")) == (effort is not None or position is not None)
     assert "inverse mode: " in figures.PREDICTION.caption(result, "translational")

@@ -32,7 +32,7 @@ def test_axes_with_a_name_and_a_unit_are_in_order(axes):
 
 
 @pytest.mark.parametrize("word", "xy")
-def test_numbers_without_a_name_are_a_fault_and_an_axis_without_either_is_none(axes, word):
+def test_numbers_without_a_name_are_a_fault_and_a_bare_axis_is_in_order(axes, word):
     axes.set(**{f"{word}label": ""})
     assert unlabelled_axes(axes.figure) == [f"an axis {word} has no label"]
     axes.tick_params(labelbottom=False, labelleft=False)
@@ -40,7 +40,7 @@ def test_numbers_without_a_name_are_a_fault_and_an_axis_without_either_is_none(a
 
 
 @pytest.mark.parametrize("word", "xy")
-def test_a_name_has_its_unit_at_its_end_unless_names_stand_in_place_of_numbers(axes, word):
+def test_a_name_has_the_unit_at_the_end_unless_names_stand_in_place_of_numbers(axes, word):
     axes.set(**{f"{word}label": "Share [%] of all"})
     assert unlabelled_axes(axes.figure) == [f"the axis {word}, 'Share [%] of all', has no unit"]
     getattr(axes, f"set_{word}ticks")([0.0, 1.0], ["first", "second"])
@@ -93,7 +93,7 @@ def test_texts_may_touch_by_a_pixel(overlap, faults, beside):
 
 
 @pytest.mark.parametrize(("angles", "faults"), [((45.0, 45.0), 0), ((45.0, 0.0), 1), ((30.0, 30.0), 1)])
-def test_texts_that_slant_alike_lie_beside_one_another(angles, faults):
+def test_texts_that_slant_alike_do_not_overlap(angles, faults):
     figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
     for angle in angles:
         at(figure, 100.0, 100.0, rotation=angle)

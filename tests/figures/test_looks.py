@@ -26,11 +26,11 @@ MODULES += (rig_layout, small_multiples)
 
 
 @pytest.mark.parametrize("name", DRAWS)
-def test_a_figure_looks_as_it_was_frozen(name):
+def test_a_figure_looks_as_frozen(name):
     assert list(differences(FROZEN[name], look_of(DRAWS[name]()))) == []
 
 
-def test_a_look_that_changed_is_told_by_its_place():
+def test_a_look_that_changed_is_reported_by_the_place():
     was = {"panels": [{"box": [1.0, 2.0], "titles": ["a"]}]}
     assert list(differences(was, {"panels": [{"box": [1.0, 2.00001], "titles": ["a"]}]})) == []
     assert list(differences(was, {"panels": [{"box": [1.0, 2.1], "titles": ["a"]}]})) == ["/panels/0/box: [1.0, 2.0] became [1.0, 2.1]"]

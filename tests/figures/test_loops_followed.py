@@ -25,7 +25,7 @@ def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
 
 
-def test_what_lies_before_the_settling_time_is_left_out():
+def test_samples_before_the_settling_time_are_left_out():
     motion, errors, *_ = following_error(looped(NAMES)).axes
     assert motion.get_lines()[0].get_xdata()[[0, -1]] == pytest.approx([0.5, T[-1]])
     drawn = lines(errors)["plain"]
@@ -34,7 +34,7 @@ def test_what_lies_before_the_settling_time_is_left_out():
     assert errors.get_ylabel() == "Following error [µm]"
 
 
-def test_an_error_is_the_reference_less_what_is_measured():
+def test_an_error_is_the_reference_less_the_encoder_reading():
     result = looped(("a",))
     result.variants["a"].measured = X - 2e-6
     assert lines(following_error(result).axes[1])["a"].get_ydata() == pytest.approx(2.0)
@@ -84,7 +84,7 @@ def test_the_worst_reversal_is_drawn_of_the_first_and_the_last_loop(measured, na
     assert list(lines(alone)) == [*([] if measured is None else ["measured"]), "one"]
 
 
-def test_two_loops_lie_light_and_dark_and_a_third_one_behind_them():
+def test_two_loops_lie_light_and_dark_and_a_third_loop_behind():
     full, close, effort = loops_at_reversal(looped(NAMES), NAMES).axes
     styles = [(line.get_linestyle(), line.get_linewidth()) for line in full.get_lines()]
     assert styles == [("--", 1.1), ("-", 2.2), ("-", 0.9)]
@@ -97,7 +97,7 @@ def test_two_loops_lie_light_and_dark_and_a_third_one_behind_them():
     assert [line.get_linewidth() for line in loops_at_reversal(looped(NAMES), NAMES[:2]).axes[0].get_lines()] == [2.2, 0.9]
 
 
-def test_a_reference_that_never_turns_is_looked_at_around_its_largest_error():
+def test_a_reference_that_never_turns_is_looked_at_around_the_largest_error():
     result = looped(("a",))
     item = result.variants["a"]
     item.reference = T.copy()
@@ -108,7 +108,7 @@ def test_a_reference_that_never_turns_is_looked_at_around_its_largest_error():
     assert x.size == 40 or np.ptp(x) > 0.0
 
 
-def test_a_loop_completes_that_is_finite_and_outlasts_its_settling_time():
+def test_a_loop_completes_that_is_finite_and_outlasts_the_settling_time():
     result = looped(NAMES)
     assert has_completed(result) is True
     for name in NAMES[1:]:
@@ -138,7 +138,7 @@ def test_an_open_loop_has_four_panels_and_a_legend_for_several():
     assert list(lines(open_loop(result).axes[0])) == ["base", "fed"]
 
 
-def test_captions_follow_what_is_drawn():
+def test_captions_follow_the_drawing():
     assert "Reference less encoder reading: over time" in FIGURE.caption(None, (), None)
     assert "Reference less encoder reading, measured and simulated: over time" in FIGURE.caption(None, (), 1)
     one, two = (["a"], ["a"]), (["a", "b", "c"], ["b", "c"])

@@ -93,7 +93,7 @@ def test_the_median_is_that_of_the_logs_that_tell():
     assert axes.get_ylabel() == "F_C [N]"
 
 
-def test_every_log_has_its_interval_and_those_apart_are_hollow():
+def test_every_log_has_the_interval_and_those_apart_are_hollow():
     runs, axes = drawn()
     ordinary, apart = axes.containers
     assert (ordinary.get_label(), apart.get_label()) == ("log, 95 % interval", "stands apart")

@@ -28,7 +28,7 @@ def planned(*purposes, kind="translational", velocity=None):
     )
 
 
-def test_pieces_of_one_purpose_in_a_row_are_one_part():
+def test_pieces_of_a_purpose_in_a_row_are_a_single_part():
     parts = _parts(planned("presliding", "presliding", "stribeck", "inertia"))
     assert parts == {"presliding": slice(0, 200), "stribeck": slice(200, 300), "inertia": slice(300, 400)}
 
@@ -46,7 +46,7 @@ def test_each_purpose_has_a_panel_in_which_the_motion_begins_at_zero():
     assert motion(planned("stribeck", kind="rotational")).axes[0].get_ylabel() == "Angle [mrad]"
 
 
-def test_a_slide_is_told_by_its_second_half():
+def test_a_slide_is_reported_by_the_second_half():
     velocity = np.zeros(401)
     velocity[20:60], velocity[80:84], velocity[100:140] = 2e-3, 5e-3, -4e-3  # the second one is too short to be steady
     velocity[60:80] = np.linspace(2.1e-3, 4.9e-3, 20)
@@ -57,7 +57,7 @@ def test_a_slide_is_told_by_its_second_half():
 
 
 @pytest.mark.parametrize(("steps", "slides"), [(4, 0), (5, 1)])
-def test_a_slide_has_more_than_four_steps_at_one_speed(steps, slides):
+def test_a_slide_has_more_than_four_steps_at_the_same_speed(steps, slides):
     velocity = np.linspace(0.0, 1e-3, 401)
     velocity[100 : 101 + steps] = 5e-3
     assert _steady(planned("stribeck", velocity=velocity), np.ones(401), slice(0, 401)).shape == (slides, 2)
@@ -67,7 +67,7 @@ def test_rest_is_no_slide():
     assert _steady(planned("stribeck", velocity=np.zeros(401)), np.ones(401), slice(0, 401)).shape == (0, 2)
 
 
-def test_what_to_expect_are_loops_over_position_and_levels_over_speed():
+def test_expected_friction_is_loops_over_position_and_levels_over_speed():
     velocity = np.where(T < 1.0, 1e-3 * np.cos(2.0 * np.pi * T), np.where(T < 2.0, -2e-2, 5e-3))
     friction = 4.0 * np.sign(velocity)
     course = planned("presliding", "stribeck", "stribeck", velocity=velocity)
@@ -87,7 +87,7 @@ def test_what_to_expect_are_loops_over_position_and_levels_over_speed():
 
 
 @pytest.mark.parametrize("purpose", ["presliding", "break-away", "damping", "stribeck"])
-def test_what_a_motion_has_not_has_no_panel(purpose):
+def test_an_absent_purpose_has_no_panel(purpose):
     (axes,) = expected(planned(purpose, velocity=np.full(401, 1e-3)), np.ones(401)).axes
     assert axes.get_xlabel() == ("Speed [mm/s]" if purpose == "stribeck" else "Position [mm]")
     assert axes.get_position().x1 > 0.9

@@ -55,7 +55,7 @@ def figure(name="mine", takes="simulation", draw=lambda simulation: style.panels
     return ReportFigure(name=name, takes=takes, draw=draw, caption="See.", alternative="mine", **more)
 
 
-def test_a_figure_stands_on_reports_that_have_what_the_drawing_takes():
+def test_a_figure_stands_on_reports_that_have_the_results_for_the_drawing():
     refuse_unfit(figure(), "run", [figure()], "")
     with pytest.raises(InputError, match=r"the report of study has not.*simulation.*bristle identify or bristle run"):
         refuse_unfit(figure(), "study", [figure()], "")

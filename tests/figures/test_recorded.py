@@ -59,7 +59,7 @@ def test_the_caption_speaks_of_loops_where_there_are_any():
     assert "Below" not in PASSAGES.caption(item, segments)
 
 
-def test_what_was_recorded_is_drawn_beside_what_is_predicted_and_their_difference():
+def test_recorded_curves_stand_beside_predictions_and_differences():
     overlay, left = recorded_curves([(X, F), (2.0 * X, F)], [0.9 * F, 0.9 * F], "translational").axes
     assert [line.get_label() for line in overlay.get_lines()][:2] == ["recorded", "predicted"]
     assert len([line for line in overlay.get_lines() if not line.get_label().startswith("_")]) == 2
@@ -77,7 +77,7 @@ def test_of_many_curves_some_are_drawn(count, drawn):
     assert len(overlay.get_lines()) == 2 * drawn
 
 
-def test_loops_are_what_turns_slowly():
+def test_loops_and_break_aways_count_as_loops():
     item, segments = log()
     assert recorded._has_loops(item, segments)
     assert not recorded._has_loops(item, [Passage("moves", slice(0, 1), 0.0, 1.0)])

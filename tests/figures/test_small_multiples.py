@@ -31,7 +31,7 @@ def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
 
 
-def test_forces_have_one_unit_and_a_margin():
+def test_forces_have_the_same_unit_and_a_margin():
     units = loop_units([(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational")
     assert (units.x, units.y) == ("Position [µm]", "Friction torque [N·m]")
     low, high = units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))])
@@ -42,7 +42,7 @@ def test_forces_have_one_unit_and_a_margin():
     assert axes.get_lines()[0].get_data() == (pytest.approx([2.0]), pytest.approx([3.0]))
 
 
-def test_what_comes_before_a_sample_is_wide_and_both_parts_share_the_sample():
+def test_the_part_before_a_sample_is_wide_and_both_parts_share_the_sample():
     axes, units = Figure().add_subplot(), loop_units(TRACES.values(), "translational")
     plot_parts(axes, units, TRACES["a"], 20, ("there", "back"))
     there, back = lines(axes)["there"], lines(axes)["back"]
@@ -51,7 +51,7 @@ def test_what_comes_before_a_sample_is_wide_and_both_parts_share_the_sample():
     assert there.get_linewidth() > back.get_linewidth()
 
 
-def test_panels_stand_three_beside_one_another_with_numbers_at_the_first():
+def test_panels_stand_in_rows_of_three_with_numbers_at_the_first():
     figure = minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
     assert titles(figure) == list("abcd")
     assert [axes.get_ylabel() for axes in figure.axes] == ["Friction force [N]", "", "", "Friction force [N]"]
@@ -59,7 +59,7 @@ def test_panels_stand_three_beside_one_another_with_numbers_at_the_first():
 
 
 @pytest.mark.parametrize(("step", "text"), [(2.1e-12, ""), (1.9e-12, "none"), (-2.1e-12, ""), (0.0, "none"), (5e-7, "500 nm")])
-def test_a_drift_is_none_below_a_millionth_of_the_way(step, text):
+def test_a_drift_is_zero_below_a_millionth_of_the_way(step, text):
     figure = drift({"a": (UP, FORCE)}, {"a": step})
     (title,) = titles(figure)
     assert (title == "a: none") is (text == "none")
@@ -95,7 +95,7 @@ def test_turns_have_their_letters_away_from_the_middle():
     assert letters(blank) == [("a", "right")]  # the same letter at the same place is written once
 
 
-def test_a_letter_is_written_twice_where_its_points_part():
+def test_a_letter_is_written_twice_where_the_points_part():
     axes = Figure().add_subplot()
     axes.set_ylim(0.0, 100.0)
     small_multiples._write_letters(axes, np.zeros(4), np.array([10.0, 12.0, 14.0, 50.0]), "aaab")
@@ -107,7 +107,7 @@ def test_a_letter_is_written_twice_where_its_points_part():
     assert [text.xyann for text in left.texts] == [(-5, -9), (5, 2)]
 
 
-def test_a_family_of_loops_has_one_name_and_lies_in_one_height():
+def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
     loops = [(UP, FORCE), (UP, 2.0 * FORCE)]
     figure = loop_family({"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}})
     first, second = figure.axes

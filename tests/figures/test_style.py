@@ -42,12 +42,12 @@ def test_effort_and_position_are_called_as_on_the_kind_of_axis(kind):
     assert (style.effort_word(kind), style.position_word(kind)) == WORDS[kind]
 
 
-def test_the_largest_of_signals_leaves_out_what_is_not_finite():
+def test_the_largest_of_signals_leaves_out_infinities():
     assert style.largest(np.array([1.0, -3.0]), np.array([np.nan, np.inf, 2.0])) == 3.0
     assert style.largest() == style.largest(np.array([np.nan])) == style.largest(np.empty(0)) == 0.0
 
 
-def test_one_multiple_of_the_unit_suits_all_signals():
+def test_a_common_multiple_of_the_unit_suits_all_signals():
     scale = style.scale_for("length", "translational", np.array([1e-7]), np.array([-2e-6]))
     assert (scale.unit, scale.factor) == ("µm", pytest.approx(1e6))
     scale, word = style.effort_scale("rotational", np.array([5e-3]))
@@ -66,13 +66,13 @@ def test_a_signal_of_four_samples_a_column_is_drawn_whole():
     assert style.envelope(np.zeros(8), 2).tolist() == list(range(8))
 
 
-def test_a_column_keeps_its_ends_and_its_extremes():
+def test_a_column_keeps_the_ends_and_the_extremes():
     y = np.array([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0])
     assert style.envelope(y, 2).tolist() == [0, 1, 3, 5, 6, 10]
 
 
 @pytest.mark.parametrize(("step", "parts"), [(1.4, 1), (1.6, 2)])
-def test_a_step_of_more_than_one_and_a_half_is_a_gap(step, parts):
+def test_a_step_of_more_than_half_above_the_usual_is_a_gap(step, parts):
     x = np.array([0.0, 1.0, 2.0, 2.0 + step, 3.0 + step, 4.0 + step])
     assert len(style.runs(x, x)) == parts
 
@@ -84,7 +84,7 @@ def test_a_sample_by_itself_is_a_stretch():
     assert style.runs(np.arange(3.0), np.full(3, np.nan)) == []
 
 
-def test_stretches_of_one_length_have_one_share_of_the_width():
+def test_stretches_of_equal_length_have_the_same_share_of_the_width():
     t = np.concatenate([np.arange(4000.0), 9000.0 + np.arange(4000.0)])
     x, _ = style.line(t, np.random.default_rng(1).normal(size=8000))
     first, second = np.count_nonzero(x < 5000.0), np.count_nonzero(x > 5000.0)
@@ -93,7 +93,7 @@ def test_stretches_of_one_length_have_one_share_of_the_width():
     assert [side.size for side in style.line(t, np.full(8000, np.nan))] == [0, 0]
 
 
-def test_a_cloud_has_a_point_in_each_cell_of_its_grid():
+def test_a_cloud_has_a_point_in_each_cell_of_the_grid():
     x, y = (side.ravel() for side in np.meshgrid(np.arange(480.0), np.arange(240.0)))
     assert 240 * 120 <= style.spread(x, y).size <= 240 * 120 + 4
     assert style.spread(np.empty(0), np.empty(0)).size == 0
@@ -117,7 +117,7 @@ def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
     assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
 
 
-def test_a_panel_leaves_room_for_the_words_at_its_edges():
+def test_a_panel_leaves_room_for_the_words_at_the_edges():
     figure, ((axes,),) = style.panels(3.0)
     assert figure.get_size_inches().tolist() == [7.2, 3.0]
     assert inches(axes) == (0.68, 0.12, 0.46, 0.32)
@@ -190,14 +190,14 @@ def test_no_rows_have_no_names():
     assert inches(axes)[0] == pytest.approx(1.0)
 
 
-def test_a_row_of_panels_has_one_name_and_one_set_of_numbers_at_y():
+def test_a_row_of_panels_has_name_and_numbers_of_y_at_the_first_panel():
     _, (row,) = style.panels(3.0, columns=3)
     style.share_y(row, "Force [N]")
     assert [axes.get_ylabel() for axes in row] == ["Force [N]", "", ""]
     assert [axes.yaxis.get_tick_params().get("labelleft", True) for axes in row] == [True, False, False]
 
 
-def test_panels_of_one_height_reach_from_the_lowest_to_the_highest():
+def test_panels_of_the_same_height_reach_from_the_lowest_to_the_highest():
     _, (row,) = style.panels(3.0, columns=3)
     for axes, limits in zip(row, ((0.0, 1.0), (-2.0, 0.5), (0.0, 4.0)), strict=True):
         axes.set_ylim(limits)
@@ -205,7 +205,7 @@ def test_panels_of_one_height_reach_from_the_lowest_to_the_highest():
     assert {axes.get_ylim() for axes in row} == {(-2.0, 4.0)}
 
 
-def test_a_title_is_cut_to_its_panel_and_keeps_the_number_behind_its_name():
+def test_a_title_is_cut_to_the_panel_and_keeps_the_number_behind_the_name():
     _, ((axes, _),) = style.panels(3.0, columns=2)
     available, name = 7.2 * axes.get_position().width, "W" * 60
     whole = []
@@ -238,7 +238,7 @@ def test_signals_over_time_are_in_the_units_at_their_axes():
     assert first.get_linewidth() == style.MEASURED["linewidth"]
 
 
-def test_a_window_is_shaded_from_its_first_to_its_last_time_behind_all_lines():
+def test_a_window_is_shaded_from_the_first_to_the_last_time_behind_all_lines():
     _, ((axes,),) = style.panels(3.0)
     style.mark_window(axes, np.empty(0))
     assert not axes.patches
@@ -272,7 +272,7 @@ def test_a_panel_without_names_has_no_legend():
     assert not figure.legends
 
 
-def test_a_legend_of_few_names_is_one_line_above_its_panel_from_the_left():
+def test_a_legend_of_few_names_is_a_single_line_above_the_panel_from_the_left():
     figure, axes = named("measured", "predicted", "a third", "a fourth", "a fifth")
     style.legend(axes)
     legend = axes.get_legend()
@@ -327,7 +327,7 @@ def test_a_legend_behind_which_there_is_no_room_begins_further_left():
     assert max(box.x1 for box in boxes) > figure.bbox.x1 - 0.5 * figure.dpi
 
 
-def test_a_legend_in_the_corner_tells_how_far_it_reaches_over_its_panel():
+def test_a_legend_in_the_corner_returns_the_reach_over_the_panel():
     figure, axes = named("one", "two")
     reach = style.legend_in_corner(figure, axes)
     (legend,) = figure.legends

@@ -39,7 +39,7 @@ def test_parameters_of_the_plant_come_before_those_of_friction():
     assert not any(elements.model.is_array(name) for name in names)
 
 
-def test_a_parameter_has_its_status_and_its_ends_in_its_unit():
+def test_a_parameter_has_the_status_and_the_ends_in_the_unit():
     columns = fleet().columns
     assert list(columns)[: len(RUN)] == list(RUN)
     assert columns["friction.F_C"] | {"description": ""} == {"role": "parameter", "unit": "N", "description": ""}
@@ -86,7 +86,7 @@ def estimate(status="identified", ends=(4.0, 6.0)):
         (estimate("unidentifiable"), {"p.status": "unidentifiable"}),
     ],
 )
-def test_a_row_holds_what_a_log_tells_of_a_parameter(item, row):
+def test_a_row_holds_value_and_ends_of_a_parameter(item, row):
     assert _of_estimate("p", item) == row
 
 
@@ -98,7 +98,7 @@ def test_a_row_holds_what_a_log_tells_of_a_parameter(item, row):
         (ValueError("x" * 400), "raised", "ValueError: xxx"),
     ],
 )
-def test_a_log_that_fails_is_a_row_with_its_reason(error, status, reason, monkeypatch):
+def test_a_log_that_fails_is_a_row_with_the_reason(error, status, reason, monkeypatch):
     item = fleet(log("a"), LogFile("press/b", "press", "b", "1", 1.5))
 
     def fails(self, entry):
@@ -115,13 +115,13 @@ def test_a_log_that_fails_is_a_row_with_its_reason(error, status, reason, monkey
     assert columns["friction.F_C"][0] != columns["friction.F_C"][0]  # no number
 
 
-def test_a_log_that_is_read_is_a_row_with_its_numbers(monkeypatch):
+def test_a_log_that_is_read_is_a_row_with_the_numbers(monkeypatch):
     monkeypatch.setattr(Identifier, "_numbers", lambda self, entry: {"error": 0.5})
     columns = Identifier(fleet(log("a"))).columns(Block(0, 1))
     assert (columns["status"], columns["reason"], columns["error"], columns["log"]) == (["ok"], [""], [0.5], ["a"])
 
 
-def test_a_fleet_is_told_from_another_by_what_is_fitted(logs):
+def test_fleets_differ_by_model_and_options(logs):
     names = [logs]
     first = fleet_of(names, options={"draws": 0})
     assert first.described["fleet"] == {"model": "coulomb_viscous", "draws": 0}

@@ -82,7 +82,7 @@ def test_a_doubt_takes_a_verdict_down_to_care():
     assert comparison_sentences(compared())[0] == "Whether the axis follows better nobody can tell without a reference."
 
 
-def test_each_quantity_is_told_with_its_interval():
+def test_each_quantity_is_reported_with_the_interval():
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     level = change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     peak = change("following_error.peak", 4e-5, 3e-5, None)
@@ -99,7 +99,7 @@ def test_each_quantity_is_told_with_its_interval():
 
 
 @pytest.mark.parametrize(("percent", "text"), [(12.3, "+12"), (-12.3, "−12"), (0.0, "0")])
-def test_a_percent_has_its_sign(percent, text):
+def test_a_percent_has_the_sign(percent, text):
     assert report._signed(percent, ONCE) == text
     narrow = change(interval=(-1e-5, -1e-5 + 1e-12))
     assert report._signed(percent, narrow) == {"+12": "+12.30", "−12": "−12.30", "0": "0.00"}[text]
@@ -116,7 +116,7 @@ def test_a_percent_has_its_sign(percent, text):
         ),
     ],
 )
-def test_what_was_compared_is_told_between_doubts_and_notes(shared, turns, words):
+def test_compared_cycles_stand_between_doubts_and_notes(shared, turns, words):
     doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
     remarks = remarks_of(compared(change(), diagnostics=(note, doubt), turns=turns, **shared))
     assert remarks[0].startswith("warning: one side has only 3 cycles")
@@ -129,7 +129,7 @@ def front(item, files=None, **options):
     return page, [[line.replace("\u00a0", " ") for line in lines] for _, lines in page.answers]
 
 
-def test_the_first_page_answers_what_it_gains_and_whether_to_trust_it():
+def test_the_first_page_answers_gain_and_trust():
     turn = change("reversals.forward_to_backward", 4e-5, 3e-5, (-2e-5, 1e-5))
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     page, lines = front((change(), turn, effort), before_percent=98.0)
@@ -144,7 +144,7 @@ def test_the_first_page_answers_what_it_gains_and_whether_to_trust_it():
     assert page.facts.endswith("before: a.csv")
 
 
-def test_the_first_page_of_a_change_for_the_worse_takes_it_back():
+def test_the_first_page_of_a_change_for_the_worse_advises_the_old_state():
     _, lines = front((HIGHER,), logs=1)
     assert lines[0] == ["Following error, root mean square: 30 µm, before 20 µm (+50 %)"]
     assert lines[1] == ["nothing new: what stood there before the change"]
@@ -165,7 +165,7 @@ def test_the_first_page_of_an_open_question_types_in_nothing():
     assert front((change(),), after_percent=99.0)[1][3][1:] == []
 
 
-def test_a_comparison_is_told_in_numbers_by_group(monkeypatch):
+def test_a_comparison_is_reported_in_numbers_by_group(monkeypatch):
     turn, level = change("reversals.forward_to_backward"), change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     monkeypatch.setattr(report, "_logs", len)
     summary = comparison_summary(compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={})

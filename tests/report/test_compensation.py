@@ -132,7 +132,7 @@ def plain(lines):
         (8e-6, 0.0, "lowers the following error from 8 µm (plain) to 0 m (fed) peak to peak."),
     ],
 )
-def test_friction_fed_forward_is_told_by_the_error_before_and_after(before, after, words):
+def test_friction_fed_forward_is_reported_by_the_error_before_and_after(before, after, words):
     gain = Gain((step("plain", before), step("fed", after)), "translational", "Confirm.")
     assert gain.sentences() == [f"In simulation, feeding the friction forward {words}", "Confirm."]
 
@@ -145,7 +145,7 @@ def test_the_first_loop_is_held_against_all_that_is_fed_forward():
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.49, False), (0.5, True), (0.625, True)])
-def test_lag_is_told_from_half_of_the_mean_square_on(share, told):
+def test_lag_is_distinguished_from_half_of_the_mean_square_on(share, told):
     steps = step("plain", 8e-6, 5e-6), step("fed", 2e-6, 1.234e-6, 2.5e-3, share)
     lines = Gain(steps, "translational", "Confirm.").sentences()
     assert (len(lines) == 3) is told
@@ -164,7 +164,7 @@ NOTHING = np.zeros(2)
 FOLLOWED = Following(NOTHING, NOTHING, errors_of(9e-6, 3e-6), errors_of(8e-6, 2e-6), errors_of(4e-6, 1e-6))
 
 
-def test_the_error_of_the_log_stands_beside_the_simulated_one():
+def test_the_error_of_the_log_stands_beside_the_simulated_error():
     gain = Gain((), "translational", "")
     assert about_loop(None, None, "translational") == []
     assert about_loop(gain, None, "translational") == gain.sentences()
@@ -218,7 +218,7 @@ def test_the_first_page_tells_error_and_effort_as_recorded_and_compensated():
         (0.0, "less than a hundredth"),
     ],
 )
-def test_a_large_gain_is_told_as_a_factor(best, words):
+def test_a_large_gain_is_reported_as_a_factor(best, words):
     loops = (Some(name=name, kind="translational", following_error=errors_of(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
     told = Standing(*loops, alike=False).instead.replace("\u00a0", " ")
     assert told.endswith(f"peak to peak, {words}")
@@ -248,7 +248,7 @@ def test_names_are_listed_as_many_as_are_read():
     assert names_text("abc", 2) == "a, b and 1 more"
 
 
-def test_what_lags_is_told_from_what_does_not():
+def test_an_error_is_split_into_lag_and_rest():
     time = 1e-3 * np.arange(4000)
     reference = np.sin(6.0 * time)
     velocity = np.gradient(reference, 1e-3)

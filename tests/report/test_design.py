@@ -207,7 +207,7 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_margins_are_told_of_each_point_and_once_for_loops_that_are_alike():
+def test_margins_are_reported_of_each_point_and_once_for_loops_that_are_alike():
     loops = [assessed("a", 45.0, None), assessed("b", 45.0, None), assessed("c", 30.0)]
     loops[2].points[0].margins.crossover = None
     table = margin_table(Some(assessments=loops))
@@ -218,14 +218,14 @@ def test_margins_are_told_of_each_point_and_once_for_loops_that_are_alike():
     ]
 
 
-def test_the_delay_is_told_by_its_parts_in_milliseconds():
+def test_the_delay_is_reported_by_the_parts_in_milliseconds():
     rows = delay_table(made().delays).rows
     assert [row[1] for row in rows] == ["0.500", "1.000", "0.000", "0.250", "1.750"]
     assert rows[-1][0] == "all"
 
 
 @pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "left by the law itself")])
-def test_what_is_left_without_causes_is_told_above_a_twentieth(nothing, told):
+def test_an_error_left_without_causes_is_explained_above_a_twentieth(nothing, told):
     item = made()
     table = budget_table(budget(*ENTRIES, nothing=nothing), item)
     assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "What it is")
@@ -256,7 +256,7 @@ def test_the_least_phase_margin_counts():
     assert least_phase(assessed("a", None)) is None
 
 
-def test_circles_are_told_by_how_far_they_are_from_round():
+def test_circles_are_reported_by_how_far_they_are_from_round():
     circles = (Some(variant="as it is", peak_to_peak=8e-6, glitches=(1e-6, 2e-6, 3e-6, 4e-6)),)
     table = circle_table(circles, made())
     assert table.heads == ["Loop", "Deviation, peak to peak [µm]", *(f"Glitch at {angle}° [µm]" for angle in (0, 90, 180, 270))]
@@ -291,7 +291,7 @@ def test_the_reasons_name_error_and_margin():
     assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, with margins kept"]
 
 
-def test_a_design_is_told_in_sentences():
+def test_a_design_is_reported_in_sentences():
     lines = plain(design_sentences(made(doubts=(SWITCHING,))))
     assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9000."
     assert lines[1].startswith("The law has no slope at rest")
@@ -303,7 +303,7 @@ def test_a_design_is_told_in_sentences():
     assert len(lines) == 5
 
 
-def test_a_lag_that_no_file_states_is_told_with_what_the_loop_makes_of_it():
+def test_a_lag_that_no_file_states_is_reported_with_the_margin_of_the_loop():
     late = assessed("late", 33.3)
     told = design_sentences(made(late=late))[2]
     assert f"{made().variant.name} has a phase margin of 33.3° with" in told
@@ -324,7 +324,7 @@ def test_a_count_of_the_encoder_matters_from_half_of_the_friction_on(count, fric
 
 
 @pytest.mark.parametrize(("without", "weighs"), [(7.5e-6, True), (7.7e-6, False)])
-def test_a_cause_weighs_where_its_absence_makes_the_error_smaller(without, weighs):
+def test_a_cause_weighs_where_the_absence_makes_the_error_smaller(without, weighs):
     line = plain(design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
     assert ("No cause weighs more" in line) is weighs
     assert ("Alone, lag makes the most of all, 7 µm" in line) is not weighs
@@ -335,7 +335,7 @@ def lines_of(item):
     return front, [plain(lines) for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_change_tells_what_it_gains_and_costs(monkeypatch):
+def test_the_first_page_of_a_change_has_gain_and_cost(monkeypatch):
     monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
     present, tuned = proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0, effort=6.0, count=0.25)
     front, lines = lines_of(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
@@ -377,7 +377,7 @@ def test_the_first_page_of_a_loop_that_is_kept_compares_nothing(monkeypatch):
     assert len(lines[3]) == 1
 
 
-def test_a_design_is_told_in_numbers():
+def test_a_design_is_reported_in_numbers():
     item = made(budget=budget(*ENTRIES, runs=3))
     item.delays = type("Delays", (), {"_asdict": lambda self: {"hold": 1.0}, "total": 2.0})()
     item.assessments[0].points.clear()

@@ -59,7 +59,7 @@ def test_alike_pieces_share_a_row_with_their_spans():
     ]
 
 
-def test_what_would_be_found_stands_beside_what_was_put_in():
+def test_found_values_stand_beside_true_values():
     table = outlook_table(excited())
     assert table.caption == "What the log would tell, by lugre"
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
@@ -96,7 +96,7 @@ def test_errors_up_to_two_percent_beyond_the_interval_do_not_matter(value, half,
     assert report._misses(estimate("a", value, status, half), 5.0) is misses
 
 
-def test_an_error_is_in_percent_of_what_was_put_in():
+def test_an_error_is_in_percent_of_the_true_value():
     assert report._error(estimate("a", 6.0), 5.0) == pytest.approx(20.0)
     assert [report._error(estimate("a", 6.0), put_in) for put_in in (None, 0.0, math.inf)] == [None, None, None]
 
@@ -142,7 +142,7 @@ def lines_of(excitation):
     return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_motion_tells_what_its_log_would_identify():
+def test_the_first_page_of_a_motion_lists_identifiable_parameters():
     front, lines = lines_of(excited(limit=20.0))
     assert lines == [
         ["its log would identify, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
@@ -176,7 +176,7 @@ def test_a_motion_that_was_not_rehearsed_promises_nothing():
     assert len(lines_of(excited(assumed=()))[1][3]) == 1
 
 
-def test_a_motion_is_told_in_numbers():
+def test_a_motion_is_reported_in_numbers():
     summary = excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
     assert [summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")] == pytest.approx([0.06, 0.2, 3.0])
     assert (summary["motion"]["samples"], summary["motion"]["units"]["force"]) == (8, "N")
@@ -206,7 +206,7 @@ def test_loops_before_sliding_are_fitted_by_elements_too(rehearsed, name, loops,
     assert command == f"bristle identify LOG --axis 'my axis.toml' --model {models} --out results"
 
 
-def test_the_page_of_a_motion_says_what_it_takes_of_the_axis(monkeypatch):
+def test_the_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     report.excitation_report(excited(), identify="x")

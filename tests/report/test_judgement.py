@@ -164,7 +164,7 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_a_fit_is_told_by_what_was_fitted():
+def test_a_misfit_is_reported_in_the_quantity_of_the_fit():
     held_out = "on time blocks that it was not fitted to: 6.00 %"
     assert plain(misfit(measured())) == ["misses 5.00 % of the effort of the log, 12.0 % of what friction takes", held_out]
     assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "misses the position of the log by 0.400 µm"
@@ -178,7 +178,7 @@ def test_an_error_outside_the_fit_is_clearly_larger_from_a_quarter_on(percent, l
     assert ("clearly larger" in text) is larger
 
 
-def test_the_error_that_decides_is_that_of_what_was_simulated_where_there_is_one():
+def test_the_error_of_the_simulation_decides_where_a_loop_was_simulated():
     assert _error(measured()) == 12.0
     assert _error(measured(position_rmse=1e-6)) == 5.0
     assert _error(measured(loop_rmse=1.0)) == 5.0
@@ -203,7 +203,7 @@ def test_doubts_name_their_causes_and_the_parameters_that_are_open(actual):
     assert judged(twice, USUAL).reasons == (SENTENCES["sign_reversed"].means,)
 
 
-def test_the_next_motion_is_the_one_that_open_parameters_ask_for():
+def test_the_next_motion_serves_the_open_parameters():
     def variable(excitation):
         return SimpleNamespace(excitation=excitation)
 
@@ -224,7 +224,7 @@ def trusted(*halves, **changes):
     return SimpleNamespace(**{"estimates": estimates, "effective": (), "diagnostics": ()} | changes)
 
 
-def test_intervals_are_told_of_eight_parameters_at_most():
+def test_intervals_are_reported_of_eight_parameters_at_most():
     lines = plain(_trust(trusted(2.0, None, 99.0, 100.0)))
     assert lines[:2] == ["4 of 4 parameters identified; 95 % intervals:", "p0 ± 2.0 %, p1 –, p2 ± 99 %, p3 ≈ 0"]
     assert plain(_trust(trusted(*[2.0] * 8)))[1].endswith("p7 ± 2.0 %")
@@ -236,7 +236,7 @@ def test_intervals_are_told_of_eight_parameters_at_most():
     assert _trust(trusted(2.0, effective=("p0",)))[2].startswith("they are effective: the model lacks a force")
 
 
-def test_correlations_are_told_strongest_first_without_those_that_are_none():
+def test_correlations_are_listed_strongest_first_without_zeros():
     values = np.array([[1.0, 0.004, -0.9], [0.004, 1.0, 0.5], [-0.9, 0.5, 1.0]])
     fit = SimpleNamespace(correlation=values, correlation_names=("a", "b", "c"))
     assert _correlations(fit).rows == [("a", "c", "−0.90"), ("b", "c", "+0.50")]
@@ -246,7 +246,7 @@ def test_correlations_are_told_strongest_first_without_those_that_are_none():
     assert len(_correlations(many).rows) == 20
 
 
-def test_what_comes_next_is_what_is_grave_then_what_the_model_lacks(actual):
+def test_next_steps_are_grave_errors_then_missing_models(actual):
     grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
     fit = doubted(actual.best, grave, *lacking)

@@ -16,7 +16,7 @@ def passage(kind, begin=0.0, end=1.0, **changes):
     return known | {"frequencies": (), "depth": 0, "levels": 0} | changes
 
 
-def test_passages_of_a_kind_are_told_together():
+def test_passages_of_a_kind_are_reported_together():
     table = passage_table(
         [passage("moves", 1.0, 3.0), passage("rest", 3.0, 4.0), passage("moves", 4.5, 5.0, speeds=(0.04,))], "translational"
     )
@@ -24,7 +24,7 @@ def test_passages_of_a_kind_are_told_together():
     assert table.rows == [["ordinary moves", "2", "2.5", "1", "1 mm to 2 mm", "10 mm/s to 40 mm/s"], ["rest", "1", "1", "3", "", ""]]
 
 
-def test_kinds_of_passages_stand_in_one_order():
+def test_kinds_of_passages_stand_in_the_same_order():
     table = passage_table([passage(kind) for kind in reversed(report.KINDS)], "rotational")
     assert [row[0] for row in table.rows] == list(report.KINDS.values())
     assert "mrad" in table.rows[0][table.heads.index("Amplitude")]
@@ -34,14 +34,14 @@ def test_kinds_of_passages_stand_in_one_order():
     ("depth", "levels", "remark"),
     [(2, 1, "1 amplitude, none inside another"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, none inside another")],
 )
-def test_loops_are_told_by_how_deep_they_nest(depth, levels, remark):
+def test_loops_are_reported_by_how_deep_they_nest(depth, levels, remark):
     loops = passage("loops", legs=8, depth=depth, levels=levels)
     table = passage_table([loops, passage("loops", legs=2)], "translational")
     row = dict(zip(table.heads, table.rows[0], strict=True))
     assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
 
 
-def test_oscillations_are_told_by_their_frequencies():
+def test_oscillations_are_reported_by_their_frequencies():
     table = passage_table(
         [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))], "translational"
     )
@@ -49,7 +49,7 @@ def test_oscillations_are_told_by_their_frequencies():
     assert [row[-1] for row in passage_table([passage("oscillation", frequencies=(2.0,))], "translational").rows] == ["2 Hz"]
 
 
-def test_what_was_done_to_a_log_is_told_with_units():
+def test_the_treatment_of_a_log_is_reported_with_units():
     treatment = {"cutoff": 60.0, "decimation": 7.0, "delay": 1.234e-3, "rest_percent": 3.456, "velocity_max": 0.25, "other": 1.0}
     assert treatment_facts(treatment, "translational") == [
         ("Cut-off of the zero-phase filter", "60 Hz"),
@@ -61,7 +61,7 @@ def test_what_was_done_to_a_log_is_told_with_units():
     assert treatment_facts({}, "translational") == []
 
 
-def test_scatter_is_told_in_percent_where_friction_scatters():
+def test_scatter_is_reported_in_percent_where_friction_scatters():
     bands, scatter = Some(noise=0.05, unexplained=1.5), Some(value=0.0312, low=0.02, high=0.041)
     resampling = Some(bands=bands, scatter=scatter, half_cycles=30)
     assert scatter_facts(resampling, "translational") == [
@@ -77,7 +77,7 @@ def test_scatter_is_told_in_percent_where_friction_scatters():
     assert scatter_facts(None, "translational") == []
 
 
-def test_break_away_is_told_by_rate_with_its_intervals():
+def test_break_away_is_reported_by_rate_with_the_intervals():
     slow = Some(speed=1e-4, legs=4, force=9.5, force_interval=(9.0, 10.0), distance=2e-6, distance_interval=None)
     fast = Some(speed=1e-3, legs=5, force=8.0, force_interval=None, distance=1e-6, distance_interval=(1e-6, 1e-6))
     table = break_away_table([slow, fast], "translational")
@@ -117,7 +117,7 @@ def recorded(**changes):
     return Log(**known)
 
 
-def test_facts_of_a_log_are_its_file_its_samples_and_its_channels():
+def test_facts_of_a_log_are_the_file_the_samples_and_the_channels():
     assert log_facts(recorded()) == [
         ("File", "a.csv"),
         ("SHA-256", "0f"),
@@ -145,7 +145,7 @@ def diagnosed(code, severity):
         ((), False, "no", "Mend it first", 1),
     ],
 )
-def test_a_log_is_mended_where_an_error_or_no_effort_speaks_against_it(severities, effort, level, words, reasons):
+def test_a_log_is_mended_where_an_error_or_no_effort_speaks_against_use(severities, effort, level, words, reasons):
     log = recorded() if effort else recorded(effort=None)
     ruling = log_ruling(log, [diagnosed("clipped", severity) for severity in severities])
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
@@ -171,7 +171,7 @@ def test_the_first_page_of_a_log_tells_how_long_each_kind_of_passage_lasts():
     assert front.answers[2][0] == "How far, and how hard"
 
 
-def test_the_first_page_of_a_log_says_what_to_mend():
+def test_the_first_page_of_a_log_lists_mends():
     log = recorded(effort=None, reference=1, segments=(1, 2))
     lines = dict(answers(log, (), [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]).answers)
     assert lines["Is it good?"] == ["it does not move"]
@@ -181,7 +181,7 @@ def test_the_first_page_of_a_log_says_what_to_mend():
     assert lines["What next"] == ["mend it, then look at it again: `bristle log`"]
 
 
-def test_the_report_of_a_log_is_written_with_its_page_where_there_is_a_log(tmp_path):
+def test_the_report_of_a_log_is_written_with_the_page_where_there_is_a_log(tmp_path):
     written = {}
     folder = Some(write=lambda name, text: written.update({name: text}))
     log, summary = sliding_log(), {"file": "press.csv", "provenance": {"bristle": "0"}, "diagnostics": []}

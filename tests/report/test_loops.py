@@ -58,7 +58,7 @@ def test_errors_of_loops_stand_in_the_unit_of_the_smallest():
     ]
 
 
-def test_what_was_measured_stands_above_what_was_simulated():
+def test_measured_errors_stand_above_simulated_errors():
     table = variant_table(result(ran("a", 4e-6)), errors(6e-6, 3e-6, 1e-6))
     assert table.rows[0] == ["measured", "6.00", "3.00", "1.00", "–", "–", "–"]
     assert table.rows[1][0] == "a"
@@ -71,7 +71,7 @@ def test_a_loop_that_ran_away_has_dashes_and_a_remark():
     assert table.heads[1].endswith("[µm]")
 
 
-def test_open_loops_are_told_by_where_they_went():
+def test_open_loops_are_reported_by_the_way_travelled():
     table = variant_table(result(ran("a", 4e-3, is_open=True), kind="rotational"))
     assert table.caption == "The variants"
     assert table.heads == ["Variant", "Position, peak to peak [mrad]", "lowest [mrad]", "highest [mrad]", "Torque, rms [N·m]", "peak [N·m]"]
@@ -80,13 +80,13 @@ def test_open_loops_are_told_by_where_they_went():
     assert variant_table(result()).caption == "The variants of the loop"
 
 
-def test_errors_are_told_by_the_direction_of_the_reference():
+def test_errors_are_reported_by_the_direction_of_the_reference():
     table = direction_table(result(ran("a", 8e-6), ran("b", 1e-9, status=Status.NOT_FINITE)))
     assert table.heads == ["Variant", "Direction", "Mean [µm]", "rms [µm]", "Peak to peak [µm]"]
     assert table.rows == [["a", "forward", "0.10", "2.00", "4.00"], ["a", "backward", "−0.10", "1.00", "2.00"]]
 
 
-def test_parts_are_told_with_their_numbers():
+def test_parts_are_reported_with_their_numbers():
     law = controllers.cascade(k_p=80.0, k_v=4000.0)
     table = component_table("parts", [("Controller", law), ("Friction", friction.coulomb(F_C=8.0)), ("Fed forward", None)])
     assert (table.caption, table.heads) == ("parts", ("Part", "Model", "Parameters"))
@@ -95,7 +95,7 @@ def test_parts_are_told_with_their_numbers():
     assert table.rows[0][2].startswith("k_p = 80 1/s, k_v = 4000 N·s/m")
 
 
-def test_a_list_of_numbers_is_told_by_its_size_and_range():
+def test_a_list_of_numbers_is_reported_by_the_size_and_range():
     model = Some(values={"K_i": np.array([1e6, 3e6]), "shape": "round"}, name="m", kind="translational")
     model.component = Some(variables=dict.fromkeys(model.values, Some(unit=lambda kind: "N/m")))
     ((_, _, text),) = component_table("parts", [("Friction", model)]).rows
@@ -110,7 +110,7 @@ def test_an_open_loop_has_no_controller():
     assert table.caption == "The parts of " + loop().name
 
 
-def test_how_a_variant_was_run_is_told_with_units():
+def test_how_a_variant_was_run_is_reported_with_units():
     run = Some(duration=1.25, settle=0.5, sample_time=1e-3, tolerance=0.0, substeps=4, delay=2, effort_limit=math.inf)
     variant = Some(name="a", run=run, plant=Some(kind="translational"), feedforward=Some(mass=20.0, gain=0.5))
     table = run_table([variant])
@@ -133,7 +133,7 @@ def lines(**changes):
     return [line.replace("\u00a0", " ") for line in law_lines(loop(**changes))]
 
 
-def test_gains_are_told_with_what_is_fed_forward():
+def test_gains_are_listed_with_friction_and_mass_fed_forward():
     law = controllers.cascade(k_p=80.0, k_v=4000.0)
     contact = friction.coulomb(F_C=8.0)
     whole = lines(controller=law, feedforward=Feedforward(friction=contact, mass=20.0))
@@ -154,7 +154,7 @@ def assessed(verdict=Verdict.STABLE, doubts=(), finding=None):
     return Some(verdict=verdict, doubts=doubts, finding=finding)
 
 
-def test_loops_of_which_the_same_is_to_be_known_are_told_together():
+def test_loops_with_the_same_doubt_are_reported_together():
     small = Diagnostic("small_margin", "", "warning", {"phase": 15.0, "enough": 30.0, "motions": "all"})
     unstable = Diagnostic("loop_diverges", "", "error", {"radius": 1.2, "why": "gains"})
     switching = Diagnostic("switching_law", "", "note")

@@ -171,7 +171,7 @@ def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
         ("+.0f", -12.6, "-13"),
     ],
 )
-def test_a_number_is_told_as_its_format_says(spec, value, text):
+def test_a_number_is_reported_as_the_format_says(spec, value, text):
     assert _Words("translational", "m").format_field(value, spec) == text
 
 
@@ -186,7 +186,7 @@ def test_a_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
     assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law has no slope")
 
 
-def test_the_head_of_a_sentence_follows_what_became_of_the_parameter():
+def test_the_head_of_a_sentence_follows_the_fate_of_the_parameter():
     held = Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"})
     assert message(held) == "M is held at 12 kg: given as known"
     assert message(Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"})) == "M cannot be identified: given as known"

@@ -35,7 +35,7 @@ def in_hand(**changes):
     return model
 
 
-def test_the_covariance_has_what_was_identified_before_the_fit_as_independent():
+def test_an_inertia_found_before_the_fit_is_independent_in_the_covariance():
     model = in_hand()
     assert model.covariance_names == ("a", "b", "M")
     expected = [[0.25, -1.0, 0.0], [-1.0, 16.0, 0.0], [0.0, 0.0, 4.0]]
@@ -75,13 +75,13 @@ def test_a_data_frame_has_a_row_for_each_parameter():
     assert model.to_dataframe().loc["a", "low"] is None or np.isnan(model.to_dataframe().loc["a", "low"])
 
 
-def test_a_diagnostic_in_the_hand_is_its_sentence():
+def test_a_diagnostic_in_the_hand_is_the_sentence():
     (diagnostic,) = in_hand().diagnostics
     assert diagnostic.message.startswith("the law has no slope")
     assert str(diagnostic) == diagnostic.message
 
 
-def test_a_model_that_was_saved_tells_what_was_ranked_behind():
+def test_a_saved_model_lists_the_models_ranked_behind():
     summary = {"models": [{"name": "a"}, {"name": "b"}, {"name": "c"}], "provenance": {"log": "a.csv"}}
     loaded = Loaded(None, {}, None, summary, "page")
     assert loaded._words() == ("a.csv", ["ranked behind it: b, c"])
@@ -101,7 +101,7 @@ def test_a_folder_without_a_plant_or_traces_holds_no_identification(tmp_path, mo
         load(tmp_path)
 
 
-def test_a_summary_that_lacks_what_a_fit_needs_is_told(tmp_path, monkeypatch):
+def test_a_summary_without_the_numbers_of_a_fit_is_refused(tmp_path, monkeypatch):
     (tmp_path / "summary.json").write_text('{"parameters": {}}')
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: ("p", "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: {"time": 1})

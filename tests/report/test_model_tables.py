@@ -40,7 +40,7 @@ def row_of(*estimates, **changes):
     return dict(zip(table.heads, table.rows[0], strict=True))
 
 
-def test_a_parameter_is_told_to_two_digits_of_its_standard_error():
+def test_a_parameter_is_reported_to_two_digits_of_the_standard_error():
     assert row_of(estimate()) == {
         "Parameter": "F_C",
         "Meaning": "sliding",
@@ -58,7 +58,7 @@ def test_numbers_of_a_parameter_share_a_multiple_of_their_unit():
     assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == ["2.000", "± 0.020", "1.960 to 2.040", "mm/s"]
 
 
-def test_standard_errors_are_told_where_residuals_are_white():
+def test_standard_errors_are_reported_where_residuals_are_white():
     for white in (True, False):
         row = row_of(estimate(), resampling=Some(white=white))
         assert ("Standard error" in row) == ("Standard error [%]" in row) == white
@@ -66,7 +66,7 @@ def test_standard_errors_are_told_where_residuals_are_white():
     assert "Standard error" not in row_of(estimate(std=math.inf, relative_std_percent=math.inf))
 
 
-def test_an_interval_without_width_is_told_to_a_thousandth_of_a_percent():
+def test_an_interval_without_width_is_reported_to_a_thousandth_of_a_percent():
     row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0, 8.0), interval_percent=0.0))
     assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == ("8.000", "8.000000, to the last digit", "< 0.001 %"[:7])
     row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - 1e-9, 8.0 + 1e-9), interval_percent=1e-8))
@@ -82,14 +82,14 @@ def test_an_interval_without_width_is_told_to_a_thousandth_of_a_percent():
         ((-4.0, -1e-3), "mN", "−4000 to 0"),
     ],
 )
-def test_a_value_far_within_an_interval_that_holds_zero_is_told_in_the_unit_of_the_interval(ends, unit, interval):
+def test_a_value_far_within_an_interval_that_holds_zero_is_reported_in_the_unit_of_the_interval(ends, unit, interval):
     row = row_of(estimate(value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5))
     assert (row["Unit"], row["95 % interval"]) == (unit, interval)
     assert row["95 % interval [%]"] == "> 1000"
 
 
 @pytest.mark.parametrize("low", [-3.0, -0.1])
-def test_a_value_below_a_tenth_of_an_interval_around_zero_takes_its_unit(low):
+def test_a_value_below_a_tenth_of_an_interval_around_zero_takes_the_unit(low):
     assert row_of(estimate(value=0.5, std=None, interval=(low, 4.0)))["Unit"] == "mN"
     assert row_of(estimate(value=0.3, std=None, interval=(low, 4.0)))["Unit"] == "N"
     assert row_of(estimate(value=0.3, std=None, interval=(0.0, 4.0)))["Unit"] == "mN"
@@ -103,14 +103,14 @@ def test_half_of_an_interval_has_no_digits_where_nobody_reads_them(percent, text
     assert model_tables._half(percent) == text
 
 
-def test_what_is_held_at_infinity_is_left_out_and_what_is_held_is_said():
+def test_a_parameter_held_at_infinity_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
     table = parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
     assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held"), ("F_v", "at the edge of its range")]
     assert table.caption == "Parameters of coulomb"
 
 
-def test_remarks_of_a_parameter_stand_beside_one_another():
+def test_remarks_of_a_parameter_stand_in_a_row():
     row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
     assert row["Remark"] == "effective; doubted: see the warnings"
     assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "holds with the offset as it is held"
@@ -125,7 +125,7 @@ def test_a_product_of_parameters_is_a_row_behind_them():
 VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
 
 
-def test_a_parameter_is_told_in_the_units_of_its_drive():
+def test_a_parameter_is_reported_in_the_units_of_the_drive():
     axis = Axis(columns=VOLTS)
     assert drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
         "F_C": {"V": pytest.approx(8.0 / 35.0)}
@@ -144,7 +144,7 @@ def test_a_parameter_is_told_in_the_units_of_its_drive():
         ("kg*m^2 at the motor", "5 kg·m² (motor)"),
     ],
 )
-def test_units_of_a_drive_are_told_in_short(name, text):
+def test_units_of_a_drive_are_reported_in_short(name, text):
     assert model_tables._in_unit(5.0, name) == text
 
 
@@ -154,7 +154,7 @@ def model(name, error, status="identified", **changes):
     return Some(**known | changes)
 
 
-def test_models_are_compared_with_what_they_leave_open():
+def test_models_are_compared_with_the_parameters_left_open():
     fits = (model("a", 1.234), model("b", 2.0, "at_edge", held_out=None, information=None, further=3), model("c", 3.0, "held"))
     table = comparison_table(Some(fits=fits))
     assert table.rows[0] == ["a", "2", "3.46", "± 0.79", "1.23", "0", "1.23", "12.3", "–"]
@@ -190,7 +190,7 @@ def test_thresholds_that_were_changed_stand_beside_their_defaults():
     assert float(default) == Settings().usable_error
 
 
-def test_a_certificate_is_told_with_what_it_matters_for():
+def test_a_certificate_is_reported_with_the_use_that_matters():
     given = {
         "well_posed": Some(passed=True, value=None, threshold=None, unit="1", advice="fine"),
         "drift": Some(passed=False, value=2e-6, threshold=1e-9, unit="m", advice="take another"),

@@ -25,7 +25,7 @@ from bristle.report.table import percent_text
         (1.0, 25.0, True, "no", 2),
     ],
 )
-def test_an_operator_is_judged_by_the_error_on_what_was_not_fitted(error, held_out, fitted, level, reasons):
+def test_an_operator_is_judged_by_the_held_out_error(error, held_out, fitted, level, reasons):
     ruling = operator_ruling(error, held_out, fitted=fitted)
     assert (ruling.level, len(ruling.reasons)) == (level, reasons)
     told = "on these curves" if held_out is None else "on what it was not fitted to"
@@ -51,7 +51,7 @@ RECORDED = Some(
 FITS = (fit("preisach", 1, 1.5, 2e-3, 3.25, ("", "first", "second", "third")), fit("duhem", 2, 4.0, 5e-3), fit("c", 3, 1.0, 1e-3, 6.0))
 
 
-def test_operators_are_compared_on_what_they_were_not_fitted_to():
+def test_operators_are_compared_on_held_out_curves():
     table = comparison_of_operators(Some(recorded=RECORDED, fits=FITS))
     assert table.heads == ["Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]", "Fitted [mN]"]
     assert table.rows == [
@@ -61,7 +61,7 @@ def test_operators_are_compared_on_what_they_were_not_fitted_to():
     ]
 
 
-def test_the_first_page_of_an_operator_holds_the_others_beside_it():
+def test_the_first_page_of_an_operator_lists_the_others():
     front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
     lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
     assert lines == [
@@ -89,7 +89,7 @@ def test_the_first_page_of_a_prediction_has_no_others():
     assert len(lines[0]) == 1
 
 
-def test_an_operator_is_told_in_numbers_with_its_constant_output():
+def test_an_operator_is_reported_in_numbers_with_the_constant_output():
     congruency = Some(alike=0.1, anywhere=0.2)
     identification = Some(best=FITS[0], fits=FITS, recorded=RECORDED, congruency=congruency, unfinished="")
     summary = operator_summary(identification, provenance={"a": "b"})
@@ -102,7 +102,7 @@ def test_an_operator_is_told_in_numbers_with_its_constant_output():
     assert operator_summary(Some(**vars(identification) | {"unfinished": "stopped"}), provenance={})["unfinished"] == "stopped"
 
 
-def test_the_page_of_an_operator_has_its_numbers_and_its_data(monkeypatch):
+def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})

@@ -36,7 +36,7 @@ def test_figures_stand_in_their_place_else_at_the_end():
     assert _filled(Section("b", "B", ["text"]), pictures).blocks == ["text"]
 
 
-def test_what_is_empty_is_left_out():
+def test_empty_blocks_are_left_out():
     table = Table("t", ["a"], [["1"]])
     blocks = [None, "", Block("items", []), Block("items", ["x"]), Table("t", [], []), table]
     assert _filled(Section("s", "S", blocks), {}).blocks == [Block("items", ["x"]), table]
@@ -78,7 +78,7 @@ def test_a_figure_of_a_users_own_that_fails_is_a_remark(figure, facts, words):
     assert "not drawn" in remark
 
 
-def test_a_figure_of_a_users_own_stands_under_its_title_and_is_published():
+def test_a_figure_of_a_users_own_stands_under_the_title_and_is_published():
     with page.plates() as collected:
         title, drawing = page._own_blocks(own(lambda log: style.panels(2.0)[0]), {"log": 1})
     assert title == "<h3>Mine</h3>"
@@ -110,7 +110,7 @@ def test_units_behind_numbers_are_set_for_reading(text, shown):
     assert typeset_sentence(text) == shown
 
 
-def test_what_is_typed_is_code_and_markup_stays():
+def test_commands_are_code_and_markup_stays():
     assert worded("see `a_b` and `c`") == "see <code>a_b</code> and <code>c</code>"
     assert worded(Markup("<b>x</b>")) == "<b>x</b>"
 

@@ -34,7 +34,7 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_errors_are_told_with_their_units():
+def test_errors_are_reported_with_their_units():
     assert metrics_in_words(predicted(inside_percent=94.4)) == [
         ("Effort error", "3.46 %"),
         ("Measured effort inside the 95 % band", "94.4 %"),
@@ -73,12 +73,12 @@ def test_a_share_of_the_stroke_says_nothing_in_a_closed_loop():
         ),
     ],
 )
-def test_a_model_holds_as_far_as_its_errors_and_bands_do(changes, level, reasons):
+def test_a_model_holds_as_far_as_the_errors_and_bands_do(changes, level, reasons):
     ruling = prediction_ruling(predicted(**changes))
     assert (ruling.level, plain(ruling.reasons)) == (level, reasons)
 
 
-def test_a_model_on_its_own_log_and_one_that_missed_its_tolerance_take_care():
+def test_a_model_on_the_log_of_the_fit_and_a_missed_tolerance_take_care():
     own = prediction_ruling(predicted(), own_log=True)
     assert (own.level, own.reasons[1]) == ("with_care", "it was fitted to this very log, which says nothing of another one")
     missed = prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
@@ -87,7 +87,7 @@ def test_a_model_on_its_own_log_and_one_that_missed_its_tolerance_take_care():
     assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "a stretch was left out"))
 
 
-def test_doubts_take_care_errors_more_and_notes_none():
+def test_warnings_take_care_errors_forbid_and_notes_do_not_count():
     doubt = [Diagnostic("short_stretch", "", severity, {"samples": 3}) for severity in ("note", "warning", "error")]
     rulings = [prediction_ruling(predicted(diagnostics=(item, item))) for item in doubt]
     assert [ruling.level for ruling in rulings] == ["usable", "with_care", "no"]
@@ -99,7 +99,7 @@ def lines_of(prediction, **options):
     return front, [plain(lines) for _, lines in front.answers]
 
 
-def test_the_first_page_tells_what_is_left_to_the_controller():
+def test_the_first_page_has_the_effort_left_to_the_controller():
     front, lines = lines_of(predicted(inside_percent=94.4))
     assert lines == [
         ["effort off by 250 mN, root mean square"],
@@ -123,7 +123,7 @@ def test_the_first_page_tells_the_largest_error_of_a_position():
     assert len(lines_of(predicted(effort=None))[1][2]) == 1
 
 
-def test_the_first_page_says_what_to_do_next():
+def test_the_first_page_names_the_next_step():
     doubts = tuple(
         Diagnostic(code, "", "warning", {"samples": 3, "percent": 120.0, "signal": "effort"})
         for code in ("short_stretch", "worse_than_none")
@@ -137,7 +137,7 @@ def test_the_first_page_says_what_to_do_next():
     assert lines_of(predicted(metrics={"force_error_percent": 90.0}))[1][1] == ["nothing from this model"]
 
 
-def test_a_prediction_is_told_in_numbers():
+def test_a_prediction_is_reported_in_numbers():
     data = prediction_as_data(predicted(inside_percent=94.4, position_inside_percent=80.0, status=Status.NOT_FINITE))
     assert (data["mode"], data["inside_band_percent"], data["position_inside_band_percent"]) == ("inverse", 94.4, 80.0)
     assert (data["completed"], data["status"]) == (False, Status.NOT_FINITE.sentence)

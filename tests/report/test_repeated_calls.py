@@ -31,7 +31,7 @@ def log(name="", source="<columns>"):
         ([log(source="<>")], "lugre", [None], {"draws": 1000}, "bristle.identify('log', 'lugre')"),
     ],
 )
-def test_the_call_of_an_identification_says_what_is_not_usual(logs, model, axes, options, call):
+def test_the_call_of_an_identification_has_the_unusual_options(logs, model, axes, options, call):
     parameters = signature(fitted)
     usual = parameters.parameters["draws"].default
     options = {name: usual if value == 1000 else value for name, value in options.items()}
@@ -73,7 +73,7 @@ def test_a_side_without_a_log_is_refused(sides):
         compared_as([log()], [])
 
 
-def test_a_log_that_cannot_be_read_is_told_by_its_side(sides, monkeypatch):
+def test_a_log_that_cannot_be_read_is_reported_by_the_side(sides, monkeypatch):
     def fails(log, axis):
         raise InputError("is wrong", path=log)
 

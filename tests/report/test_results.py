@@ -47,7 +47,7 @@ def test_numbers_of_several_panels_are_files_of_their_own():
 
 
 @pytest.mark.parametrize(("own", "category"), [(True, InputWarning), (False, FaultWarning)])
-def test_a_figure_that_cannot_be_written_is_told(own, category, monkeypatch):
+def test_a_figure_that_cannot_be_written_is_reported(own, category, monkeypatch):
     def fails(*_):
         raise ValueError("a fault")
 
@@ -80,7 +80,7 @@ def test_captions_are_written_where_figures_are(formats, with_captions):
     assert len(folder) == len(set(formats or ())) + with_captions
 
 
-def test_figures_need_a_folder_and_none_is_written_without_one():
+def test_figures_need_a_folder():
     with pytest.raises(InputError, match="--format: needs a folder"), figure_files(None, ["svg"]):
         pass
     with figure_files(None, ()):
@@ -92,7 +92,7 @@ def test_figures_need_a_folder_and_none_is_written_without_one():
 
 
 @pytest.mark.parametrize("is_open", [True, False])
-def test_the_log_of_a_variant_is_what_its_drive_would_record(is_open, monkeypatch):
+def test_the_log_of_a_variant_is_the_record_of_the_drive(is_open, monkeypatch):
     written = {}
     monkeypatch.setattr(results, "write_log", lambda name, axis, signals: written.update({name: (axis, signals)}))
     outcome = Some(time=1, measured=2, command=3, reference=4, is_open=is_open)

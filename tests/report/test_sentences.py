@@ -126,11 +126,11 @@ CHOSEN = [
 
 
 @pytest.mark.parametrize(("code", "numbers", "words"), CHOSEN, ids=[f"{code} {place}" for place, (code, *_) in enumerate(CHOSEN)])
-def test_the_text_of_a_code_follows_its_numbers(code, numbers, words):
+def test_the_text_of_a_code_follows_the_numbers(code, numbers, words):
     assert words in clause(Diagnostic(code, "F_C", "note", numbers))
 
 
-def test_what_is_not_there_is_not_told():
+def test_absent_numbers_leave_their_clauses_out():
     assert "make up" not in clause(Diagnostic("clipped", "", "note", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7}))
     numbers = {"step": 1e-6, "times": 2.0, "resolution": 1e-6, "degrees": False}
     assert "57.3" not in clause(Diagnostic("resolution_contradicts", "", "note", numbers))
@@ -139,7 +139,7 @@ def test_what_is_not_there_is_not_told():
     assert "effective" not in clause(Diagnostic("structure", "", "note", STRUCTURE))
 
 
-def test_each_suspect_of_a_loop_has_its_own_factor():
+def test_each_suspect_of_a_loop_has_the_own_factor():
     numbers = FOLLOWS | {"suspects": ("k_p", "delay", "reference_later"), "factors": (1.2, 2, 3e-3)}
     assert clause(Diagnostic("loop_contradicts", "", "note", numbers)).endswith(
         "It would follow as recorded with the position gain 1.20 times as large as the axis file says or a delay of two samples in the "
@@ -147,13 +147,13 @@ def test_each_suspect_of_a_loop_has_its_own_factor():
     )
 
 
-def test_intervals_of_a_loop_are_told_with_the_steps_in_the_loop():
+def test_intervals_of_a_loop_are_reported_with_the_steps_in_the_loop():
     numbers = {"draws": 20, "noise": 1.0, "resolution": 1e-6, "scatter_percent": 2.0, "half_cycles": 30, "unexplained": 0.5}
     assert "noise of 1 N, encoder steps of 1 µm, friction" in clause(Diagnostic("intervals", "", "note", numbers))
     assert "encoder steps of 1 µm in the loop, friction" in clause(Diagnostic("intervals", "", "note", numbers | {"loop": True}))
 
 
-def test_a_reason_has_the_standard_error_behind_it_where_there_is_one():
+def test_a_reason_ends_with_the_standard_error_where_known():
     sure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5})
     unsure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5, "std_percent": 40.0})
     assert message(sure) == "F_v cannot be identified: the log never exceeds 500 mm/s"

@@ -139,7 +139,7 @@ def test_the_first_page_of_open_loops_tells_where_they_went():
         ([ran("a", is_open=True)], {"effort": 1}, (), "usable", "No loop: the effort is given", 0),
     ],
 )
-def test_a_run_is_judged_by_what_completed(loops, options, warnings, level, words, reasons):
+def test_a_run_is_judged_by_the_completed_loops(loops, options, warnings, level, words, reasons):
     ruling = simulation_ruling(simulated(*loops, **options), warnings)
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
 
@@ -152,7 +152,7 @@ def test_the_swing_is_that_after_the_settling_time():
     assert report._swing(result, short) is None
 
 
-def test_a_run_is_told_in_numbers():
+def test_a_run_is_reported_in_numbers():
     loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
     for loop in loops:
         loop.as_dict = dict
@@ -167,7 +167,7 @@ def test_a_run_is_told_in_numbers():
 
 
 @pytest.mark.parametrize("is_open", [True, False])
-def test_the_page_of_a_run_says_what_was_simulated(monkeypatch, is_open):
+def test_the_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     for name in ("variant_table", "run_table", "parts_table", "direction_table"):

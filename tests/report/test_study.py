@@ -40,7 +40,7 @@ def goes_with(summary, *entries):
     return summary | {"rank_correlations": [{"metric": "motion.rms"} | dict(zip(names, entry, strict=True)) for entry in entries]}
 
 
-def test_a_study_counts_its_runs_by_how_they_ended(told):
+def test_a_study_counts_the_runs_by_how_they_ended(told):
     assert (told["runs"], told["done"], told["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
     assert told["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
     assert study_sentences(told)[:2] == [
@@ -49,17 +49,17 @@ def test_a_study_counts_its_runs_by_how_they_ended(told):
     ]
 
 
-def test_of_many_failures_the_first_are_told():
+def test_of_many_failures_the_first_are_reported():
     many = Runs(SAID, {name: np.repeat(column, 20)[-30:] for name, column in runs().columns.items()})
     assert len(study_summary(many, command="", provenance={})["failures"]) == 20
 
 
-def test_the_worst_runs_are_told_with_what_repeats_them(told):
+def test_the_worst_runs_are_reported_with_the_command_that_repeats(told):
     assert [(entry["run"], entry["motion.rms"]) for entry in told["worst"]] == [(5, 6e-3), (4, 5e-3)]
     assert told["worst"][0]["command"] == "bristle study a.toml --run 5 --out run_5"
 
 
-def test_a_metric_is_told_of_all_runs_and_of_each_point_of_the_grid(told):
+def test_a_metric_is_reported_of_all_runs_and_of_each_point_of_the_grid(told):
     entry = told["metrics"]["motion.rms"]
     assert (entry["count"], entry["mean"], entry["median"], entry["low"], entry["high"]) == pytest.approx(
         (6, 3.5e-3, 3.5e-3, 1.25e-3, 5.75e-3)
@@ -72,14 +72,14 @@ def test_a_metric_is_told_of_all_runs_and_of_each_point_of_the_grid(told):
 
 
 @pytest.mark.parametrize(("indices", "known"), [(False, True), (True, False)])
-def test_an_interval_is_told_of_independent_runs_alone(indices, known, monkeypatch):
+def test_an_interval_is_reported_of_independent_runs_alone(indices, known, monkeypatch):
     monkeypatch.setattr("bristle.study.influence.sobol_indices", lambda runs: [])
     summary = study_summary(runs(grid={}, sobol_indices=indices), command="", provenance={})
     assert "points" not in summary["metrics"]["motion.rms"]
     assert bool(np.all(np.isfinite(summary["metrics"]["motion.rms"]["mean_interval"]))) is known
 
 
-def test_a_metric_is_told_in_a_sentence_with_its_strongest_cause(told):
+def test_a_metric_is_reported_in_a_sentence_with_the_strongest_cause(told):
     assert study_sentences(told)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     # What the grid sets was not drawn.
@@ -93,19 +93,19 @@ def test_a_study_of_which_every_run_failed_says_so(told):
 
 
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
-def test_a_cause_whose_interval_holds_zero_is_none(told, interval):
+def test_a_cause_whose_interval_holds_zero_is_left_out(told, interval):
     lines = study_sentences(goes_with(told, ("plant.M", 0.2, interval)))
     assert lines[-1] == "It goes with nothing that was drawn, as far as these runs tell."
 
 
-def test_a_whole_study_that_ended_well_says_no_more_than_its_numbers(told):
+def test_a_whole_study_that_ended_well_says_no_more_than_the_numbers(told):
     whole = told | {"runs": 8, "statuses": {"ok": 8}}
     assert study_sentences(whole) == study_sentences(told)[2:]
     without = told["metrics"]["motion.rms"] | {"count": 0}
     assert study_sentences(whole | {"metrics": {"motion.rms": without}}) == []
 
 
-def test_a_distribution_is_a_table_in_one_unit_to_two_digits_of_its_scatter(told):
+def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter(told):
     (table,) = spread_tables(told)
     assert table.caption == "Position, rms in mm (motion.rms)"
     assert table.heads == ["At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"]
@@ -116,7 +116,7 @@ def test_a_distribution_is_a_table_in_one_unit_to_two_digits_of_its_scatter(told
     ]
 
 
-def test_numbers_without_scatter_are_told_to_a_tenth_of_themselves(told):
+def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(told):
     entry = told["metrics"]["motion.rms"] | {"std": 0.0, "mean": 3.5e-3, "points": []}
     (table,) = spread_tables({"metrics": {"motion.rms": entry}})
     assert table.rows[0][table.heads.index("Mean")] == "3.50"
@@ -181,7 +181,7 @@ def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(told, monkeypat
 
 
 @pytest.mark.parametrize(("points", "together"), [(0, True), (5, False), (6, True)])
-def test_the_figure_of_a_study_draws_many_points_as_one(told, monkeypatch, points, together):
+def test_the_figure_of_a_study_pools_many_points(told, monkeypatch, points, together):
     grid = {"friction.F_C": [float(k) for k in range(points)]} if points else {}
     seen = page_of(runs(grid=grid), told | {"worst": [], "failures": []}, monkeypatch)
     assert (list(seen["spread"]["motion.rms"][2]) == ["all runs"]) is together
@@ -215,7 +215,7 @@ def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
 PARAMETERS = (("friction.F_C", "N", "friction"), ("plant.M", "kg", "mass"))
 
 
-def test_a_fleet_is_told_in_sentences():
+def test_a_fleet_is_reported_in_sentences():
     summary = fleet_summary(fleet(), provenance={})
     assert fleet_sentences(summary) == [
         "7 of 9 logs are there: the same command goes on.",
@@ -229,7 +229,7 @@ def test_a_fleet_is_told_in_sentences():
     assert fleet_sentences(sound | {"parameters": {}}) == ["7 of 7 logs were fitted."]
 
 
-def test_a_parameter_of_a_fleet_has_its_quantiles_and_the_half_width_of_a_log():
+def test_a_parameter_of_a_fleet_has_the_quantiles_and_the_half_width_of_a_log():
     summary = fleet_summary(fleet(), provenance={})
     level, mass = summary["parameters"]["friction.F_C"], summary["parameters"]["plant.M"]
     assert [level[key] for key in ("count", "low", "median", "high", "half_width")] == pytest.approx([6, 4.925, 5.025, 8.025, 0.2])
@@ -241,7 +241,7 @@ def test_a_parameter_of_a_fleet_has_its_quantiles_and_the_half_width_of_a_log():
 
 
 @pytest.mark.parametrize(("count", "far"), [(4, []), (5, [0])])
-def test_of_fewer_than_five_logs_none_stands_apart(count, far):
+def test_no_log_stands_apart_among_fewer_than_five(count, far):
     columns = fleet((9.0, 5.0, 5.1, 4.9, 5.0)[:count]).columns
     assert apart(columns, "friction.F_C").tolist() == far
 
@@ -274,7 +274,7 @@ def test_a_fleet_has_a_row_for_each_log_and_says_where_some_are_left_out(monkeyp
     assert report._logs_table(open_, summary, ["friction.F_C"]).rows[0][4] == "5.00"
 
 
-def test_failed_logs_are_told_with_their_reasons_as_many_as_are_read():
+def test_failed_logs_are_reported_with_their_reasons_as_many_as_are_read():
     summary = fleet_summary(fleet(), provenance={})
     assert report.failed_logs_table(summary)[::2] == ("Logs that failed", [("b", "6.csv", "no effort")])
     assert report.failed_logs_table(summary | {"failures": []}) is None
@@ -291,6 +291,6 @@ def test_the_page_of_a_fleet_names_the_logs_that_stand_apart():
     assert "Every log" in words
 
 
-def test_of_what_is_not_finite_there_is_no_statistic():
+def test_a_statistic_leaves_out_infinities():
     assert report._of_finite(np.max, np.array([np.nan, np.inf])) is None
     assert report._of_finite(np.max, np.array([np.nan, 2.0, -3.0])) == 2.0

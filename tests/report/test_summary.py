@@ -26,7 +26,7 @@ def fit(**changes):
     return Some(**known | changes)
 
 
-def test_levels_are_told_in_si_and_in_each_unit_of_the_drive(monkeypatch):
+def test_levels_are_reported_in_si_and_in_each_unit_of_the_drive(monkeypatch):
     asked = []
     monkeypatch.setattr(report, "level_values", lambda fit: levels())
     monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: asked.append((friction, speed)) or 4e-6)
@@ -41,13 +41,13 @@ def test_levels_are_told_in_si_and_in_each_unit_of_the_drive(monkeypatch):
     assert _levels(fit(), None) is None
 
 
-def test_an_estimate_is_told_with_why_nothing_is_known():
+def test_an_estimate_is_reported_with_the_reason():
     names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
     item = Some(name="a", description="level", reason=None, **{name: name for name in names})
     assert _described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
 
 
-def test_what_the_draws_say_is_told_beside_the_intervals():
+def test_numbers_of_the_draws_stand_beside_the_intervals():
     assert _resampling(fit(resampling=None)) is None
     bands = {name: float(place) for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))}
     bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}

@@ -49,7 +49,7 @@ def test_rows_by_their_heads_make_a_table():
 @pytest.mark.parametrize(
     ("text", "is_number"), [("1.5e−7", True), ("± 3 ± 0.1", True), ("−∞", True), ("1,5", False), ("", False), ("3 N", False)]
 )
-def test_a_number_is_told_from_a_word(text, is_number):
+def test_a_number_is_distinguished_from_a_word(text, is_number):
     assert Table("t", ["a"], [[text]]).is_number(0) is is_number
 
 
@@ -67,7 +67,7 @@ def test_dashes_alone_say_nothing():
         (2.5e-3, "rotational", "2.5 mrad"),
     ],
 )
-def test_lengths_are_told_in_no_smaller_unit_than_the_micrometre(value, kind, text):
+def test_lengths_are_reported_in_no_smaller_unit_than_the_micrometre(value, kind, text):
     assert length_text(value, kind).replace("\u00a0", " ") == text
 
 

@@ -45,7 +45,7 @@ def typed(monkeypatch):
     return lines
 
 
-def test_levels_are_told_by_direction_with_what_the_speed_adds(typed):
+def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
     assert typed("usual") == [
         "mass 12 kg",
         "F+ 8 N, F− 9 N, viscous 30 N·s/m: never above the steady friction, up to 500 mN below it",
@@ -59,17 +59,17 @@ def test_levels_are_told_by_direction_with_what_the_speed_adds(typed):
     assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
 
 
-def test_a_mass_that_is_open_is_not_told(typed):
+def test_a_mass_that_is_open_is_not_reported(typed):
     item = fit()
     item.parameters["M"].status = "unidentifiable"
     assert typed("usual", item=item)[0] == "mass: not identified"
 
 
-def test_the_way_over_which_friction_turns_is_told_where_there_is_one(typed):
+def test_the_distance_over_which_friction_turns_is_reported_where_positive(typed):
     assert typed("usual", distance=4e-6)[2] == "after a reversal 95 % of the friction turns within 4 µm"
 
 
-def test_levels_are_told_in_the_units_of_the_drive(typed):
+def test_levels_are_reported_in_the_units_of_the_drive(typed):
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
     lines = typed("usual", Axis(columns=columns))
     assert lines[2] == f"in V: F+ {8.0 / 35.0:.3f}, F− {9.0 / 35.0:.3f}"
@@ -83,7 +83,7 @@ def test_levels_are_told_in_the_units_of_the_drive(typed):
         (fit(), False, "nothing: a plant on a spring does not move on steadily"),
     ],
 )
-def test_where_there_is_nothing_to_type_in_the_reason_is_told(typed, item, never, words):
+def test_an_empty_answer_has_the_reason(typed, item, never, words):
     assert typed(None, item=item, never=never) == [words]
 
 

@@ -33,7 +33,7 @@ def test_a_run_is_made_with_plain_numbers():
         ({"friction": {"model": "dahl"}}, ("plant", "M"), False),
     ],
 )
-def test_a_variant_keeps_what_stands_under_its_own_keys(override, keys, own):
+def test_a_variant_keeps_values_under_keys_of_the_variant(override, keys, own):
     assert _overridden(override, keys) is own
 
 
@@ -70,12 +70,12 @@ def variant(**changes):
         ({"friction": friction.maxwell_slip(F_C=1.0, k_i=[1e5, 2e5], nu_i=[0.4, 0.6])}, False),
     ],
 )
-def test_many_runs_at_once_are_those_of_one_mass_under_a_given_effort(changes, fits):
+def test_runs_in_a_batch_have_a_single_mass_under_a_given_effort(changes, fits):
     assert fits_a_batch(Some(variants=[variant(**changes)])) is fits
     assert fits_a_batch(Some(variants=[variant(), variant(**changes)])) is fits
 
 
-def test_a_block_has_a_row_for_each_of_its_runs(bench):
+def test_a_block_has_a_row_for_each_of_the_runs(bench):
     columns = Simulator(bench.study()).columns(Block(4, 7))
     assert columns["run"].tolist() == [4, 5, 6]
     assert list(columns["seed"]) == bench.study().seeds(Block(4, 7))
@@ -100,7 +100,7 @@ def test_a_list_that_was_drawn_is_a_column_for_each_element(bench, monkeypatch):
 @pytest.mark.parametrize(
     ("error", "status", "reason"), [(InputError("is wrong"), "refused", "is wrong"), (ValueError("x" * 400), "raised", "ValueError: xxx")]
 )
-def test_a_run_that_fails_is_told_with_its_reason_in_short(bench, monkeypatch, error, status, reason):
+def test_a_run_that_fails_is_reported_with_the_reason_in_short(bench, monkeypatch, error, status, reason):
     simulator = Simulator(bench.study(), batches=False)
 
     def fails(experiment):

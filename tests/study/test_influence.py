@@ -123,7 +123,7 @@ def test_a_distribution_of_few_numbers_is_known_by_hand():
     assert np.isnan(spread_of(np.array([2.0]))["std"])
 
 
-def test_a_median_lies_between_the_ranks_that_its_count_allows():
+def test_a_median_lies_between_the_ranks_that_the_count_allows():
     # Of 100 numbers between 40 and 60 lie below the median, 19 times of 20.
     spread = spread_of(np.arange(100.0))
     assert spread["median_interval"] == (39.0, 60.0)
@@ -145,14 +145,14 @@ def drawn(count=12, **changes):
     return Runs(described, columns | changes)
 
 
-def test_names_are_ranked_by_the_alphabet_and_what_stays_says_nothing():
+def test_names_are_ranked_by_the_alphabet_and_constants_are_left_out():
     entries = rank_correlations(drawn())
     assert [(entry["cause"], entry["metric"], round(entry["value"], 9)) for entry in entries] == [("x", "f", 1.0), ("name", "f", -1.0)]
     assert all(-1.0 <= end <= 1.0 for entry in entries for end in entry["interval"])
     assert rank_correlations(drawn(f=np.ones(12))) == []
 
 
-def test_of_fewer_than_ten_runs_nothing_is_told():
+def test_fewer_than_ten_runs_have_no_correlation():
     f = np.linspace(0.0, 1.0, 12)
     f[:2] = np.nan
     assert len(rank_correlations(drawn(f=f))) == 2
@@ -163,7 +163,7 @@ def test_of_fewer_than_ten_runs_nothing_is_told():
     assert len(rank_correlations(drawn(status=np.array(["ok"] * 9 + ["tolerance_missed", "raised", "not_finite"])))) == 2
 
 
-def test_what_is_drawn_is_ranked_within_each_point_of_the_grid():
+def test_draws_are_ranked_within_each_point_of_the_grid():
     runs = drawn(24, name=np.zeros(24), x=np.repeat(np.arange(12.0), 2), z=np.tile([0.0, 1.0], 12), f=np.repeat(np.arange(12.0), 2))
     runs.columns["f"] += np.tile([0.0, 100.0], 12)  # the point of the grid hides the draw
     described = dict(runs.described) | {"grid": {"z": [0.0, 1.0]}}
@@ -173,7 +173,7 @@ def test_what_is_drawn_is_ranked_within_each_point_of_the_grid():
     assert 0.8 < entries["z"] < 0.9
 
 
-def test_indices_of_as_many_points_as_a_power_of_two_and_of_none_without_them():
+def test_indices_take_as_many_points_as_a_power_of_two():
     runs = runs_of(lambda drawn: drawn[:, 0], Sampling("random", 5, ("x", "y"), 32, indices=True))
     whole = sobol_indices(runs)
     assert [entry["cause"] for entry in whole] == ["x", "y"]

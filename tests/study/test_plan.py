@@ -16,13 +16,13 @@ def metric(name, column=None):
     return Metric(column or name, "plain", name, "m")
 
 
-def test_a_metric_is_told_in_words_with_its_variant_where_there_are_several():
+def test_a_metric_is_reported_in_words_with_the_variant_where_there_are_several():
     assert metric("following_error.peak_to_peak").described == "following error, peak to peak"
     assert metric("by_direction.forward.rms", "plain.by_direction.forward.rms").described == "plain: following error forward, rms"
     assert metric("effort.rms").described == "effort, rms"
 
 
-def test_a_metric_is_read_from_its_place_in_a_result():
+def test_a_metric_is_read_from_the_place_in_a_result():
     numbers = [Statistics(*(float(10 * group + k) for k in range(6))) for group in range(5)]
     forward, backward = numbers[2:4]
     result = Some(following_error=numbers[0], true_error=numbers[1], motion=numbers[4], effort_rms=7.0, effort_peak=9.0, status=Status.OK)
@@ -82,7 +82,7 @@ def test_metrics_are_of_every_variant_unless_their_name_says_which():
         (["motion.rms", "a.motion.rms"], r"keep\.metrics: is named twice.*a\.motion\.rms"),
     ],
 )
-def test_what_is_no_metric_is_told_with_its_place(names, message):
+def test_an_unknown_metric_is_refused_with_the_place(names, message):
     with pytest.raises(InputError, match=message):
         metrics_from(names, experiment("a", "b"), "keep.metrics")
 
@@ -92,7 +92,7 @@ def test_draws_for_indices_are_two_more_than_there_are_causes():
     assert (plain.per_row, plain.count, indices.per_row, indices.count) == (1, 64, 5, 320)
 
 
-def test_the_checksum_is_that_of_what_a_library_draws():
+def test_the_checksum_is_that_of_the_drawn_points():
     assert Sampling("random", 3, ("a",), 8).checksum() == ""
     first, again, other = (Sampling("sobol", seed, ("a",), 8).checksum() for seed in (3, 3, 4))
     assert first == again != other
@@ -165,6 +165,6 @@ def test_steps_are_those_of_all_variants():
 @pytest.mark.parametrize(
     ("runs", "steps", "block"), [(10_000_000, 1, 4096), (10_000_000, 10_000, 1000), (320, 1, 10), (321, 1, 11), (10, 10**9, 1), (10, 0, 1)]
 )
-def test_a_block_takes_a_second_or_two_and_is_one_of_many(runs, steps, block, monkeypatch):
+def test_a_block_takes_a_second_or_two_and_is_a_small_part_of_a_study(runs, steps, block, monkeypatch):
     monkeypatch.setattr(plan, "steps_of", lambda experiment: steps)
     assert block_for(runs, None) == block

@@ -17,7 +17,7 @@ from bristle.study.workers import Cluster, Crew, Here
     ("seconds", "words"),
     [(0.0, "1 s"), (1.6, "2 s"), (89.0, "89 s"), (90.0, "2 min"), (5399.0, "90 min"), (5400.0, "1.5 h"), (36_000.0, "10.0 h")],
 )
-def test_a_time_is_told_as_a_person_says(seconds, words):
+def test_a_time_is_reported_as_a_person_says(seconds, words):
     assert in_words(seconds) == words
 
 
@@ -41,7 +41,7 @@ class Kept:
         self.written.append((block.first, columns))
 
 
-def test_progress_tells_what_is_there_and_how_long_the_rest_takes(monkeypatch):
+def test_progress_counts_present_runs_and_the_remaining_time(monkeypatch):
     now = iter([0.0, 10.0, 40.0, 100.0])
     monkeypatch.setattr(run, "time", Some(monotonic=lambda: next(now)))
     told, kept = [], Kept()
@@ -81,7 +81,7 @@ def simulator(in_batches):
         (0, 1, True, Crew, 1),
     ],
 )
-def test_who_simulates_follows_what_is_missing(missing, workers, in_batches, kind, count, monkeypatch):
+def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind, count, monkeypatch):
     monkeypatch.setattr(run, "Simulator", simulator(in_batches))
     monkeypatch.setattr(run, "core_count", lambda: 6)
     crew = run._crew(None, missing, workers, None, run.Simulator)

@@ -291,7 +291,7 @@ def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
     assert run_study(study, out, workers=1).is_whole
 
 
-def test_a_description_that_cannot_be_read_is_told(tmp_path):
+def test_a_description_that_cannot_be_read_is_reported(tmp_path):
     with pytest.raises(InputError, match="is no folder of a study"):
         study_in(tmp_path)
     for text, words in (("{", "cannot be read"), ("[]", "is not one that this"), ('{"schema": 2}', "is not one that this")):
@@ -308,7 +308,7 @@ def refused(before, now):
     return str(error.value)
 
 
-def test_what_differs_is_told_first_of_all_and_counted():
+def test_the_first_difference_is_named_and_the_rest_counted():
     one = refused({"study": {"seed": 7}}, {"study": {"seed": 8}})
     assert "holds another study: seed was 7 and is now 8" in one
     assert "more" not in one
@@ -320,7 +320,7 @@ def test_what_differs_is_told_first_of_all_and_counted():
 
 
 @pytest.mark.parametrize(("letters", "cut"), [(58, False), (59, True)])
-def test_a_long_value_is_cut_where_one_can_see_it(letters, cut):
+def test_a_long_value_is_cut_visibly(letters, cut):
     text = refused({"study": {"a": "x" * letters}}, {"study": {"a": "y"}})
     assert ("…" in text) is cut
     assert f'a was "{"x" * 58}' in text

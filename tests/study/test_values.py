@@ -130,7 +130,7 @@ def target(**changes):
         ("log_uniform", (1.0, 100.0), [10.0**0.002, 10.0**0.6, 10.0, 10.0**1.4, 10.0**1.998]),
     ],
 )
-def test_a_distribution_is_the_inverse_of_its_function(distribution, numbers, values):
+def test_a_distribution_is_the_inverse_of_the_function(distribution, numbers, values):
     shares = np.array([0.001, 0.3, 0.5, 0.7, 0.999])
     cause = Drawn(target(), distribution, numbers)
     assert cause.values(shares)["friction.F_C"] == pytest.approx(np.array(values), rel=1e-6)
@@ -145,7 +145,7 @@ def test_rows_of_a_fit_are_drawn_whole_and_equally_often():
     assert Drawn(target(), "choice", ("x", "y")).values(np.array([0.2, 1.0]))["friction.F_C"].tolist() == ["x", "y"]
 
 
-def test_a_value_is_read_in_si_within_its_range():
+def test_a_value_is_read_in_si_within_the_range():
     assert target().number("2 kN", "") == 2000.0
     assert target(is_whole=True).number(3.0, "") == 3.0
     with pytest.raises(InputError, match="must be a whole number"):
@@ -172,7 +172,7 @@ def test_a_value_is_read_in_si_within_its_range():
         ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: it has a logarithm"),
     ],
 )
-def test_a_distribution_that_does_not_fit_is_told(table, words):
+def test_a_distribution_that_does_not_fit_is_reported(table, words):
     with pytest.raises(InputError, match=words):
         drawn_from(table, target(), "vary")
 
@@ -196,14 +196,14 @@ def test_distributions_that_fit_are_read():
         ("sensor.noises", r"is no value of this experiment.*allowed sensor\..*Did you mean 'noise'"),
     ],
 )
-def test_a_key_that_is_not_varied_is_told(bench, key, words):
+def test_a_key_that_is_not_varied_is_reported(bench, key, words):
     experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
     with pytest.raises(InputError, match=words) as error:
         target_at(key, experiment, data, "vary")
     assert "seed" not in str(error.value).partition("allowed")[2]
 
 
-def test_a_key_is_a_value_with_its_unit_and_whether_steps_are_whole(bench):
+def test_a_key_is_a_value_with_the_unit_and_whether_steps_are_whole(bench):
     experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
     found = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
     assert [(item.unit, item.is_whole) for item in found.values()] == [("", True), ("N*s/m", False), ("m", False)]
@@ -224,12 +224,12 @@ FROM = {"from": "results", "draws": "bootstrap"}
         (FROM | {"rows": 3}, "rows: unknown key"),
     ],
 )
-def test_draws_of_a_fit_that_are_named_wrongly_are_told(tmp_path, table, words):
+def test_draws_of_a_fit_that_are_named_wrongly_are_reported(tmp_path, table, words):
     with pytest.raises(InputError, match=words):
         fitted_at(table, tmp_path, "vary.friction")
 
 
-def test_a_fit_without_draws_is_told(bench):
+def test_a_fit_without_draws_is_reported(bench):
     fit_in(bench.folder / "results")
     (file,) = (bench.folder / "results").glob("draws.*")
     fitted = fitted_at(FROM, bench.folder, "vary")

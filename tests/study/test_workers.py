@@ -18,7 +18,7 @@ BLOCKS = [Block(k, k + 1) for k in range(9)]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_every_block_comes_back_once_with_its_columns(count):
+def test_every_block_comes_back_once_with_the_columns(count):
     at_once, most, lock, threads = [0], [0], threading.Lock(), set()
 
     def simulate(block):
@@ -66,7 +66,7 @@ def test_blocks_are_handed_out_though_nobody_says_how_many():
     assert [block for block, _ in _as_ready(submit, BLOCKS, lambda: 1)] == BLOCKS
 
 
-def test_a_fault_is_told_with_its_trace():
+def test_a_fault_is_reported_with_the_trace():
     def broken():
         raise ValueError("a fault")
 
@@ -78,7 +78,7 @@ def test_a_fault_is_told_with_its_trace():
     assert WorkerError.exit_code == 70
 
 
-def test_the_checksum_of_code_is_that_of_its_text_whatever_its_line_ends(tmp_path):
+def test_the_checksum_of_code_is_that_of_the_text_whatever_the_line_ends(tmp_path):
     (tmp_path / "below").mkdir()
     (tmp_path / "a.py").write_bytes(b"x = 1\r\ny = 2\n")
     (tmp_path / "below" / "b.py").write_bytes(b"z = 3\n")
@@ -87,7 +87,7 @@ def test_the_checksum_of_code_is_that_of_its_text_whatever_its_line_ends(tmp_pat
     assert checksum_of_code(tmp_path) == hashlib.sha256("".join(parts).encode()).hexdigest()[:12]
 
 
-def test_a_worker_says_what_computes_there():
+def test_a_worker_states_versions_and_code():
     said = workers.described()
     assert set(said) == {"bristle", "numpy", "scipy", "numba", "code"}
     assert len(said["code"]) == 12
@@ -99,7 +99,7 @@ def test_a_worker_with_other_software_simulates_nothing(monkeypatch):
     assert simulated(b"", {"bristle": "1", "numpy": "1"}, 0, 1) == ("unfit", "bristle 2 on far away")
 
 
-def test_a_worker_simulates_the_block_that_it_is_told(monkeypatch):
+def test_a_worker_simulates_the_requested_block(monkeypatch):
     monkeypatch.setattr(workers, "_simulator", lambda plan: Some(columns=lambda block: {"plan": plan, "block": block}))
     assert simulated(b"plan", workers.described(), 3, 5) == ("done", {"plan": b"plan", "block": Block(3, 5)})
 
@@ -139,12 +139,12 @@ def test_a_block_whose_worker_was_killed_is_noted_and_the_others_arrive(cluster)
         (CancelledError(), InputError, "--scheduler: the scheduler is gone.*tcp://a:1"),
     ],
 )
-def test_what_ends_a_study_on_a_cluster_is_told(cluster, outcome, error, words):
+def test_faults_on_a_cluster_are_reported(cluster, outcome, error, words):
     with pytest.raises(error, match=words):
         list(cluster._arrived(iter([(BLOCKS[0], ended(outcome))])))
 
 
-def test_threads_of_a_cluster_are_counted_and_a_lost_scheduler_is_told(cluster):
+def test_threads_of_a_cluster_are_counted_and_a_lost_scheduler_is_reported(cluster):
     assert cluster._threads(Some(nthreads=lambda callback_timeout: {"a": 2, "b": 3})) == 5
 
     def gone(callback_timeout):
@@ -154,7 +154,7 @@ def test_threads_of_a_cluster_are_counted_and_a_lost_scheduler_is_told(cluster):
         cluster._threads(Some(nthreads=gone))
 
 
-def test_what_dask_says_of_lost_connections_is_left_out_and_nothing_else():
+def test_loggers_of_dask_are_silent_and_others_are_not():
     names = ("distributed.comm", "asyncio", "another")
     loggers = [logging.getLogger(name) for name in names]
     off = logging.getLogger("distributed.off")
@@ -201,7 +201,7 @@ def test_a_block_that_ends_five_workers_is_lost_with_how_they_ended(monkeypatch)
     assert crew.processes == set()
 
 
-def test_a_block_goes_to_the_next_worker_where_one_ended(monkeypatch):
+def test_a_block_goes_to_the_next_worker_where_a_worker_ended(monkeypatch):
     crew, _ = crew_of(iter([("ready", None), EOFError(), ("ready", None), ("done", {"a": 1}), ("failed", "why")]), monkeypatch)
     assert crew._simulated(BLOCKS[0]) == {"a": 1}
     assert crew.lost == []
@@ -209,7 +209,7 @@ def test_a_block_goes_to_the_next_worker_where_one_ended(monkeypatch):
         crew._simulated(BLOCKS[3])
 
 
-def test_workers_that_never_begin_are_told_by_how_they_end(monkeypatch):
+def test_workers_that_never_begin_are_reported_by_how_they_end(monkeypatch):
     crew, asked = crew_of(iter([EOFError()] * 20), monkeypatch)
     with pytest.raises(WorkerError, match="10 workers ended before they could begin: ended by signal 9"):
         crew._simulated(BLOCKS[0])
@@ -227,7 +227,7 @@ def test_no_worker_begins_once_the_study_ends(monkeypatch):
         crew._simulated(BLOCKS[0])
 
 
-def test_a_crew_yields_the_blocks_that_were_simulated_and_ends_its_processes(monkeypatch):
+def test_a_crew_yields_the_blocks_that_were_simulated_and_ends_the_processes(monkeypatch):
     crew = Crew(None, 2)
     crew.processes.update(Fake() for _ in range(2))
     monkeypatch.setattr(crew, "_simulated", lambda block: None if block.first == 4 else {"run": block.first})
