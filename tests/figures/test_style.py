@@ -101,6 +101,8 @@ def test_a_cloud_has_a_point_in_each_cell_of_the_grid():
     assert style.spread(np.arange(4.0), np.zeros(4), (2, 1)).tolist() == [0, 2, 3]
     corners = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.5, 1.0, 0.5, 0.0, 1.0])
     assert style.spread(*corners, (2, 3)).tolist() == list(range(6))
+    cloud = np.random.default_rng(2).normal(size=(2, 500))
+    assert style.spread(*cloud, (8, 6)).tolist() == style.spread(cloud[0] + 90.0, cloud[1] - 40.0, (8, 6)).tolist()
 
 
 def test_shares_are_percent_of_all_values():

@@ -1,5 +1,6 @@
 """A fleet as data: a row for each log, a column for each parameter with its interval, and logs that keep their numbers."""
 
+import importlib
 from types import SimpleNamespace as Some
 
 import pytest
@@ -10,6 +11,8 @@ from bristle.fleet.plan import OF_FIT, RUN, Fleet
 from bristle.identification import models_of
 from bristle.logs import LogFile
 from bristle.study.plan import Block
+
+identify = importlib.import_module("bristle.fleet.identify")
 
 
 def log(name, checksum="0", place="", folder="press"):
@@ -131,3 +134,19 @@ def test_fleets_differ_by_model_and_options(logs):
     assert fleet_of(names, model="stribeck").described != first.described
     with pytest.raises(InputError, match=r"takes one model.*coulomb, stribeck"):
         fleet_of(names, model="coulomb,stribeck")
+
+
+def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
+    recorded = Some(origin=Some(checksum="0"), kind="translational", duration=4.0, temperature=Some(values=[290.0, 292.0]))
+    doubts = [Some(code=code, severity=severity) for code, severity in (("a", "warning"), ("b", "note"), ("a", "warning"))]
+    held_out = Some(mean_percent=6.0)
+    found = Some(diagnostics=doubts, error_percent=5.0, held_out=held_out, resampling=None, parameters={"F_C": estimate()})
+    monkeypatch.setattr(identify, "read_log", lambda place, axis, size_limit: recorded)
+    monkeypatch.setattr(identify, "identify", lambda log, model, axis: Some(unfinished="", fits=(found,)))
+    row = Identifier(fleet(log("a")))._numbers(log("a"))
+    assert [row[name] for name in ("error", "held_out_error", "duration", "temperature")] == pytest.approx([0.05, 0.06, 4.0, 291.0])
+    assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)
+    with pytest.raises(InputError, match="has changed since the command began"):
+        Identifier(fleet(log("a")))._numbers(log("a", "1"))
+    with pytest.raises(InputError, match="is translational, and this fleet is rotational"):
+        Identifier(fleet(log("a"), kind="rotational"))._numbers(log("a"))
