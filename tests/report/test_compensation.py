@@ -1,14 +1,18 @@
 """What is said of the gain of compensation, from loops whose errors are known."""
 
 from dataclasses import replace
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
 
 from bristle import controllers, friction, plants
 from bristle.core import Status
-from bristle.report.compensation import gain_of, pair_of
+from bristle.core.diagnostic import Diagnostic
+from bristle.prediction.following import Following
+from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_lines, gain_of, is_alike, names_text, pair_of
 from bristle.simulation import compensation_experiment, simulate, statistics_of
+from bristle.simulation.result import Statistics
 
 
 def with_error(result, name, error):
@@ -107,3 +111,154 @@ def test_viscous_friction_that_is_not_fed_forward_is_not_called_the_position_loo
     words = " ".join(gain.sentences())
     assert "viscous friction that is not fed forward" in words
     assert "is not friction" not in words
+
+
+def step(name, peak, beyond=1e-6, lag=2e-3, share=0.0):
+    return Errors(name, peak, beyond, lag, share)
+
+
+def plain(lines):
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        (8e-6, 2e-6, "lowers the following error from 8 µm (plain) to 2 µm (fed) peak to peak, by a factor of 4.0."),
+        (8e-6, 7.5e-6, "lowers the following error from 8 µm (plain) to 7.5 µm (fed) peak to peak, by a factor of 1.1."),
+        (8e-6, 7.7e-6, "hardly changes the following error: 8 µm (plain), then 7.7 µm (fed)."),
+        (8e-6, 8.3e-6, "hardly changes the following error: 8 µm (plain), then 8.3 µm (fed)."),
+        (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak: do not use this compensation as it is."),
+        (8e-6, 0.0, "lowers the following error from 8 µm (plain) to 0 m (fed) peak to peak."),
+    ],
+)
+def test_friction_fed_forward_is_reported_by_the_error_before_and_after(before, after, words):
+    gain = Gain((step("plain", before), step("fed", after)), "translational", "Confirm.")
+    assert gain.sentences() == [f"In simulation, feeding the friction forward {words}", "Confirm."]
+
+
+def test_the_first_loop_is_held_against_all_that_is_fed_forward():
+    steps = step("base", 20e-6), step("plain", 8e-6), step("fed", 2e-6)
+    assert Gain(steps, "rotational", "Confirm.").sentences()[1] == (
+        "The first loop, base, has 20 µrad: with all that is fed forward it becomes 2 µrad, by a factor of 10."
+    )
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.49, False), (0.5, True), (0.625, True)])
+def test_lag_is_distinguished_from_half_of_the_mean_square_on(share, told):
+    steps = step("plain", 8e-6, 5e-6), step("fed", 2e-6, 1.234e-6, 2.5e-3, share)
+    lines = Gain(steps, "translational", "Confirm.").sentences()
+    assert (len(lines) == 3) is told
+    if told:
+        assert lines[1].startswith(
+            f"{100.0 * share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of 2.5 ms: "
+        )
+        assert lines[1].endswith("Beyond this lag the error goes from 5.00 to 1.23 µm peak to peak.")
+
+
+def errors_of(peak, rms):
+    return Statistics(peak_to_peak=peak, rms=rms, mean=0.0, std=rms, min=-peak, max=0.0)
+
+
+NOTHING = np.zeros(2)
+FOLLOWED = Following(NOTHING, NOTHING, errors_of(9e-6, 3e-6), errors_of(8e-6, 2e-6), errors_of(4e-6, 1e-6))
+
+
+def test_the_error_of_the_log_stands_beside_the_simulated_error():
+    gain = Gain((), "translational", "")
+    assert about_loop(None, None, "translational") == []
+    assert about_loop(gain, None, "translational") == gain.sentences()
+    first, *rest = about_loop(gain, FOLLOWED, "translational")
+    assert first == (
+        "In the log, the following error is 9 µm peak to peak and 3 µm root mean square; the simulated loop has 8 µm peak to peak and "
+        "2 µm root mean square."
+    )
+    assert rest == gain.sentences()
+    alone = about_loop(None, replace(FOLLOWED, simulated=None), "rotational")
+    assert alone == ["In the log, the following error is 9 µrad peak to peak and 3 µrad root mean square."]
+
+
+def test_where_the_log_contradicts_the_loop_no_gain_is_promised():
+    contradicted = replace(FOLLOWED, contradiction=Diagnostic("switching_law"))
+    (line,) = about_loop(Gain((), "translational", ""), contradicted, "translational")
+    assert line.startswith("No gain is promised: the law has no slope at rest")
+    first, second = plain(gain_lines(None, contradicted, "translational"))
+    assert first == "following error, peak to peak: 9 µm in the log"
+    assert second.startswith("no gain is promised: the law has no slope")
+
+
+def loops(**efforts):
+    variants = {name: Some(effort=np.array(effort)) for name, effort in efforts.items()}
+    return Some(variants=variants, experiment=Some(variants=[Some(name=name) for name in variants]))
+
+
+def test_the_first_page_tells_error_and_effort_as_recorded_and_compensated():
+    assert gain_lines(None, None, "translational") == [
+        "not simulated: that takes a log with a reference, and a controller in the axis file"
+    ]
+    assert plain(gain_lines(None, FOLLOWED, "translational")) == [
+        "following error, peak to peak: 9 µm in the log",
+        "simulated: 8 µm as recorded, 4 µm compensated",
+    ]
+    simulated = loops(first=[3.0, 3.0], middle=[9.0, 9.0], last=[3.0, 4.0])
+    assert plain(gain_lines(simulated, FOLLOWED, "translational"))[2] == "effort, root mean square: 3 N as recorded, 3.54 N compensated"
+    assert len(gain_lines(loops(first=[3.0], last=[np.inf]), FOLLOWED, "translational")) == 2
+    assert len(gain_lines(None, replace(FOLLOWED, compensated=None), "translational")) == 1
+    assert len(gain_lines(None, replace(FOLLOWED, simulated=None), "translational")) == 1
+
+
+@pytest.mark.parametrize(
+    ("best", "words"),
+    [
+        (2.2e-7, "89 % less"),
+        (1.9e-7, "by a factor of 11"),
+        (2e-8, "by a factor of 100"),
+        (1.9e-8, "less than a hundredth"),
+        (1e-6, "50 % less"),
+        (0.0, "less than a hundredth"),
+    ],
+)
+def test_a_large_gain_is_reported_as_a_factor(best, words):
+    loops = (Some(name=name, kind="translational", following_error=errors_of(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
+    told = Standing(*loops, alike=False).instead.replace("\u00a0", " ")
+    assert told.endswith(f"peak to peak, {words}")
+
+
+def run_of(name, peak, spread=None):
+    scatter = {} if spread is None else {"following_error": {"peak_to_peak": spread}}
+    return Some(name=name, kind="translational", following_error=errors_of(peak, 0.0), spread=scatter)
+
+
+@pytest.mark.parametrize(
+    ("best", "other", "alike"),
+    [
+        (run_of("a", 0.96e-6), run_of("b", 1e-6), True),
+        (run_of("a", 0.94e-6), run_of("b", 1e-6), False),
+        (run_of("a", 0.94e-6, 3e-8), run_of("b", 1e-6, 4e-8), True),
+        (run_of("a", 0.94e-6, 3e-8), run_of("b", 1e-6, 2e-8), False),
+    ],
+)
+def test_variants_are_alike_within_five_percent_or_their_scatter(best, other, alike):
+    assert is_alike(best, other) is alike
+
+
+def test_names_are_listed_as_many_as_are_read():
+    assert names_text("abcd") == "a, b, c, d"
+    assert names_text("abcdef") == "a, b, c, d and 2 more"
+    assert names_text("abc", 2) == "a, b and 1 more"
+
+
+def test_an_error_is_split_into_lag_and_rest():
+    time = 1e-3 * np.arange(4000)
+    reference = np.sin(6.0 * time)
+    velocity = np.gradient(reference, 1e-3)
+    run = Some(settle=1.0, sample_time=1e-3)
+    late = Some(reference=reference, measured=reference - 2e-3 * velocity - 1e-4 * np.where(time < 1.0, 50.0, 1.0) * reference)
+    late.following_error = errors_of(1e-2, 0.0)
+    errors = _errors(Some(name="a", run=run), late)
+    assert (errors.name, errors.peak_to_peak) == ("a", 1e-2)
+    assert errors.lag == pytest.approx(2e-3, rel=0.01)
+    assert errors.beyond_lag == pytest.approx(2e-4, rel=0.05)
+    assert 0.99 < errors.lag_share < 1.0
+    still = Some(reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
+    assert _errors(Some(name="a", run=run), still)[3:] == (0.0, 0.0)

@@ -1,8 +1,10 @@
 """The report of a loop that is designed: what it tells, and gains that can be copied into an experiment file."""
 
+import math
 import re
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace as Some
 
 import pytest
 from tests.loop.conftest import loop
@@ -11,11 +13,25 @@ from tests.report.test_names import ALL, assert_harmless
 from tests.report.test_pages import COMMON
 
 from bristle import controllers
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.components import controller_from
-from bristle.loop import design
-from bristle.report.design import budget_table, design_report, design_ruling, design_sentences, design_summary, margin_table
+from bristle.loop import Verdict, design
+from bristle.report import design as report
+from bristle.report.design import (
+    budget_table,
+    circle_table,
+    delay_table,
+    design_report,
+    design_ruling,
+    design_sentences,
+    design_summary,
+    least_phase,
+    margin_table,
+    proposal_table,
+)
 from bristle.report.loops import controller_text
+from bristle.simulation.result import Statistics
 
 
 @pytest.fixture(scope="module")
@@ -135,3 +151,241 @@ def test_an_unstable_loop_is_told_with_what_is_stable():
     assert page.unbalanced == []
     assert "What it errs by" not in page.words
     assert "with an observer" in page.words
+
+
+STABLE = Diagnostic("loop_stable", "", "note", {"radius": 0.9})
+SWITCHING = Diagnostic("switching_law", "", "warning")
+
+
+def error_of(peak):
+    return Statistics(peak_to_peak=peak, rms=0.5 * peak, mean=0.0, std=0.0, min=0.0, max=peak)
+
+
+def point(phase=45.0, motions="all", friction="none", crossover=2.0 * math.pi * 30.0):
+    margins = Some(phase=phase, gain=2.5, delay=None, crossover=crossover, sensitivity=1.5)
+    return Some(motions=Some(value=motions), friction=Some(value=friction), margins=margins, loop=Some(spectral_radius=0.95))
+
+
+def assessed(name="plain", *phases, doubts=(), verdict=Verdict.STABLE):
+    points = [point(phase) for phase in phases or (45.0,)]
+    return Some(name=name, points=points, bare=points, doubts=doubts, finding=STABLE, verdict=verdict)
+
+
+def proposal(name, peak, *, phase=45.0, effort=4.0, count=0.5, **changes):
+    law = Some(name="cascade", values={})
+    known = {
+        "name": name,
+        "following_error": None if peak is None else error_of(peak),
+        "assessment": assessed(name, phase),
+        "effort_rms": effort,
+    }
+    known |= {"count_effort": count, "stiffness": 5e7, "bandwidth": 300.0, "variant": Some(controller=law, feedforward=Some(mass=0.0))}
+    return Some(**known | changes)
+
+
+def budget(*entries, everything=8e-6, nothing=1e-7, runs=1):
+    causes = [
+        Some(cause=name, description=f"the {name}", alone=error_of(alone), without=error_of(without)) for name, alone, without in entries
+    ]
+    return Some(all_causes=error_of(everything), no_cause=error_of(nothing), entries=causes, runs=runs)
+
+
+ENTRIES = (("friction", 6e-6, 2e-6), ("lag", 7e-6, 5e-6))
+
+
+def made(*proposals, stable=True, doubts=(), **changes):
+    """A loop with what is proposed for it; by default `tuned` errs by a quarter."""
+    proposals = proposals or (proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0), proposal("with an observer", 4e-6))
+    experiment, variant = Some(name="bench", kind="translational"), Some(name="plain", controller=Some(name="cascade"))
+    known = {"proposals": proposals, "experiment": experiment, "variant": variant, "late": None, "budget": budget(*ENTRIES), "circles": ()}
+    known |= {"assessment": assessed(doubts=doubts), "assessments": (assessed(),), "is_stable": stable, "friction": 10.0}
+    known["delays"] = Some(hold=5e-4, computation=1e-3, drive=0.0, velocity=2.5e-4, total=1.75e-3)
+    return Some(**known | changes)
+
+
+def plain(lines):
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+def test_margins_are_reported_of_each_point_and_once_for_loops_that_are_alike():
+    loops = [assessed("a", 45.0, None), assessed("b", 45.0, None), assessed("c", 30.0)]
+    loops[2].points[0].margins.crossover = None
+    table = margin_table(Some(assessments=loops))
+    assert table.rows == [
+        ("a, b", "all", "none", "0.9500", "45.0", "2.50", "–", "30.0"),
+        ("", "all", "none", "0.9500", "–", "2.50", "–", "30.0"),
+        ("c", "all", "none", "0.9500", "30.0", "2.50", "–", "–"),
+    ]
+
+
+def test_the_delay_is_reported_by_the_parts_in_milliseconds():
+    rows = delay_table(made().delays).rows
+    assert [row[1] for row in rows] == ["0.500", "1.000", "0.000", "0.250", "1.750"]
+    assert rows[-1][0] == "all"
+
+
+@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "left by the law itself")])
+def test_an_error_left_without_causes_is_explained_above_a_twentieth(nothing, told):
+    item = made()
+    table = budget_table(budget(*ENTRIES, nothing=nothing), item)
+    assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "What it is")
+    assert table.rows[:3] == [
+        ("friction", "6.000", "2.000", "the friction"),
+        ("lag", "7.000", "5.000", "the lag"),
+        ("all of them", "8.000", "–", ""),
+    ]
+    assert table.rows[3][3].startswith(told)
+    assert bool(table.rows[3][3]) is bool(told)
+
+
+def test_loops_are_proposed_with_their_numbers():
+    item = made(proposal("as it is", 8e-6), proposal("tuned", None, effort=None, stiffness=math.inf, bandwidth=None))
+    table = proposal_table(item)
+    assert table.heads == [
+        *("Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Stiffness", "Effort of one count [mN]"),
+        *("Following error, peak to peak [µm]", "Effort, rms [N]"),
+    ]
+    assert table.rows == [
+        ["plain", "cascade", "300", "45.0", "50.0\u00a0N/µm", "500", "8.000", "4.00"],
+        ["tuned", "cascade", "–", "45.0", "∞", "500", "–", "–"],
+    ]
+
+
+def test_the_least_phase_margin_counts():
+    assert least_phase(assessed("a", 45.0, None, 30.0)) == 30.0
+    assert least_phase(assessed("a", None)) is None
+
+
+def test_circles_are_reported_by_how_far_they_are_from_round():
+    circles = (Some(variant="as it is", peak_to_peak=8e-6, glitches=(1e-6, 2e-6, 3e-6, 4e-6)),)
+    table = circle_table(circles, made())
+    assert table.heads == ["Loop", "Deviation, peak to peak [µm]", *(f"Glitch at {angle}° [µm]" for angle in (0, 90, 180, 270))]
+    assert table.rows == [["plain", "8.000", "1.000", "2.000", "3.000", "4.000"]]
+
+
+@pytest.mark.parametrize(
+    ("peaks", "stable", "doubts", "level", "words"),
+    [
+        ((8e-6, 2e-6, 4e-6), True, (), "with_care", "Change the gains"),
+        ((8e-6, 6.3e-6, None), True, (), "with_care", "Change the gains"),
+        ((8e-6, 6.5e-6, None), True, (), "usable", "Keep it"),
+        ((8e-6, 6.5e-6, None), True, (SWITCHING,), "with_care", "Keep it, with care"),
+        ((8e-6, None, None), True, (), "usable", "Keep it"),
+        ((None, 9e-6, None), True, (), "with_care", "Change the gains"),
+        ((8e-6, 9e-6, None), False, (SWITCHING,), "no", "Do not run it"),
+    ],
+)
+def test_a_loop_is_kept_unless_another_errs_less_by_a_fifth(peaks, stable, doubts, level, words):
+    loops = [proposal(name, peak) for name, peak in zip(("as it is", "tuned", "with an observer"), peaks, strict=True)]
+    ruling = design_ruling(made(*loops, stable=stable, doubts=doubts))
+    assert (ruling.level, ruling.words) == (level, words)
+    assert len(ruling.reasons) == {"Keep it": 2, "Keep it, with care": 1, "Change the gains": 1 + len(doubts), "Do not run it": 2}[words]
+
+
+def test_the_reasons_name_error_and_margin():
+    assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, with margins kept"]
+    kept = made(proposal("as it is", 8e-6), proposal("tuned", 7e-6))
+    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop has a following error smaller by a fifth")
+    assert report._margin_text(proposal("a", 1.0, phase=None)) == "it has no crossover, and so no phase margin"
+    unknown = made(proposal("as it is", None), proposal("tuned", 2e-6))
+    assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, with margins kept"]
+
+
+def test_a_design_is_reported_in_sentences():
+    lines = plain(design_sentences(made(doubts=(SWITCHING,))))
+    assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9000."
+    assert lines[1].startswith("The law has no slope at rest")
+    assert lines[2] == (
+        "The loop has 1.75 ms of delay. As a rule of thumb that allows the sum of its two bandwidths, such as λ + K_1, 286 1/s."
+    )
+    assert lines[3] == "It errs by 8 µm peak to peak. No cause weighs more than this one, friction: without it, that is 2 µm."
+    assert lines[4] == "The loop tuned has a following error of 2 µm instead of 8 µm, with margins kept."
+    assert len(lines) == 5
+
+
+def test_a_lag_that_no_file_states_is_reported_with_the_margin_of_the_loop():
+    late = assessed("late", 33.3)
+    told = design_sentences(made(late=late))[2]
+    assert f"{made().variant.name} has a phase margin of 33.3° with" in told
+    late.verdict = Verdict.DIVERGES
+    assert "plain is unstable with" in design_sentences(made(late=late))[2]
+    assert "plain is unstable with" in design_sentences(made(late=assessed("late", None)))[2]
+
+
+@pytest.mark.parametrize(("count", "friction", "much"), [(5.1, 10.0, True), (5.0, 10.0, False), (5.0, 0.0, False)])
+def test_a_count_of_the_encoder_matters_from_half_of_the_friction_on(count, friction, much, monkeypatch):
+    monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
+    item = made(proposal("as it is", 8e-6, count=count), proposal("tuned", 7e-6), friction=friction)
+    lines = design_sentences(item)
+    assert any(line.startswith("One count of the encoder calls up") for line in lines) is much
+    if much:
+        assert "calls up 5.1 N, 0.51 times the friction (10 N)" in lines[2]
+    assert any("a finer encoder" in line for _, lines in report._front(item).answers for line in lines) is much
+
+
+@pytest.mark.parametrize(("without", "weighs"), [(7.5e-6, True), (7.7e-6, False)])
+def test_a_cause_weighs_where_the_absence_makes_the_error_smaller(without, weighs):
+    line = plain(design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
+    assert ("No cause weighs more" in line) is weighs
+    assert ("Alone, lag makes the most of all, 7 µm" in line) is not weighs
+
+
+def lines_of(item):
+    front = report._front(item)
+    return front, [plain(lines) for _, lines in front.answers]
+
+
+def test_the_first_page_of_a_change_has_gain_and_cost(monkeypatch):
+    monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
+    present, tuned = proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0, effort=6.0, count=0.25)
+    front, lines = lines_of(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
+    assert lines == [
+        [
+            "stable as it is, phase margin 45.0°",
+            "following error 8 µm peak to peak, simulated",
+            "mostly by friction (the friction): without it 2 µm",
+        ],
+        ["loop tuned, in its place", "law"],
+        [
+            "following error 2 µm instead of 8 µm",
+            "effort, root mean square: 6 N instead of 4 N",
+            "effort that one count of the encoder calls up: 250 mN instead of 500 mN",
+            "phase margin 50.0° instead of 45.0°",
+        ],
+        [
+            "margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file",
+            "errors are simulated, 3 runs each, with the friction of the file",
+        ],
+        [
+            "write these gains (below, to be copied) into the experiment file, then `bristle run` it",
+            "on the machine, record before and after, then `bristle compare`",
+        ],
+    ]
+    assert front.heading == "bench: the loop"
+    assert front.facts.endswith("variant plain · law cascade")
+
+
+def test_the_first_page_of_a_loop_that_is_kept_compares_nothing(monkeypatch):
+    monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
+    _, lines = lines_of(made(proposal("as it is", 8e-6), proposal("tuned", 7e-6)))
+    assert lines[1] == ["loop plain, as it is", "law"]
+    assert lines[2] == ["effort, root mean square: 4 N", "effort that one count of the encoder calls up: 500 mN"]
+    assert "one run each" in lines[3][1]
+    assert lines[4] == ["on the machine, record before and after, then `bristle compare`"]
+    _, lines = lines_of(made(proposal("as it is", None), budget=None, stable=False))
+    assert lines[0] == ["not stable as it is"]
+    assert len(lines[3]) == 1
+
+
+def test_a_design_is_reported_in_numbers():
+    item = made(budget=budget(*ENTRIES, runs=3))
+    item.delays = type("Delays", (), {"_asdict": lambda self: {"hold": 1.0}, "total": 2.0})()
+    item.assessments[0].points.clear()
+    summary = design_summary(item, provenance={})
+    assert (summary["delay"], summary["stable"], summary["variant"]) == ({"hold": 1.0, "total": 2.0}, True, "plain")
+    assert summary["budget"]["causes"]["lag"]["alone"]["peak_to_peak"] == 7e-6
+    assert (summary["budget"]["runs"], summary["budget"]["nothing"]["peak_to_peak"]) == (3, 1e-7)
+    assert list(summary["proposals"]) == ["as it is", "tuned", "with an observer"]
+    assert summary["proposals"]["tuned"]["following_error"]["peak_to_peak"] == 2e-6
+    assert summary["loops"]["plain"]["verdict"] == "stable"
+    assert design_summary(made(budget=None, delays=item.delays, assessments=()), provenance={})["budget"] is None

@@ -1,6 +1,7 @@
 """The verdict of an identification, and the first page that it stands on."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from bristle.identification import identify
 from bristle.identification.settings import Settings
 from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
-from bristle.report.identification import answers
-from bristle.report.judgement import DOUBTS, WRITTEN_BY, judged
+from bristle.report.identification import _correlations, _next, _trust, answers
+from bristle.report.judgement import DOUBTS, WRITTEN_BY, _error, judged, misfit, next_measurements
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
@@ -147,3 +148,108 @@ def test_names_of_parameters_are_symbols(text, symbol):
 
 def test_what_is_to_be_typed_is_left_as_it_is_typed():
     assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == ("<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3")
+
+
+KIND = SimpleNamespace(kind="translational")
+
+
+def measured(**changes):
+    """A fit that misses 5 % of the effort and 12 % of friction, and 6 % of what was held out."""
+    known = {"plant": KIND, "position_rmse": None, "loop_rmse": None, "force_error_percent": 5.0, "friction_alone_error_percent": 12.0}
+    known |= {"error_percent": 5.0, "held_out": SimpleNamespace(of="time blocks", mean_percent=6.0)}
+    return SimpleNamespace(**known | changes)
+
+
+def plain(lines):
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+def test_a_misfit_is_reported_in_the_quantity_of_the_fit():
+    held_out = "on time blocks that it was not fitted to: 6.00 %"
+    assert plain(misfit(measured())) == ["misses 5.00 % of the effort of the log, 12.0 % of what friction takes", held_out]
+    assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "misses the position of the log by 0.400 µm"
+    assert plain(misfit(measured(loop_rmse=0.25)))[0] == "misses the effort of the loop by 250 mN"
+    assert misfit(measured(held_out=None))[1] == "nothing was held out"
+
+
+@pytest.mark.parametrize(("percent", "larger"), [(6.2, False), (6.25, False), (6.3, True)])
+def test_an_error_outside_the_fit_is_clearly_larger_from_a_quarter_on(percent, larger):
+    text = misfit(measured(held_out=SimpleNamespace(of="time blocks", mean_percent=percent)))[1]
+    assert ("clearly larger" in text) is larger
+
+
+def test_the_error_of_the_simulation_decides_where_a_loop_was_simulated():
+    assert _error(measured()) == 12.0
+    assert _error(measured(position_rmse=1e-6)) == 5.0
+    assert _error(measured(loop_rmse=1.0)) == 5.0
+
+
+@pytest.mark.parametrize(("error", "level"), [(20.0, "usable"), (20.1, "with_care"), (60.0, "with_care"), (60.1, "measure_again")])
+def test_a_model_is_of_use_up_to_the_errors_of_the_settings(error, level):
+    ruling = judged(measured(friction_alone_error_percent=error, diagnostics=(), estimates=()), USUAL)
+    assert ruling.level == level
+    assert [reason.startswith(f"the model misses {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")
+
+
+def test_doubts_name_their_causes_and_the_parameters_that_are_open(actual):
+    fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("lag", "play")}))
+    assert judged(fit, USUAL).reasons == (f"{SENTENCES['structure'].means}: lag, play",)
+    first, second, third, *rest = fit.estimates
+    edge = replace(doubted(fit), estimates=(replace(first, status="at_edge"), second, third, *rest))
+    assert judged(edge, USUAL).reasons == (f"not identified: {first.name}",)
+    held = replace(doubted(fit), estimates=tuple(replace(item, status="held") for item in fit.estimates))
+    assert judged(held, USUAL).reasons == ()
+    twice = doubted(fit, *[Diagnostic("sign_reversed", "", "error", {"percent": 90.0})] * 2)
+    assert judged(twice, USUAL).reasons == (SENTENCES["sign_reversed"].means,)
+
+
+def test_the_next_motion_serves_the_open_parameters():
+    def variable(excitation):
+        return SimpleNamespace(excitation=excitation)
+
+    plant = SimpleNamespace(component=SimpleNamespace(variables={"M": variable("acceleration")}))
+    contact = {"F_C": variable("sliding"), "v_S": variable("stribeck"), "k": variable("displacement"), "q": variable("nothing")}
+    friction = SimpleNamespace(component=SimpleNamespace(variables=contact))
+    names = {"M": "at_edge", "F_C": "unidentifiable", "v_S": "identified", "k": "unidentifiable", "q": "at_edge", "far": "at_edge"}
+    estimates = [SimpleNamespace(name=name, status=status) for name, status in names.items()]
+    told = next_measurements(SimpleNamespace(plant=plant, friction=friction, estimates=estimates))
+    assert [item for item, _ in told] == ["M", "F_C", "k"]
+    assert told[1][1].endswith(f"{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")
+    assert WRITTEN_BY not in told[2][1]
+
+
+def trusted(*halves, **changes):
+    estimates = [SimpleNamespace(name=f"p{k}", status="identified", interval_percent=half) for k, half in enumerate(halves)]
+    estimates.append(SimpleNamespace(name="M", status="held", interval_percent=None))
+    return SimpleNamespace(**{"estimates": estimates, "effective": (), "diagnostics": ()} | changes)
+
+
+def test_intervals_are_reported_of_eight_parameters_at_most():
+    lines = plain(_trust(trusted(2.0, None, 99.0, 100.0)))
+    assert lines[:2] == ["4 of 4 parameters identified; 95 % intervals:", "p0 ± 2.0 %, p1 –, p2 ± 99 %, p3 ≈ 0"]
+    assert plain(_trust(trusted(*[2.0] * 8)))[1].endswith("p7 ± 2.0 %")
+    assert plain(_trust(trusted(*[2.0] * 9)))[1].endswith("p7 ± 2.0 % and 1 more, below")
+    open_ = trusted(2.0)
+    open_.estimates.append(SimpleNamespace(name="q", status="at_edge", interval_percent=None))
+    assert _trust(open_)[0].startswith("1 of 2 parameters")
+    assert _trust(trusted()) == ["no parameter was identified"]
+    assert _trust(trusted(2.0, effective=("p0",)))[2].startswith("they are effective: the model lacks a force")
+
+
+def test_correlations_are_listed_strongest_first_without_zeros():
+    values = np.array([[1.0, 0.004, -0.9], [0.004, 1.0, 0.5], [-0.9, 0.5, 1.0]])
+    fit = SimpleNamespace(correlation=values, correlation_names=("a", "b", "c"))
+    assert _correlations(fit).rows == [("a", "c", "−0.90"), ("b", "c", "+0.50")]
+    values[0, 1], values[0, 2] = 0.0051, np.nan
+    assert _correlations(fit).rows == [("b", "c", "+0.50"), ("a", "b", "+0.01")]
+    many = SimpleNamespace(correlation=np.full((8, 8), 0.5), correlation_names="abcdefgh")
+    assert len(_correlations(many).rows) == 20
+
+
+def test_next_steps_are_grave_errors_then_missing_models(actual):
+    grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
+    lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
+    fit = doubted(actual.best, grave, *lacking)
+    assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "fit what this model lacks: `--model lugre,dahl`"]
+    assert _next(doubted(fit), usable=True) == ["try it on the machine, record again, and let `bristle compare` tell what it gained"]
+    assert _next(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]

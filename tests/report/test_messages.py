@@ -6,6 +6,7 @@ import re
 from functools import cache
 from pathlib import Path
 from string import Formatter
+from types import SimpleNamespace
 
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
@@ -14,8 +15,21 @@ import bristle
 from bristle import friction
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.dimensions import exponents_of
-from bristle.identification import identify
-from bristle.report.messages import as_data, clause, fields_of, message, note_of, warnings_of
+from bristle.identification import LACKING, identify
+from bristle.report.messages import (
+    _Words,
+    as_data,
+    assumptions_of,
+    clause,
+    fields_of,
+    message,
+    note_of,
+    notes_of,
+    picked,
+    warnings_of,
+    whole_sentence,
+    why_effective,
+)
 from bristle.report.sentences import SENTENCES
 
 PACKAGE = Path(bristle.__file__).parent
@@ -132,3 +146,79 @@ def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
     words = message(Diagnostic("delay_found", "", "note", numbers))
     assert ("as where a controller holds its output" in words) is held
     assert ("ahead" in words) is (samples < 0.0)
+
+
+@pytest.mark.parametrize(
+    ("spec", "value", "text"),
+    [
+        ("list", ("a", "b"), "a, b"),
+        ("and", ("a", "b"), "a and b"),
+        ("whole numbers", (1.0, 3.0), "1, 3"),
+        ("lead", 5e-3, "5.000 mm"),
+        ("unit", 2e-3, "2 mm"),
+        ("unit", "coulomb", "coulomb"),
+        ("percents", (12.3, -40.0), "12 %, −40 %"),
+        ("samples", 2.0, "two samples"),
+        ("stiffness of an axis", 5e7, "50.0 N/µm"),
+        ("2 digits", 12.345, "12"),
+        ("length/time", 628e-6, "628 µm/s"),
+        ("force*time/length", 12.0, "12 N·s/m"),
+        ("time", (1e-3, 2.0), "1 ms, 2 s"),
+        (".2g", 320.0, "320"),
+        (".2g", 1.234, "1.2"),
+        (".2g", 1e300, "1e+300"),
+        (".0f", 12.6, "13"),
+        ("+.0f", -12.6, "-13"),
+    ],
+)
+def test_a_number_is_reported_as_the_format_says(spec, value, text):
+    assert _Words("translational", "m").format_field(value, spec) == text
+
+
+def test_the_magnitude_of_a_number_has_no_sign():
+    assert _Words("translational", "1").vformat("{a!m:.1f} {b!r}", (), {"a": -2.0, "b": "x"}) == "2.0 'x'"
+
+
+def test_a_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
+    assert (
+        whole_sentence(Diagnostic("low_speed", "F_v", numbers={"speed": 1.0})) == "F_v cannot be identified: the log never exceeds 1 m/s."
+    )
+    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law has no slope")
+
+
+def test_the_head_of_a_sentence_follows_the_fate_of_the_parameter():
+    held = Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"})
+    assert message(held) == "M is held at 12 kg: given as known"
+    assert message(Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"})) == "M cannot be identified: given as known"
+    assert message(Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"})).startswith("the best value is")
+
+
+def fit_with(*diagnostics):
+    return SimpleNamespace(diagnostics=diagnostics)
+
+
+def test_warnings_come_with_errors_first_and_without_notes():
+    note, warning = Diagnostic("switching_law", "", "note"), Diagnostic("one_recording", "", "warning")
+    error = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
+    fit = fit_with(note, warning, error)
+    assert warnings_of(fit) == (message(error), message(warning))
+    assert assumptions_of(fit) == (message(note),)
+    assert notes_of(fit) == (message(note), f"warning: {message(warning)}", f"error: {message(error)}")
+
+
+def test_parameters_are_effective_for_a_force_that_the_model_or_the_log_lacks():
+    first, second = LACKING[:2]
+    assert why_effective(fit_with()) == "the model lacks a force"
+    assert why_effective(fit_with(Diagnostic(first))) == "the model lacks a force"
+    assert why_effective(fit_with(Diagnostic(second))) == SENTENCES[second].means
+    assert why_effective(fit_with(Diagnostic(second), Diagnostic(first))) == f"{SENTENCES[second].means} and the model lacks a force"
+
+
+def test_numbers_of_a_sentence_are_listed_with_their_formats():
+    assert fields_of("low_speed") == {"speed": "length/time", "std_percent": ".0f"}
+    assert fields_of("filter_suspect") == {"lag": "time", "channel": "", "half_width": ""}
+    assert "parameter" not in fields_of("noisy_acceleration")
+    assert fields_of("held_levels") == {"levels": ""}
+    assert picked(SimpleNamespace(a=1, b=2, c=3), "a", "c") == {"a": 1, "c": 3}
+    assert note_of(SimpleNamespace(reason=None)) == ""
+    assert note_of(SimpleNamespace(reason=Diagnostic("low_speed", "F_v", numbers={"speed": 1.0}))) == "the log never exceeds 1 m/s"

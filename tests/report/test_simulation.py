@@ -1,14 +1,20 @@
 """What the report of a simulation tells."""
 
+import math
 from dataclasses import replace
+from types import SimpleNamespace as Some
 
+import numpy as np
 import pytest
 from tests.report.pages import Page
 from tests.report.test_pages import simulation_page
 
 from bristle.core import Status
 from bristle.core.units import convert
+from bristle.report import simulation as report
 from bristle.report.loops import variant_table
+from bristle.report.simulation import ON_THE_MACHINE, simulation_ruling, simulation_summary
+from bristle.simulation.result import Statistics
 
 
 def test_the_table_of_variants_holds_their_numbers(workbench):
@@ -41,3 +47,140 @@ def test_every_part_of_the_loop_is_named(stage):
     words = Page(simulation_page(stage)).words
     for part in ("inertia", "stribeck", "cascade", "encoder", "recorded", "6000 values"):
         assert part in words
+
+
+class Loop(Some):
+    """One that is told from others by itself, whatever numbers they share."""
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+
+def statistics(peak):
+    return Statistics(peak_to_peak=peak, rms=0.25 * peak, mean=0.0, std=0.0, min=0.0, max=peak)
+
+
+def ran(name, peak=2e-6, *, status=Status.OK, is_open=False, runs=1, spread=0.0, effort=2.0):
+    time = 1e-3 * np.arange(400)
+    reference = np.abs((time % 0.2) - 0.1)
+    measured = reference - peak * (np.abs(time - 0.3) < 2e-3) - 1e-3 * (time < 0.05)
+    scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
+    numbers = {"following_error": statistics(peak), "motion": statistics(peak), "effort_rms": effort, "effort_peak": 2.0 * effort}
+    about = {"name": name, "kind": "translational", "status": status, "is_open": is_open, "runs": runs, "spread": scatter}
+    return Loop(reference=reference, measured=measured, **numbers, **about)
+
+
+def simulated(*loops, refused=(), effort=None, limit=math.inf):
+    run = Some(settle=0.1, sample_time=1e-3, effort_limit=limit)
+    fed = Some(friction=None, mass=0.0)
+    law = Some(name="cascade", values={})
+    known = {"run": run, "feedforward": fed, "controller": law, "reference": 1, "effort": effort, "disturbance": None, "friction": None}
+    variants = [Some(name=loop.name, **known) for loop in loops]
+    experiment = Some(name="bench", kind="translational", variants=variants)
+    return Some(experiment=experiment, variants={loop.name: loop for loop in loops}, refused=dict.fromkeys(refused, "unstable"))
+
+
+def lines_of(result, warnings=()):
+    front = report._front(result, warnings)
+    return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
+
+
+def test_the_first_page_of_a_run_holds_the_best_loop_against_the_base():
+    front, lines = lines_of(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]))
+    assert lines == [
+        ["following error 2 µm peak to peak, 0.500 µm root mean square (best)", "at its worst reversal: 2 µm instead of 8 µm"],
+        ["variant best, of the file", "law cascade: "],
+        ["effort 3 N root mean square, 6 N at its peak; that of base 2 N root mean square, 4 N at its peak"],
+        ["This is a simulation: confirm it on the machine.", "3 runs with other noise: ± 0.100 µm"],
+        [ON_THE_MACHINE, "what the loop still errs by: `bristle design EXPERIMENT.toml`"],
+    ]
+    assert front.facts.endswith("simulated, 3 variants · mean of 3 runs")
+    assert front.heading == "bench: simulated"
+
+
+def test_the_first_page_of_a_loop_by_itself_compares_nothing():
+    front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
+    assert front.facts.endswith("simulated, 1 variant")
+    assert lines[0][1] == "at its worst reversal: 8 µm"
+    assert lines[1][0] == "variant base, as it is"
+    assert lines[2] == ["effort 2 N root mean square, 4 N at its peak", "the drive is at its limit"]
+    assert lines[4] == ["what limits this loop, and gains for it: `bristle design EXPERIMENT.toml`"]
+    assert len(lines_of(simulated(ran("base", 8e-6), limit=4.1))[1][2]) == 1
+    assert len(lines_of(simulated(ran("base", 8e-6, runs=2)))[1][3]) == 1
+
+
+def test_the_first_page_of_open_loops_tells_where_they_went():
+    front, lines = lines_of(simulated(ran("a", 8e-3, is_open=True), ran("b", 1.0, status=Status.NOT_FINITE, is_open=True), effort=1))
+    assert lines == [
+        ["moves by 8 mm (a)"],
+        ["nothing: no loop was compared with another"],
+        ["effort 2 N root mean square, 4 N at its peak (a)"],
+        ["it is a simulation: what the models leave out, it leaves out"],
+        ["compare the motion with a log of the same effort"],
+    ]
+    assert front.ruling.words == "No loop: the effort is given"
+    _, lines = lines_of(simulated(ran("a", status=Status.NOT_FINITE)))
+    assert lines[0] == ["nothing completed against which an error could be measured"]
+    assert lines[2] == ["nothing completed"]
+    assert lines[4] == ["mend what the verdict names"]
+
+
+@pytest.mark.parametrize(
+    ("loops", "options", "warnings", "level", "words", "reasons"),
+    [
+        ([ran("a")], {}, (), "usable", "It runs: one loop, nothing to compare with", 0),
+        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs: one loop, nothing to compare with", 1),
+        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs: one loop, nothing to compare with", 1),
+        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs: one loop, nothing to compare with", 1),
+        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "Nothing to compare with", 1),
+        ([ran("base", 2e-6), ran("a", 8e-6)], {}, (), "no", "Another loop does not help", 1),
+        ([ran("base", 8e-6), ran("a", 2e-6)], {}, (), "usable", "Another loop helps", 1),
+        ([ran("base", 8e-6), ran("a", 7.9e-6)], {}, (), "with_care", "Another loop hardly helps", 1),
+        ([ran("a", status=Status.NOT_FINITE)], {}, (), "no", "It does not run", 1),
+        ([ran("a", is_open=True)], {"effort": 1}, (), "usable", "No loop: the effort is given", 0),
+    ],
+)
+def test_a_run_is_judged_by_the_completed_loops(loops, options, warnings, level, words, reasons):
+    ruling = simulation_ruling(simulated(*loops, **options), warnings)
+    assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
+
+
+def test_the_swing_is_that_after_the_settling_time():
+    result = simulated(ran("base", 8e-6))
+    assert report._swing(result, result.variants["base"]) == pytest.approx(8e-6)
+    short = result.variants["base"]
+    short.reference, short.measured = short.reference[:50], short.measured[:50]
+    assert report._swing(result, short) is None
+
+
+def test_a_run_is_reported_in_numbers():
+    loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
+    for loop in loops:
+        loop.as_dict = dict
+    summary = simulation_summary(simulated(*loops, refused=["c"]), files={"a": "log.csv"}, provenance={})
+    assert (summary["name"], summary["kind"], summary["runs"], summary["error_unit"], summary["effort_unit"]) == (
+        *("bench", "translational", 3),
+        *("m", "N"),
+    )
+    assert {name: item["completed"] for name, item in summary["variants"].items()} == {"a": True, "b": False, "c": False}
+    assert summary["variants"]["c"] == {"status": "unstable", "completed": False, "runs": 0}
+    assert simulation_summary(simulated(refused=["c"]), files={}, provenance={})["runs"] == 0
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+def test_the_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
+    seen = {}
+    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    for name in ("variant_table", "run_table", "parts_table", "direction_table"):
+        monkeypatch.setattr(report, name, lambda *_, name=name: name)
+    effort = Some(description="a sine") if is_open else None
+    report.simulation_report(
+        simulated(ran("base", 8e-6, is_open=is_open), ran("best", 2e-6, is_open=is_open), effort=effort), warnings=["small"]
+    )
+    variants, summary, directions, assumptions = seen["sections"]
+    assert variants.heading == ("Motions and efforts" if is_open else "Errors and efforts")
+    assert summary.blocks[0] == "small."
+    assert directions.blocks == [None if is_open else "direction_table"]
+    assert assumptions.blocks[-3:] == ["run_table", "parts_table", "parts_table"]
+    assert len(assumptions.blocks) == (6 if is_open else 4)
+    assert (seen["open_loop"] is None, seen["focus"]) == (not is_open, None if is_open else ())
+    assert seen["at_reversal"] == (None if is_open else (["base", "best"], ["base", "best"]))

@@ -5,7 +5,9 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet
 import pytest
 from tests.study.conftest import content
@@ -15,7 +17,7 @@ from bristle.files.growing import growing_folder
 from bristle.files.owned import NOTE, Folder
 from bristle.study import run_study
 from bristle.study.block import Simulator
-from bristle.study.store import runs_in
+from bristle.study.store import opened, refuse_another, runs_in, study_in
 
 
 def test_a_study_is_gone_on_with_where_it_was_left(bench, monkeypatch):
@@ -287,3 +289,61 @@ def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
             run_study(study, out, workers=1)
         holder.kill()
     assert run_study(study, out, workers=1).is_whole
+
+
+def test_a_description_that_cannot_be_read_is_reported(tmp_path):
+    with pytest.raises(InputError, match="is no folder of a study"):
+        study_in(tmp_path)
+    for text, words in (("{", "cannot be read"), ("[]", "is not one that this"), ('{"schema": 2}', "is not one that this")):
+        (tmp_path / "study.json").write_text(text)
+        with pytest.raises(InputError, match=words):
+            study_in(tmp_path)
+    (tmp_path / "study.json").write_text('{"schema": 1, "a": 2}')
+    assert study_in(tmp_path)["a"] == 2
+
+
+def refused(before, now):
+    with pytest.raises(InputError) as error:
+        refuse_another(before, now, Path("out"))
+    return str(error.value)
+
+
+def test_the_first_difference_is_named_and_the_rest_counted():
+    one = refused({"study": {"seed": 7}}, {"study": {"seed": 8}})
+    assert "holds another study: seed was 7 and is now 8" in one
+    assert "more" not in one
+    two = refused({"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4})
+    assert "seed was 7 and is now 8, and 1 more" in two
+    assert "a was not there and is now 3" in refused({"study": {}}, {"study": {"a": 3}})
+    assert "the file of axis: a.toml has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
+    assert refuse_another({"a": {"b": 1}}, {"a": {"b": 1}}, Path("out")) is None
+
+
+@pytest.mark.parametrize(("letters", "cut"), [(58, False), (59, True)])
+def test_a_long_value_is_cut_visibly(letters, cut):
+    text = refused({"study": {"a": "x" * letters}}, {"study": {"a": "y"}})
+    assert ("…" in text) is cut
+    assert f'a was "{"x" * 58}' in text
+
+
+def test_a_study_of_which_nothing_is_there_has_no_runs(bench):
+    out = bench.folder / "out"
+    with opened(out, bench.study(), {}):
+        pass
+    runs = runs_in(out)
+    assert runs.count == 0
+    assert set(runs.columns) == set(bench.study().columns)
+    assert runs.described["draws"] == 12
+    assert runs.described["causes"] == {"friction.F_C": ["friction.F_C"], "plant.M": ["plant.M"]}
+    assert runs.described["metrics"] == ["motion.peak_to_peak", "effort.rms"]
+
+
+def test_reasons_come_back_as_they_were_written(bench):
+    study, out = bench.study(level=('["1 N", "0.1 N"]', '["1 N", "1 N"]')), bench.folder / "out"
+    run_study(study, out, workers=1)
+    runs = runs_in(out)
+    assert runs.columns["run"].tolist() == list(range(12))
+    failed = runs.columns["status"] == "refused"
+    assert 0 < failed.sum() < 12
+    assert all(bool(reason) == bool(fault) for reason, fault in zip(runs.columns["reason"], failed, strict=True))
+    assert np.all(np.isnan(runs.columns["effort.rms"]) == failed)

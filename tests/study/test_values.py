@@ -1,13 +1,19 @@
 """The values of a run follow from the seed of the study and the number of the run."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import stats
 from tests.study.conftest import STUDY
 
+from bristle.core import InputError, Variable
+from bristle.files import read_toml
 from bristle.files.arrays import write_arrays
+from bristle.files.experiment import read_experiment
 from bristle.files.model import read_model
 from bristle.study.plan import SAMPLINGS, Block, Sampling, seed_of_run
+from bristle.study.values import Drawn, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
 
 @pytest.mark.parametrize("method", SAMPLINGS)
@@ -109,3 +115,141 @@ def test_draws_of_another_model_are_refused(bench):
         bench.study(
             STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', '"friction" = { from = "results", draws = "bootstrap" }')
         )
+
+
+def target(**changes):
+    return Target("friction.F_C", Variable("force", "level", min=0.0), "translational", **changes)
+
+
+@pytest.mark.parametrize(
+    ("distribution", "numbers", "values"),
+    [
+        ("choice", (1.0, 2.0, 4.0), [1.0, 1.0, 2.0, 4.0, 4.0]),
+        ("normal", (10.0, 2.0), [10.0 - 2.0 * 3.090232, 10.0 - 2.0 * 0.524401, 10.0, 10.0 + 2.0 * 0.524401, 10.0 + 2.0 * 3.090232]),
+        ("uniform", (10.0, 20.0), [10.01, 13.0, 15.0, 17.0, 19.99]),
+        ("log_uniform", (1.0, 100.0), [10.0**0.002, 10.0**0.6, 10.0, 10.0**1.4, 10.0**1.998]),
+    ],
+)
+def test_a_distribution_is_the_inverse_of_the_function(distribution, numbers, values):
+    shares = np.array([0.001, 0.3, 0.5, 0.7, 0.999])
+    cause = Drawn(target(), distribution, numbers)
+    assert cause.values(shares)["friction.F_C"] == pytest.approx(np.array(values), rel=1e-6)
+    assert (cause.name, cause.units) == ("friction.F_C", {"friction.F_C": "N"})
+
+
+def test_rows_of_a_fit_are_drawn_whole_and_equally_often():
+    joint = Joint("fit", {"a": np.array([1.0, 2.0, 3.0]), "b": np.array([[1, 1], [2, 2], [3, 3]])}, {})
+    values = joint.values(np.array([0.0, 0.32, 0.34, 0.66, 0.68, 1.0]))
+    assert values["a"].tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
+    assert values["b"][:, 0].tolist() == [1, 1, 2, 2, 3, 3]
+    assert Drawn(target(), "choice", ("x", "y")).values(np.array([0.2, 1.0]))["friction.F_C"].tolist() == ["x", "y"]
+
+
+def test_a_value_is_read_in_si_within_the_range():
+    assert target().number("2 kN", "") == 2000.0
+    assert target(is_whole=True).number(3.0, "") == 3.0
+    with pytest.raises(InputError, match="must be a whole number"):
+        target(is_whole=True).number(2.5, "")
+    with pytest.raises(InputError, match=r"a\[1\]"):
+        target().numbers(["1 N", "-1 N"], "a")
+    named = Target("reference.model", Variable("1", "shape", choices=("round", "square")), "translational")
+    assert (named.unit, named.number("square", "")) == ("", "square")
+    assert target().unit == "N"
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({}, "has no distribution"),
+        ({"normal": [1.0, 2.0], "uniform": [1.0, 2.0]}, "has two distributions"),
+        ({"normale": [1.0, 2.0]}, "is no distribution.*Did you mean 'normal'"),
+        ({"uniform": [1.0]}, "allowed two values"),
+        ({"uniform": [1.0, 2.0, 3.0]}, "allowed two values"),
+        ({"choice": []}, "allowed at least one value"),
+        ({"choice": 3.0}, "allowed at least one value"),
+        ({"normal": [1.0, 0.0]}, r"normal\[1\]: must be positive"),
+        ({"uniform": [2.0, 2.0]}, r"uniform\[1\]: must be above the lowest value.*allowed > 2"),
+        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: it has a logarithm"),
+    ],
+)
+def test_a_distribution_that_does_not_fit_is_reported(table, words):
+    with pytest.raises(InputError, match=words):
+        drawn_from(table, target(), "vary")
+
+
+def test_distributions_that_fit_are_read():
+    assert drawn_from({"choice": [1.0]}, target(), "").numbers == (1.0,)
+    assert drawn_from({"normal": ["1 kN", "1 N"]}, target(), "").numbers == (1000.0, 1.0)
+    assert drawn_from({"log_uniform": [1.0, 2.0]}, target(), "").distribution == "log_uniform"
+    assert drawn_from({"choice": [1.0, 2.0, 3.0]}, target(is_whole=True), "").numbers == (1.0, 2.0, 3.0)
+    with pytest.raises(InputError, match="vary without steps"):
+        drawn_from({"uniform": [1.0, 2.0]}, target(is_whole=True), "")
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("friction.seed", "is not varied"),
+        ("run.seeds", "is not varied"),
+        ("compare.none.friction.F_C", r"names no variant.*compare\.plain\.…, compare\.stiff\.…"),
+        ("compare.plain.friction", "names no variant"),
+        ("sensor.noises", r"is no value of this experiment.*allowed sensor\..*Did you mean 'noise'"),
+    ],
+)
+def test_a_key_that_is_not_varied_is_reported(bench, key, words):
+    experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
+    with pytest.raises(InputError, match=words) as error:
+        target_at(key, experiment, data, "vary")
+    assert "seed" not in str(error.value).partition("allowed")[2]
+
+
+def test_a_key_is_a_value_with_the_unit_and_whether_steps_are_whole(bench):
+    experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
+    found = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
+    assert [(item.unit, item.is_whole) for item in found.values()] == [("", True), ("N*s/m", False), ("m", False)]
+    assert found["sensor.noise"].path == "sensor.noise"
+
+
+FROM = {"from": "results", "draws": "bootstrap"}
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"from": "results"}, "needs draws"),
+        ({"draws": "bootstrap"}, "needs from"),
+        (FROM | {"draws": "jackknife"}, "are no draws of a fit.*allowed bootstrap"),
+        (FROM | {"from": 3}, "must be the name of a folder"),
+        (FROM | {"from": ""}, "must be the name of a folder"),
+        (FROM | {"rows": 3}, "rows: unknown key"),
+    ],
+)
+def test_draws_of_a_fit_that_are_named_wrongly_are_reported(tmp_path, table, words):
+    with pytest.raises(InputError, match=words):
+        fitted_at(table, tmp_path, "vary.friction")
+
+
+def test_a_fit_without_draws_is_reported(bench):
+    fit_in(bench.folder / "results")
+    (file,) = (bench.folder / "results").glob("draws.*")
+    fitted = fitted_at(FROM, bench.folder, "vary")
+    assert (fitted.folder, fitted.friction.name, fitted.origin.name) == ("results", "lugre", file.name)
+    file.unlink()
+    with pytest.raises(InputError, match=r"holds no draws.*--draws 1000"):
+        fitted_at(FROM, bench.folder, "vary")
+
+
+def test_draws_go_to_the_section_whose_parameters_they_are(bench):
+    draws = fit_in(bench.folder / "results")
+    fitted, experiment = fitted_at(FROM, bench.folder, "vary"), read_experiment(bench.folder / "rig.toml")
+    columns, units = columns_of(fitted, "friction", experiment, "vary")
+    assert units == {"friction.F_C": "N", "friction.sigma_2": "N*s/m"}
+    assert columns["friction.F_C"].tolist() == draws["F_C"].tolist()
+    shorter = dataclasses.replace(fitted, draws=fitted.draws | {"M": fitted.draws["M"][:7]})
+    assert columns_of(shorter, "friction", experiment, "vary")[0]["friction.F_C"].size == 7
+    with pytest.raises(InputError, match=r"takes no draws of a fit.*plant or friction"):
+        columns_of(fitted, "sensor", experiment, "vary")
+    with pytest.raises(InputError, match="the fit drew no parameter of lugre"):
+        columns_of(dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}), "friction", experiment, "vary")
+    with pytest.raises(InputError, match="the fit is of no plant"):
+        columns_of(dataclasses.replace(fitted, plant=None), "plant", experiment, "vary")

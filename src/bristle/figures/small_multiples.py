@@ -151,7 +151,7 @@ def marked_path(
         samples = np.asarray(turns[name])
         marked = x[samples] * units.length.factor, force[samples] * units.force.factor
         axes.plot(*marked, "o", color=style.INK, fillstyle="none", markersize=style.SMALL, label="_turns")
-        axes.margins(x=0.08, y=0.08)
+        axes.margins(x=0.08)
         axes.set_ylim(*units.height([*traces.values(), *(beneath or {}).values()], 2.0 * MARGIN))
         _write_letters(axes, *marked, letters)
     style.legend_in_corner(figure, figure.axes[0])

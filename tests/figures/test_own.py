@@ -1,0 +1,105 @@
+"""A figure of a user's own: what its file has to say, on which reports it can stand, and that results stay as they are."""
+
+from types import SimpleNamespace as Some
+
+import pytest
+
+from bristle.core import InputError
+from bristle.figures import ReportFigure, own, style
+from bristle.figures.own import draw_own, figures_named, load_figure_file, refuse_unfit
+
+FILE = """
+from bristle.figures import ReportFigure, style
+def draw(simulation):
+    return style.panels(2.0)[0]
+FIGURE = ReportFigure(name="{name}", title="{title}", caption="{caption}", alternative="{alternative}", takes={takes}, draw={draw})
+"""
+USUAL = {"name": "mine", "title": "Mine", "caption": "See.", "alternative": "mine", "takes": '"simulation"', "draw": "draw"}
+
+
+def written(folder, **changes):
+    file = folder / "figure.py"
+    file.write_text(FILE.format(**USUAL | changes))
+    return file
+
+
+def test_a_file_defines_a_figure(tmp_path):
+    figure = load_figure_file(written(tmp_path))
+    assert (figure.name, figure.needs) == ("mine", ("simulation",))
+    assert load_figure_file(written(tmp_path, name="a" + "b" * 40)).name == "a" + "b" * 40
+    assert load_figure_file(written(tmp_path, takes='("log", "design")')).needs == ("log", "design")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"name": "Mine"}, "a name that it cannot have"),
+        ({"name": "1mine"}, "a name that it cannot have"),
+        ({"name": "a" + "b" * 41}, "a name that it cannot have"),
+        ({"name": "following"}, "a name that it cannot have"),
+        ({"title": " "}, "has no title"),
+        ({"caption": ""}, "has no caption"),
+        ({"alternative": ""}, "has no alternative"),
+        ({"draw": "3"}, "is drawn by nothing"),
+        ({"takes": '"weather"'}, "from what no report has.*weather"),
+        ({"takes": "()"}, "from what no report has"),
+        ({"takes": '("log", "weather")'}, "from what no report has.*weather"),
+    ],
+)
+def test_a_file_that_does_not_say_enough_is_refused(tmp_path, changes, words):
+    with pytest.raises(InputError, match=words):
+        load_figure_file(written(tmp_path, **changes))
+
+
+def figure(name="mine", takes="simulation", draw=lambda simulation: style.panels(2.0)[0], **more):
+    return ReportFigure(name=name, takes=takes, draw=draw, caption="See.", alternative="mine", **more)
+
+
+def test_a_figure_stands_on_reports_that_have_the_results_for_the_drawing():
+    refuse_unfit(figure(), "run", [figure()], "")
+    with pytest.raises(InputError, match=r"the report of study has not.*simulation.*bristle identify or bristle run"):
+        refuse_unfit(figure(), "study", [figure()], "")
+    with pytest.raises(InputError) as error:
+        refuse_unfit(figure(takes=("study", "design")), "study", [], "")
+    assert "Use it with" not in str(error.value)
+    with pytest.raises(InputError, match="another figure has this name"):
+        refuse_unfit(figure(), "run", [figure(), figure()], "")
+
+
+def test_figures_are_named_by_themselves_or_by_their_files(tmp_path):
+    first, second = figures_named([figure("other"), written(tmp_path)], "run")
+    assert (first.name, second.name) == ("other", "mine")
+    assert figures_named((), "run") == ()
+    with pytest.raises(InputError, match="another figure has this name"):
+        figures_named([figure(), written(tmp_path)], "run")
+
+
+def test_a_figure_is_drawn_of_copies():
+    facts = {"simulation": {"a": [1]}}
+
+    def draw(simulation):
+        simulation["a"].append(2)
+        return style.panels(2.0)[0]
+
+    assert draw_own(figure(draw=draw), facts).axes
+    assert facts == {"simulation": {"a": [1]}}
+    with pytest.raises(InputError, match="returned a int and no Figure"):
+        draw_own(figure(draw=lambda simulation: 3), facts)
+
+
+def test_a_figure_is_not_kept_by_the_stateful_interface(monkeypatch):
+    closed = []
+    monkeypatch.setitem(own.sys.modules, "matplotlib.pyplot", Some(close=closed.append))
+    drawing = draw_own(figure(), {"simulation": 1})
+    assert closed == [drawing]
+
+
+def test_a_figure_applies_where_all_is_there_and_more_is_taken_where_there_is_any():
+    item = figure(takes=("log", "fit"), may_take=("more",))
+    assert item.missing({"log": 1, "fit": None}) == ("fit",)
+    assert item.arguments({"log": 1, "fit": 2}) == (1, 2, None)
+    assert item.applies_to({"log": 1, "fit": 2})
+    assert not item.applies_to({"log": 1})
+    choosy = figure(takes=("log",), applies=lambda log: log > 1)
+    assert [choosy.applies_to({"log": value}) for value in (1, 2)] == [False, True]
+    assert not choosy.applies_to({})

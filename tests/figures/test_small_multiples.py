@@ -1,0 +1,149 @@
+"""Force over position of several models: titles by what was found, letters at turns, loops upon loops."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from bristle.figures import small_multiples
+from bristle.figures.small_multiples import (
+    break_away,
+    closure,
+    drift,
+    loop_family,
+    loop_units,
+    marked_path,
+    minor_loops,
+    plot_parts,
+    ripple,
+)
+
+X = np.linspace(0.0, 2e-6, 21)
+UP = np.concatenate([X, X[::-1]])
+FORCE = np.concatenate([4.0 * X / 2e-6, 4.0 * X[::-1] / 2e-6])
+TRACES = {"a": (UP, FORCE), "b": (UP, 2.0 * FORCE)}
+
+
+def titles(figure):
+    return [axes.get_title(loc="right") for axes in figure.axes]
+
+
+def lines(axes):
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+def test_forces_have_the_same_unit_and_a_margin():
+    units = loop_units([(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational")
+    assert (units.x, units.y) == ("Position [µm]", "Friction torque [N·m]")
+    low, high = units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))])
+    assert (low, high) == pytest.approx((-4.5, 6.5))
+    assert units.height([(X, np.array([-4.0, 6.0]))], 0.1) == pytest.approx((-5.0, 7.0))
+    axes = Figure().add_subplot()
+    units.plot(axes, 2e-6, 3.0, "o")
+    assert axes.get_lines()[0].get_data() == (pytest.approx([2.0]), pytest.approx([3.0]))
+
+
+def test_the_part_before_a_sample_is_wide_and_both_parts_share_the_sample():
+    axes, units = Figure().add_subplot(), loop_units(TRACES.values(), "translational")
+    plot_parts(axes, units, TRACES["a"], 20, ("there", "back"))
+    there, back = lines(axes)["there"], lines(axes)["back"]
+    assert (there.get_xdata().size, back.get_xdata().size) == (21, 22)
+    assert there.get_xdata()[-1] == back.get_xdata()[0] == pytest.approx(2.0)
+    assert there.get_linewidth() > back.get_linewidth()
+
+
+def test_panels_stand_in_rows_of_three_with_numbers_at_the_first():
+    figure = minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
+    assert titles(figure) == list("abcd")
+    assert [axes.get_ylabel() for axes in figure.axes] == ["Friction force [N]", "", "", "Friction force [N]"]
+    assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in figure.axes)
+
+
+@pytest.mark.parametrize(("step", "text"), [(2.1e-12, ""), (1.9e-12, "none"), (-2.1e-12, ""), (0.0, "none"), (5e-7, "500 nm")])
+def test_a_drift_is_zero_below_a_millionth_of_the_way(step, text):
+    figure = drift({"a": (UP, FORCE)}, {"a": step})
+    (title,) = titles(figure)
+    assert (title == "a: none") is (text == "none")
+    if text == "500 nm":
+        assert title == "a: 500 nm"
+    assert figure.axes[0].get_xlim() == pytest.approx((-0.06, 2.06))
+    assert lines(figure.axes[0])["first loading"].get_xdata().size == 21
+
+
+@pytest.mark.parametrize(("share", "text"), [(-0.307, "−30.7 %"), (4e-5, "closes"), (6e-5, "0.0 %"), (0.0, "closes")])
+def test_a_loop_closes_that_misses_less_than_the_hundredth_of_a_percent(share, text):
+    figure = closure({"a": (UP, FORCE)}, {"a": share})
+    assert titles(figure) == [f"a: {text}"]
+    left, returned = lines(figure.axes[0])["left"], lines(figure.axes[0])["returned"]
+    assert (left.get_xdata()[0], left.get_ydata()[0]) == pytest.approx((2.0, 4.0))
+    assert (returned.get_xdata()[0], returned.get_ydata()[0]) == pytest.approx((0.0, 0.0))
+    assert (left.get_marker(), returned.get_marker()) == ("o", "x")
+
+
+def letters(axes):
+    return [(text.get_text(), text.get_ha()) for text in axes.texts]
+
+
+def test_turns_have_their_letters_away_from_the_middle():
+    figure = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"})
+    assert titles(figure) == ["A", "B"]
+    first = figure.axes[0]
+    assert letters(first) == [("a", "right"), ("b", "left"), ("c", "right")]
+    assert lines(first)["_turns"].get_data() == (pytest.approx([0.0, 2.0, 0.0]), pytest.approx([0.0, 4.0, 0.0]))
+    assert first.get_ylim() == pytest.approx((-0.8, 8.8))
+    assert list(lines(first))[:2] == ["there", "back and on"]
+    blank = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "a a", {"a": "A", "b": "B"}).axes[0]
+    assert letters(blank) == [("a", "right")]  # the same letter at the same place is written once
+
+
+def test_a_letter_is_written_twice_where_the_points_part():
+    axes = Figure().add_subplot()
+    axes.set_ylim(0.0, 100.0)
+    small_multiples._write_letters(axes, np.zeros(4), np.array([10.0, 12.0, 14.0, 50.0]), "aaab")
+    assert [text.get_text() for text in axes.texts] == ["a", "a", "b"]
+    assert [text.xy[1] for text in axes.texts] == [10.0, 14.0, 50.0]
+    assert [text.xyann for text in axes.texts] == [(5, 2), (5, -9), (5, 2)]
+    left = Figure().add_subplot()
+    small_multiples._write_letters(left, np.array([0.0, 2.0]), np.array([0.1, 0.9]), "xy")
+    assert [text.xyann for text in left.texts] == [(-5, -9), (5, 2)]
+
+
+def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
+    loops = [(UP, FORCE), (UP, 2.0 * FORCE)]
+    figure = loop_family({"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}})
+    first, second = figure.axes
+    assert [line.get_label() for line in first.get_lines()] == ["one", "_one", "two"]
+    assert [line.get_linewidth() for line in first.get_lines()] == [2.2, 2.2, 0.9]
+    assert [line.get_linewidth() for line in second.get_lines()] == [0.9, 0.9]
+    assert first.get_ylim() == second.get_ylim() == pytest.approx((-0.4, 8.4))
+    assert titles(figure) == ["A", "B"]
+    assert len(figure.legends) == 1
+    alone = loop_family({"A": {"one": loops}})
+    assert not alone.legends
+    assert alone.axes[0].get_legend() is None
+    assert alone.get_size_inches()[1] == pytest.approx(3.5)
+
+
+def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
+    figure = break_away({"a": (X, 4.0 * X / 2e-6), "b": (X, X)}, {"a": 1e-6, "b": np.nan}, 1.5e-6)
+    (axes,) = figure.axes
+    drawn = lines(axes)
+    assert drawn["the paper"].get_xdata()[0] == pytest.approx(1.5)
+    assert drawn["_a, reached"].get_data() == (pytest.approx([1.0]), pytest.approx([2.0]))
+    assert "_b, reached" not in drawn
+    assert axes.get_ylim()[0] == 0.0
+
+
+@pytest.mark.parametrize(("count", "height"), [(1, 1.6 + 2.2 + 0.4), (2, 1.6 + 2.2 + 0.4), (3, 1.6 + 4.4 + 0.4)])
+def test_a_ripple_stands_above_a_panel_for_each_contact(count, height):
+    traces = dict.fromkeys("abc"[:count], (UP, FORCE))
+    time = np.linspace(0.0, 0.2, 42)
+    figure = ripple(time, FORCE, traces, 20, {name: name.upper() for name in traces})
+    above, *below = figure.axes
+    assert figure.get_size_inches()[1] == pytest.approx(height)
+    assert (above.get_xlabel(), above.get_ylabel()) == ("Time [ms]", "Driving force [N]")
+    assert above.get_lines()[0].get_xdata()[-1] == pytest.approx(200.0)
+    assert [axes.get_title(loc="right") for axes in below] == list("ABC"[:count])
+    assert [axes.get_ylabel() for axes in below] == ["Friction force [N]", "", "Friction force [N]"][:count]
+    assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in below)
+    assert lines(below[0])["first cycle"].get_xdata().size == 21
+    assert below[0].get_xlabel() == "Position, from the first cycle on [µm]"

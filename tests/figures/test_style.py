@@ -1,0 +1,365 @@
+"""The common look of figures: words and units of axes, panels to the inch, titles and legends that have room."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from tests.figures.gallery import gallery
+from tests.figures.looks import differences, frozen, look_of
+
+from bristle.core import scale_of
+from bristle.figures import style
+from bristle.figures.drawing import Drawing, own_settings, width
+from bristle.figures.legibility import illegible_texts, texts_of
+
+WORDS = {
+    "translational": ("Force", "Position"),
+    "rotational": ("Torque", "Angle"),
+    "magnetic": ("Moment", "Field"),
+    "piezo": ("Displacement", "Voltage"),
+}
+
+
+@pytest.fixture(autouse=True)
+def common_look():
+    with own_settings():
+        yield
+
+
+def inches(axes):
+    """Left, right, lower and upper edge of a panel, from the edges of its figure [inch]."""
+    wide, tall = axes.figure.get_size_inches()
+    box = axes.get_position()
+    return tuple(round(float(edge), 9) for edge in (box.x0 * wide, (1.0 - box.x1) * wide, box.y0 * tall, (1.0 - box.y1) * tall))
+
+
+@pytest.mark.parametrize("name", ["break_away", "errors_by_truth", "following_error", "loops_proposed", "residuals"])
+def test_looks_of_lines_and_marks_are_as_they_were_frozen(name):
+    assert list(differences(frozen()[name], look_of(gallery()[name]()))) == []
+
+
+@pytest.mark.parametrize("kind", WORDS)
+def test_effort_and_position_are_called_as_on_the_kind_of_axis(kind):
+    assert (style.effort_word(kind), style.position_word(kind)) == WORDS[kind]
+
+
+def test_the_largest_of_signals_leaves_out_infinities():
+    assert style.largest(np.array([1.0, -3.0]), np.array([np.nan, np.inf, 2.0])) == 3.0
+    assert style.largest() == style.largest(np.array([np.nan])) == style.largest(np.empty(0)) == 0.0
+
+
+def test_a_common_multiple_of_the_unit_suits_all_signals():
+    scale = style.scale_for("length", "translational", np.array([1e-7]), np.array([-2e-6]))
+    assert (scale.unit, scale.factor) == ("µm", pytest.approx(1e6))
+    scale, word = style.effort_scale("rotational", np.array([5e-3]))
+    assert (scale.unit, word) == ("mN·m", "Torque")
+
+
+@pytest.mark.parametrize(("end", "unit", "factor"), [(3.0, "s", 1.0), (0.5, "s", 1.0), (0.49, "ms", 1e3), (2e-4, "µs", 1e6)])
+def test_time_is_in_milliseconds_below_half_a_second(end, unit, factor):
+    scale = style.time_scale(np.array([0.0, end]))
+    assert (scale.unit, scale.factor) == (unit, pytest.approx(factor))
+
+
+def test_a_signal_of_four_samples_a_column_is_drawn_whole():
+    assert style.envelope(np.zeros(4 * 480)).size == 4 * 480
+    assert style.envelope(np.zeros(4 * 480 + 1)).size < 2 * 480
+    assert style.envelope(np.zeros(8), 2).tolist() == list(range(8))
+
+
+def test_a_column_keeps_the_ends_and_the_extremes():
+    y = np.array([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0])
+    assert style.envelope(y, 2).tolist() == [0, 1, 3, 5, 6, 10]
+
+
+@pytest.mark.parametrize(("step", "parts"), [(1.4, 1), (1.6, 2)])
+def test_a_step_of_more_than_half_above_the_usual_is_a_gap(step, parts):
+    x = np.array([0.0, 1.0, 2.0, 2.0 + step, 3.0 + step, 4.0 + step])
+    assert len(style.runs(x, x)) == parts
+
+
+def test_a_sample_by_itself_is_a_stretch():
+    assert style.runs(np.zeros(1), np.zeros(1)) == [slice(0, 1)]
+    assert style.runs(np.arange(3.0), np.array([1.0, np.nan, 2.0])) == [slice(0, 1), slice(2, 3)]
+    assert style.runs(np.array([0.0, np.nan, 2.0]), np.zeros(3)) == [slice(0, 1), slice(2, 3)]
+    assert style.runs(np.arange(3.0), np.full(3, np.nan)) == []
+
+
+def test_stretches_of_equal_length_have_the_same_share_of_the_width():
+    t = np.concatenate([np.arange(4000.0), 9000.0 + np.arange(4000.0)])
+    x, _ = style.line(t, np.random.default_rng(1).normal(size=8000))
+    first, second = np.count_nonzero(x < 5000.0), np.count_nonzero(x > 5000.0)
+    assert 0.8 * 960 < first <= 960
+    assert second == pytest.approx(first, rel=0.05)
+    assert [side.size for side in style.line(t, np.full(8000, np.nan))] == [0, 0]
+
+
+def test_a_cloud_has_a_point_in_each_cell_of_the_grid():
+    x, y = (side.ravel() for side in np.meshgrid(np.arange(480.0), np.arange(240.0)))
+    assert 240 * 120 <= style.spread(x, y).size <= 240 * 120 + 4
+    assert style.spread(np.empty(0), np.empty(0)).size == 0
+    assert style.spread(np.ones(3), np.ones(3)).tolist() == [0]
+    assert style.spread(np.arange(4.0), np.zeros(4), (2, 1)).tolist() == [0, 2, 3]
+    corners = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.5, 1.0, 0.5, 0.0, 1.0])
+    assert style.spread(*corners, (2, 3)).tolist() == list(range(6))
+    cloud = np.random.default_rng(2).normal(size=(2, 500))
+    assert style.spread(*cloud, (8, 6)).tolist() == style.spread(cloud[0] + 90.0, cloud[1] - 40.0, (8, 6)).tolist()
+
+
+def test_shares_are_percent_of_all_values():
+    assert style.shares(np.array([1.0, 2.0, 3.0, 9.0]), np.array([0.0, 2.5, 5.0])).tolist() == [50.0, 25.0]
+    assert style.shares(np.empty(0), np.array([0.0, 1.0])).tolist() == [0.0]
+
+
+def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
+    light, dark = (np.dot(to_rgb(look["color"]), (0.299, 0.587, 0.114)) for look in (style.MEASURED, style.PREDICTED))
+    assert light > 2.0 * dark
+    assert style.MEASURED["linewidth"] > 2.0 * style.PREDICTED["linewidth"]
+    assert len({look["linestyle"] for look in style.LINES[1:]}) == 4
+    assert [look["marker"] for look in style.SERIES] == list("os^Dv")
+    assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
+
+
+def test_a_panel_leaves_room_for_the_words_at_the_edges():
+    figure, ((axes,),) = style.panels(3.0)
+    assert figure.get_size_inches().tolist() == [7.2, 3.0]
+    assert inches(axes) == (0.68, 0.12, 0.46, 0.32)
+    assert not figure.has_room_above
+
+
+def test_panels_stand_apart_by_the_same_inches_whatever_their_number():
+    figure, grid = style.panels(6.0, rows=2, columns=3)
+    assert [len(row) for row in grid] == [3, 3]
+    wide, tall = figure.get_size_inches()
+    boxes = [[axes.get_position() for axes in row] for row in grid]
+    assert [(right.x0 - left.x1) * wide for left, right in zip(boxes[0], boxes[0][1:], strict=False)] == pytest.approx([0.62] * 2)
+    assert (boxes[0][0].y0 - boxes[1][0].y1) * tall == pytest.approx(0.66)
+    assert len({round(box.width, 9) for row in boxes for box in row}) == len({round(box.height, 9) for row in boxes for box in row}) == 1
+
+
+def test_panels_share_their_room_as_they_are_asked_to():
+    _, grid = style.panels(6.0, rows=2, columns=2, heights=(1.0, 3.0), widths=(2.0, 1.0), undivided=(1,), between=0.5, gap=0.4)
+    assert [len(row) for row in grid] == [2, 1]
+    (left, right), (below,) = ([axes.get_position() for axes in row] for row in grid)
+    assert left.width == pytest.approx(2.0 * right.width)
+    assert below.height == pytest.approx(3.0 * left.height)
+    assert (below.x0, below.x1) == pytest.approx((left.x0, right.x1))
+
+
+@pytest.mark.parametrize(("names", "over", "lines"), [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)])
+def test_room_is_made_for_the_lines_of_a_legend(names, over, lines):
+    figure, ((axes,),) = style.panels(3.0, names=names, over_titles=over)
+    assert figure.get_size_inches()[1] == pytest.approx(3.0 + 0.18 * lines)
+    assert inches(axes)[3] == pytest.approx(0.32 + 0.18 * lines)
+    assert figure.has_room_above == (lines > 0)
+
+
+@pytest.mark.parametrize(("count", "rows", "columns"), [(1, 1, 1), (2, 1, 2), (3, 2, 2), (5, 3, 2)])
+def test_a_grid_has_so_many_panels_and_no_more(count, rows, columns):
+    figure, axes = style.grid_of(count)
+    assert figure.axes == axes
+    assert len(axes) == count
+    assert figure.get_size_inches()[1] == pytest.approx(0.32 + 2.2 * rows)
+    assert len({round(item.get_position().x0, 6) for item in axes}) == columns
+    assert [item.get_position().y0 for item in axes] == sorted((item.get_position().y0 for item in axes), reverse=True)
+    assert style.grid_of(count, top=0.5)[0].get_size_inches()[1] == pytest.approx(0.5 + 2.2 * rows)
+
+
+def test_rows_have_their_names_from_above_down_at_the_first_panel():
+    figure, (first, second) = style.named_rows(["upper", "lower"], columns=2)
+    assert figure.get_size_inches()[1] == pytest.approx(0.9 + 2 * 0.3)
+    assert [label.get_text() for label in first.get_yticklabels()] == ["upper", "lower"]
+    assert [label.get_text() for label in second.get_yticklabels()] == ["", ""]
+    assert first.get_yticks().tolist() == second.get_yticks().tolist() == [0.0, 1.0]
+    assert first.get_ylim() == second.get_ylim() == (1.5, -0.7)
+    assert first.yaxis.get_tick_params()["length"] == 0
+
+
+@pytest.mark.parametrize(("name", "left"), [("a", 1.0), ("i" * 18, 0.45 + 18 * 0.085), ("W" * 90, 0.45 + 2.4)])
+def test_names_of_rows_have_room_up_to_the_longest(name, left):
+    figure, (axes,) = style.named_rows([name])
+    assert left - 0.15 < inches(axes)[0] <= left + 1e-9
+    axes.set(xlabel="Error [m]")
+    assert illegible_texts(figure) == []
+
+
+def test_names_of_rows_are_cut_where_there_is_little_room():
+    assert 1.9 < inches(style.named_rows(["W" * 90], longest=1.6)[1][0])[0] <= 0.45 + 1.6
+
+
+def test_no_rows_have_no_names():
+    figure, (axes,) = style.named_rows([])
+    assert figure.get_size_inches()[1] == pytest.approx(0.9)
+    assert inches(axes)[0] == pytest.approx(1.0)
+
+
+def test_a_row_of_panels_has_name_and_numbers_of_y_at_the_first_panel():
+    _, (row,) = style.panels(3.0, columns=3)
+    style.share_y(row, "Force [N]")
+    assert [axes.get_ylabel() for axes in row] == ["Force [N]", "", ""]
+    assert [axes.yaxis.get_tick_params().get("labelleft", True) for axes in row] == [True, False, False]
+
+
+def test_panels_of_the_same_height_reach_from_the_lowest_to_the_highest():
+    _, (row,) = style.panels(3.0, columns=3)
+    for axes, limits in zip(row, ((0.0, 1.0), (-2.0, 0.5), (0.0, 4.0)), strict=True):
+        axes.set_ylim(limits)
+    style.one_height(row)
+    assert {axes.get_ylim() for axes in row} == {(-2.0, 4.0)}
+
+
+def test_a_title_is_cut_to_the_panel_and_keeps_the_number_behind_the_name():
+    _, ((axes, _),) = style.panels(3.0, columns=2)
+    available, name = 7.2 * axes.get_position().width, "W" * 60
+    whole = []
+    for beside in (0.0, 1.0):
+        style.title(axes, f"{name}: 5 %", name, beside)
+        text = axes.get_title(loc="right")
+        assert text.endswith(": 5 %")
+        assert width(text, 8.5) <= available - beside < width(text, 8.5) + 0.3
+        whole.append(text)
+    assert len(whole[1]) < len(whole[0])
+    style.title(axes, f"of {name}", name)
+    assert "…" in axes.get_title(loc="right")
+    assert axes.get_title(loc="right").startswith("of W")
+    style.title(axes, name)
+    assert width(axes.get_title(loc="right"), 8.5) > available - 0.3
+    style.title(axes, "short", "short")
+    assert axes.get_title(loc="right") == "short"
+
+
+def test_signals_over_time_are_in_the_units_at_their_axes():
+    _, ((axes,),) = style.panels(3.0)
+    time, signal = np.array([0.0, 0.1, 0.2]), np.array([1e-6, 2e-6, -3e-6])
+    style.over_time(axes, time, (signal, style.MEASURED, "a"), (2.0 * signal, style.REST, "b"), scale=scale_of("m", 3e-6), word="Error")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("Time [ms]", "Error [µm]")
+    first, second = axes.get_lines()
+    assert first.get_xdata() == pytest.approx([0.0, 100.0, 200.0])
+    assert first.get_ydata() == pytest.approx([1.0, 2.0, -3.0])
+    assert second.get_ydata() == pytest.approx([2.0, 4.0, -6.0])
+    assert [line.get_label() for line in (first, second)] == ["a", "b"]
+    assert first.get_linewidth() == style.MEASURED["linewidth"]
+
+
+def test_a_window_is_shaded_from_the_first_to_the_last_time_behind_all_lines():
+    _, ((axes,),) = style.panels(3.0)
+    style.mark_window(axes, np.empty(0))
+    assert not axes.patches
+    style.mark_window(axes, np.array([2.0, 2.5, 3.0]))
+    (shade,) = axes.patches
+    assert (shade.get_x(), shade.get_width()) == (2.0, 1.0)
+    assert (shade.get_zorder(), shade.get_linewidth()) == (0, 0)
+
+
+def test_no_line_joins_the_two_sides_of_rest():
+    _, ((axes,),) = style.panels(3.0)
+    points = np.array([[-2.0, -5.0], [-0.0, 4.0], [0.0, -4.0], [2.0, 5.0]])
+    style.plot_by_side(axes, points, "model", style.DASHED)
+    assert [line.get_label() for line in axes.get_lines()] == ["model", "_same"]
+    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-5.0, 4.0], [-4.0, 5.0]]
+    style.plot_by_side(axes, points[2:], "forward", style.DASHED)
+    assert [line.get_label() for line in axes.get_lines()[2:]] == ["forward"]
+
+
+def named(*names, **layout):
+    figure, row = style.panels(3.0, names=names, **layout)
+    for name in names:
+        row[0][-1].plot([0.0, 1.0], [0.0, 1.0], label=name)
+    return figure, row[0][-1]
+
+
+def test_a_panel_without_names_has_no_legend():
+    figure, axes = named()
+    style.legend(axes)
+    assert axes.get_legend() is None
+    assert not figure.legends
+
+
+def test_a_legend_of_few_names_is_a_single_line_above_the_panel_from_the_left():
+    figure, axes = named("measured", "predicted", "a third", "a fourth", "a fifth")
+    style.legend(axes)
+    legend = axes.get_legend()
+    assert legend._ncols == 5
+    assert not legend.get_frame_on()
+    assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
+    assert legend.get_bbox_to_anchor().y0 == pytest.approx(axes.bbox.y1)
+    boxes = [box for text, box in texts_of(figure) if text.get_text() in ("measured", "a fifth")]
+    assert all(box.y0 > axes.bbox.y1 for box in boxes)
+
+
+@pytest.mark.parametrize(("letters", "columns"), [(3, 6), (10, 3), (20, 3), (26, 2), (40, 4)])
+def test_names_stand_in_three_lines_at_most_where_they_fit_in_full(letters, columns):
+    _, axes = named(*("n" * letters + str(k) for k in range(6)))
+    style.legend(axes)
+    assert (axes.get_legend() or axes.figure.legends[0])._ncols == columns
+
+
+def test_a_legend_with_room_above_all_panels_stands_at_the_top_of_the_page():
+    figure, axes = named("one", "two", over_titles=True)
+    style.legend(axes)
+    assert axes.get_legend() is None
+    (legend,) = figure.legends
+    assert legend.get_bbox_to_anchor().y0 == pytest.approx(figure.bbox.y1)
+    assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
+
+
+def test_a_long_name_takes_the_room_that_short_ones_leave():
+    figure, axes = named("a", "W" * 200)
+    style.legend(axes)
+    texts = {text.get_text()[0]: box for text, box in texts_of(figure) if text.get_text()[0] in "aW"}
+    assert texts["W"].width / figure.dpi > 4.5
+    assert texts["W"].x1 < figure.bbox.x1
+    assert illegible_texts(figure) == [] or all("W" not in fault for fault in illegible_texts(figure))
+
+
+def test_two_long_names_share_the_room_of_a_legend():
+    figure, axes = named("W" * 60, "V" * 60)
+    style.legend(axes)
+    first, second = (box.width / figure.dpi for text, box in texts_of(figure) if text.get_text()[0] in "WV")
+    assert first == pytest.approx(second, rel=0.1)
+    assert 2.4 < first < 3.3
+    assert illegible_texts(figure) == []
+
+
+def test_a_legend_behind_which_there_is_no_room_begins_further_left():
+    figure, axes = named("the name of the first variant", "and that of another one", columns=3)
+    style.legend(axes)
+    boxes = [box for text, box in texts_of(figure) if text.get_text()[:3] in ("the", "and")]
+    assert max(box.x1 for box in boxes) <= figure.bbox.x1
+    assert min(box.x0 for box in boxes) < axes.bbox.x0
+    assert max(box.x1 for box in boxes) > figure.bbox.x1 - 0.5 * figure.dpi
+
+
+def test_a_legend_in_the_corner_returns_the_reach_over_the_panel():
+    figure, axes = named("one", "two")
+    reach = style.legend_in_corner(figure, axes)
+    (legend,) = figure.legends
+    assert legend._ncols == 2
+    end = max(box.x1 for text, box in texts_of(figure) if text.get_text() in ("one", "two"))
+    assert reach == pytest.approx((end - axes.bbox.x0) / figure.dpi, abs=0.35)
+    assert reach > (end - axes.bbox.x0) / figure.dpi
+    figure, axes = named("i", columns=3)
+    assert style.legend_in_corner(figure, axes) == 0.0
+
+
+@pytest.mark.parametrize(("worst", "first"), [(500, 485), (0, 0), (999, 970)])
+def test_a_window_lies_around_the_largest_error_and_within_the_log(worst, first):
+    error = np.zeros(1000)
+    error[worst] = -0.5
+    error[[10, 20]] = np.nan, np.inf
+    assert style.window(np.arange(2000.0), np.tile(error, 2)) == slice(max(worst - 30, 0), max(worst - 30, 0) + 60)
+    assert style.window(np.arange(1000.0), error, 0.03) == slice(min(max(worst - 20, 0), 960), min(max(worst - 20, 0), 960) + 40)
+    assert first >= 0
+
+
+def test_a_window_of_a_short_log_is_all_of_the_log():
+    assert style.window(np.arange(30.0), np.zeros(30)) == slice(0, 30)
+
+
+def test_a_function_of_figures_draws_with_the_common_look():
+    @style.styled
+    def drawn(height, *, rows):
+        """Words."""
+        return style.panels(height, rows=rows)[0]
+
+    assert isinstance(drawn(3.0, rows=1), Drawing)
+    assert drawn.__doc__ == "Words."

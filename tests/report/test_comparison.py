@@ -1,0 +1,183 @@
+"""Two logs of one axis in words and rows, from changes whose numbers are known."""
+
+from types import SimpleNamespace as Some
+
+import pytest
+
+from bristle.comparison import Change
+from bristle.core.diagnostic import Diagnostic
+from bristle.report import comparison as report
+from bristle.report.comparison import change_table, comparison_ruling, comparison_sentences, comparison_summary, remarks_of
+
+RMS = "following_error.rms"
+
+
+def change(name=RMS, before=2e-5, after=1e-5, interval=(-1.2e-5, -0.8e-5)):
+    return Change(name, "force" if name.startswith(("effort", "friction")) else "length", before, after, interval)
+
+
+def compared(*changes, diagnostics=(), turns=(), curve=(), logs=2, **shared):
+    known = {"motions": 1, "paired": True, "cycles_before": 8, "cycles_after": 9, "complete": True, "before_percent": 100.0}
+    log = Some(source=Some(name="<a.csv>"), origin=Some(name="a.csv"), sample_time=1e-3, duration=4.0, notes=())
+
+    return Some(
+        kind="translational",
+        changes={item.name: item for item in changes},
+        diagnostics=diagnostics,
+        shared=Some(**known | {"after_percent": 100.0} | shared),
+        window=0.15,
+        turns=turns,
+        friction_curve=curve,
+        helped=True,
+        logs_before=[log] * logs,
+        logs_after=[log] * logs,
+    )
+
+
+HIGHER = change(after=3e-5, interval=(0.8e-5, 1.2e-5))
+OPEN = change(interval=(-2e-5, 1e-6))
+ONCE = change(interval=None)
+HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
+
+
+@pytest.mark.parametrize(
+    ("item", "level", "words", "sentence"),
+    [
+        (change(), "usable", "It helped", "It helped: the following error is lower."),
+        (HARDLY, "with_care", "It hardly helped", "It hardly helped: the following error is lower, by less than 5 %."),
+        (HIGHER, "no", "It did not help", "It did not help: the following error is higher."),
+        (
+            OPEN,
+            "with_care",
+            "No change told",
+            "Whether it helped these logs cannot tell: the interval of the following error's change holds zero.",
+        ),
+        (ONCE, "with_care", "Not told", "Whether it helped these logs cannot tell: one cycle gives no interval."),
+    ],
+)
+def test_the_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
+    ruling = comparison_ruling(compared(item))
+    assert (ruling.level, ruling.words) == (level, words)
+    assert comparison_sentences(compared(item))[0] == sentence
+    assert len(ruling.reasons) == (2 if item in (OPEN, ONCE) else 1)
+
+
+def test_a_change_of_five_percent_is_no_hardly():
+    assert comparison_ruling(compared(change(after=1.89e-5, interval=(-1.2e-6, -0.4e-6)))).words == "It helped"
+
+
+def test_the_verdict_has_the_numbers_of_the_change():
+    (reason,) = comparison_ruling(compared(change())).reasons
+    assert reason.replace("\u00a0", " ") == "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)"
+
+
+def test_a_doubt_takes_a_verdict_down_to_care():
+    doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
+    assert comparison_ruling(compared(change(), diagnostics=(note,))).level == "usable"
+    doubted = comparison_ruling(compared(change(), diagnostics=(doubt, note)))
+    assert (doubted.level, doubted.reasons[1:]) == ("with_care", ("few cycles tell how much they scatter",))
+    assert comparison_ruling(compared(HIGHER, diagnostics=(doubt,))).level == "no"
+    untold = comparison_ruling(compared(change("effort.rms", 9.0, 8.0, (-1.5, -0.5)), diagnostics=(doubt,)))
+    assert untold.reasons == ("no reference tells a following error", "few cycles tell how much they scatter")
+    assert comparison_sentences(compared())[0] == "Whether the axis follows better nobody can tell without a reference."
+
+
+def test_each_quantity_is_reported_with_the_interval():
+    effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
+    level = change("friction.level", 5.0, 5.1, (-0.2, 0.4))
+    peak = change("following_error.peak", 4e-5, 3e-5, None)
+    assert comparison_sentences(compared(effort, level, peak))[1:] == [
+        "Effort, root mean square: higher, 9 N instead of 8 N, +12.5 % (95 % interval +6.2 to +18.8 %).",
+        "Friction level: no change that these logs can tell, 5 N before and 5.1 N after, +2.0 % (95 % interval −4.0 to +8.0 %).",
+        "Following error, largest in a cycle: 40 µm before, 30 µm after; nothing tells how sure that is.",
+    ]
+    assert change_table(compared(effort, level, peak)).rows == [
+        ("Effort, root mean square", "8 N", "9 N", "+12.5 %", "+6.2 to +18.8 %", "higher"),
+        ("Friction level", "5 N", "5.1 N", "+2.0 %", "−4.0 to +8.0 %", "no change told"),
+        ("Following error, largest in a cycle", "40 µm", "30 µm", "−25 %", "–", "no interval"),
+    ]
+
+
+@pytest.mark.parametrize(("percent", "text"), [(12.3, "+12"), (-12.3, "−12"), (0.0, "0")])
+def test_a_percent_has_the_sign(percent, text):
+    assert report._signed(percent, ONCE) == text
+    narrow = change(interval=(-1e-5, -1e-5 + 1e-12))
+    assert report._signed(percent, narrow) == {"+12": "+12.30", "−12": "−12.30", "0": "0.00"}[text]
+
+
+@pytest.mark.parametrize(
+    ("shared", "turns", "words"),
+    [
+        ({}, (), "compared: 8 cycles before and 9 after, of one motion, drawn anew each with its counterpart"),
+        (
+            {"motions": 3, "paired": False, "complete": False},
+            (1,),
+            "compared: 8 pieces before and 9 after, of 3 motions, drawn anew each side by itself; a reversal reaches 150 ms",
+        ),
+    ],
+)
+def test_compared_cycles_stand_between_doubts_and_notes(shared, turns, words):
+    doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
+    remarks = remarks_of(compared(change(), diagnostics=(note, doubt), turns=turns, **shared))
+    assert remarks[0].startswith("warning: one side has only 3 cycles")
+    assert remarks[1] == words
+    assert remarks[2].startswith("a side has one log")
+
+
+def front(item, files=None, **options):
+    page = report._front(compared(*item, **options), "axis", files or {"before": "a.csv", "after": ""})
+    return page, [[line.replace("\u00a0", " ") for line in lines] for _, lines in page.answers]
+
+
+def test_the_first_page_answers_gain_and_trust():
+    turn = change("reversals.forward_to_backward", 4e-5, 3e-5, (-2e-5, 1e-5))
+    effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
+    page, lines = front((change(), turn, effort), before_percent=98.0)
+    assert lines == [
+        ["Following error behind a reversal, forward to backward: 30 µm, before 40 µm (no change told)"],
+        ["nothing new: what stood there after the change"],
+        ["Effort, root mean square: 9 N, before 8 N (+12.5 %)"],
+        ["8 cycles before, 9 after; intervals from their scatter", "alike in both: 98.0 % of the motion before, 100 % after"],
+        ["keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"],
+    ]
+    assert page.heading == "axis: before and after"
+    assert page.facts.endswith("before: a.csv")
+
+
+def test_the_first_page_of_a_change_for_the_worse_advises_the_old_state():
+    _, lines = front((HIGHER,), logs=1)
+    assert lines[0] == ["Following error, root mean square: 30 µm, before 20 µm (+50 %)"]
+    assert lines[1] == ["nothing new: what stood there before the change"]
+    assert lines[2] == ["no effort in these logs"]
+    assert lines[3][1:] == ["what differs from one recording to the next, as temperature does, is in no interval"]
+    assert lines[4] == [
+        "take the change back, then `bristle identify BEFORE --axis axis.toml`",
+        "to be surer, further logs of each side: `--before`, `--after`",
+    ]
+
+
+def test_the_first_page_of_an_open_question_types_in_nothing():
+    for item in ((OPEN,), (ONCE,), ()):
+        assert front(item)[1][1] == ["nothing: these logs tell neither way"]
+    assert front(())[1][4] == ["record the reference too, and name its column in the axis file"]
+    assert front(())[1][0] == ["no following error: the logs have no reference"]
+    assert front((change(),), after_percent=98.9)[1][3][1:] == ["alike in both: 100 % of the motion before, 98.9 % after"]
+    assert front((change(),), after_percent=99.0)[1][3][1:] == []
+
+
+def test_a_comparison_is_reported_in_numbers_by_group(monkeypatch):
+    turn, level = change("reversals.forward_to_backward"), change("friction.level", 5.0, 5.1, (-0.2, 0.4))
+    monkeypatch.setattr(report, "_logs", len)
+    summary = comparison_summary(compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={})
+    assert summary["following_error"]["rms"]["before"] == 2e-5
+    assert summary["reversals"]["window"] == 0.15
+    assert list(summary["reversals"]) == ["window", "forward_to_backward"]
+    assert summary["friction"]["at_speeds"][0]["speed"] == 0.01
+    assert (summary["effort"], summary["error_unit"], summary["effort_unit"], summary["logs"]) == (
+        None,
+        "m",
+        "N",
+        {"before": 2, "after": 2},
+    )
+    bare = comparison_summary(compared(change()), name="axis", provenance={})
+    assert (bare["reversals"], bare["friction"]) == (None, None)

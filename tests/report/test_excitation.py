@@ -1,0 +1,228 @@
+"""The report of a motion to run: its pieces, what its log would tell, what it takes, and whether to run it."""
+
+import math
+from types import SimpleNamespace as Some
+
+import numpy as np
+import pytest
+
+from bristle.report import excitation as report
+from bristle.report.excitation import DesignedMotion, excitation_ruling, excitation_summary, outlook_table, piece_table
+
+
+def piece(purpose, name, amplitude, speed, duration=2.0):
+    return Some(purpose=purpose, name=name, amplitude=amplitude, speed=speed, duration=duration, reference=Some(name="ramp"))
+
+
+def estimate(name, value, status="identified", half=5.0):
+    return Some(name=name, value=value, unit="N", description="level", status=status, interval_percent=half, reason=None)
+
+
+ESTIMATES = (
+    estimate("a", 5.0),
+    estimate("b", 5.5, half=7.0),
+    estimate("c", 1.0, half=150.0),
+    estimate("d", 1.0, "unidentifiable", None),
+    estimate("e", 9.0, "held"),
+    estimate("f", 3.0, half=None),
+)
+TRUTH = {"a": 5.0, "b": 5.0, "c": 1.0, "d": 2.0, "f": 0.0}
+
+
+def motion():
+    pieces = [
+        piece("presliding", "loops", -1e-6, 1e-4),
+        piece("presliding", "loops", 2e-6, 2e-4),
+        piece("stribeck", "slides", 0.1, 0.05, 3.0),
+    ]
+    signals = {"position": np.array([-0.01, 0.05]), "velocity": np.array([-0.2, 0.1]), "acceleration": np.array([1.0, -3.0])}
+    return Some(
+        kind="translational", pieces=pieces, begins=(0.0, 2.0, 4.0), duration=7.0, time=np.arange(8), sample_time=1e-3, start=0.0, **signals
+    )
+
+
+def excited(estimates=ESTIMATES, *, truth=TRUTH, rehearsed=True, limit=None, presliding=None, assumed=("M",), **changes):
+    best = Some(name="lugre", estimates=estimates, diagnostics=())
+    known = {"truth": truth, "peak_effort": 8.0, "lag": 1e-6, "loop": True, "friction": np.zeros(2)}
+    rehearsal = Some(identification=Some(best=best), **known | changes) if rehearsed else None
+    limits = Some(travel=0.1, velocity=None, acceleration=5.0, presliding=presliding)
+    prior = Some(assumed=assumed, friction=Some(name="dahl"))
+    axis = Some(name="stage", effort_limit=limit)
+    return Some(motion=motion(), rehearsal=rehearsal, axis=axis, limits=limits, prior=prior, notes=("a note",))
+
+
+def test_alike_pieces_share_a_row_with_their_spans():
+    table = piece_table(excited())
+    assert table.rows == [
+        ("presliding", "loops", "2", "0.0 to 4.0", "1 µm to 2 µm", "100 µm/s to 200 µm/s"),
+        ("stribeck", "slides", "1", "4.0 to 7.0", "100 mm", "50 mm/s"),
+    ]
+
+
+def test_found_values_stand_beside_true_values():
+    table = outlook_table(excited())
+    assert table.caption == "What the log would tell, by lugre"
+    rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
+    assert list(rows) == ["a", "b", "c", "d", "f"]
+    assert rows["a"] == {
+        "Parameter": "a",
+        "Meaning": "level",
+        "Put in": "5.000",
+        "Found": "5.000",
+        "Unit": "N",
+        "Error [%]": "0",
+        "95 % interval [%]": "± 5.0",
+        "Remark": "",
+    }
+    assert (rows["b"]["Error [%]"], rows["b"]["Remark"]) == ("10", "beyond its interval")
+    assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == ("not identified", "–", "−50")
+    assert (rows["f"]["Put in"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == ("0", "", "–")
+    unknown = outlook_table(excited((estimate("a", 5.0, half=math.inf),), truth={}))
+    assert "Put in" not in unknown.heads
+    assert "95 % interval [%]" not in unknown.heads
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "status", "misses"),
+    [
+        (5.34, 5.0, "identified", False),
+        (5.36, 5.0, "identified", True),
+        (4.64, 5.0, "identified", True),
+        (9.0, None, "identified", False),
+        (9.0, 5.0, "at_edge", False),
+    ],
+)
+def test_errors_up_to_two_percent_beyond_the_interval_do_not_matter(value, half, status, misses):
+    assert report._misses(estimate("a", value, status, half), 5.0) is misses
+
+
+def test_an_error_is_in_percent_of_the_true_value():
+    assert report._error(estimate("a", 6.0), 5.0) == pytest.approx(20.0)
+    assert [report._error(estimate("a", 6.0), put_in) for put_in in (None, 0.0, math.inf)] == [None, None, None]
+
+
+def test_limits_are_those_of_the_motion():
+    assert report._limits(excited()) == [
+        ("travel", pytest.approx(0.06), 0.1, "m"),
+        ("velocity", pytest.approx(0.2), None, "m/s"),
+        ("acceleration", pytest.approx(3.0), 5.0, "m/s^2"),
+    ]
+
+
+def test_the_reasons_against_a_motion_name_the_parameters():
+    ruling = excitation_ruling(excited(presliding=5e-7))
+    assert ruling.level == "with_care"
+    assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
+        "its log would not identify d",
+        "it would hardly tell c: intervals as wide as the values",
+        "it would give b beyond the interval",
+        "the controller follows the loops before sliding no closer than 1 µm: raise its gains for this motion",
+    ]
+    edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
+    assert edge.reasons == ("its log would not identify a", "it would hardly tell b: intervals as wide as the values")
+
+
+@pytest.mark.parametrize(
+    ("changes", "level", "words"),
+    [
+        ({}, "usable", "Run it"),
+        ({"limit": 8.0}, "usable", "Run it"),
+        ({"limit": 7.9}, "no", "Do not run it"),
+        ({"presliding": 1e-6}, "usable", "Run it"),
+        ({"presliding": 0.9e-6}, "with_care", "Run it, with care"),
+        ({"rehearsed": False}, "with_care", "Run it, with care"),
+    ],
+)
+def test_a_motion_is_run_unless_the_drive_or_the_controller_cannot(changes, level, words):
+    assert excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
+
+
+def lines_of(excitation):
+    front = report._front(excitation, "bristle identify LOG")
+    return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
+
+
+def test_the_first_page_of_a_motion_lists_identifiable_parameters():
+    front, lines = lines_of(excited(limit=20.0))
+    assert lines == [
+        ["its log would identify, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
+        ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
+        [
+            "7 s of the axis",
+            "travel 60 mm of 100 mm allowed",
+            "velocity 200 mm/s",
+            "acceleration 3 m/s² of 5 m/s² allowed",
+            "effort up to 8 N of 20 N, as believed",
+        ],
+        ["one rehearsal, in the loop of its controller, with the encoder of the axis and 5 % of scatter", "1 value was assumed, below"],
+        ["run it, log what the axis file names, then `bristle identify LOG`"],
+    ]
+    assert front.heading == "stage: a motion to run"
+    assert front.facts.endswith("7 s · for the controller of the axis")
+    _, other = lines_of(excited((estimate("f", 3.0, half=None), *ESTIMATES[3:4]), truth={}, assumed=("M", "F_v"), loop=False))
+    assert other[0][1] == "f"
+    assert other[3] == [
+        "one rehearsal, along the motion: no stable loop is known, with the encoder of the axis and 5 % of scatter",
+        "2 values were assumed, below",
+    ]
+    assert other[2][-1] == "effort up to 8 N, as believed"
+
+
+def test_a_motion_that_was_not_rehearsed_promises_nothing():
+    _, lines = lines_of(excited(rehearsed=False, assumed=()))
+    assert lines[0] == ["nothing that its log would surely identify"]
+    assert lines[3] == ["nothing was rehearsed"]
+    assert len(lines[2]) == 4
+    assert len(lines_of(excited(assumed=()))[1][3]) == 1
+
+
+def test_a_motion_is_reported_in_numbers():
+    summary = excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
+    assert [summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")] == pytest.approx([0.06, 0.2, 3.0])
+    assert (summary["motion"]["samples"], summary["motion"]["units"]["force"]) == (8, "N")
+    assert [(item["begin"], item["reference"]) for item in summary["pieces"]] == [(0.0, "ramp"), (2.0, "ramp"), (4.0, "ramp")]
+    assert summary["parameters"]["b"]["error_percent"] == pytest.approx(10.0)
+    assert (summary["parameters"]["b"]["put_in"], summary["model"], summary["peak_effort"]) == (5.0, "lugre", 8.0)
+    bare = excitation_summary(excited(rehearsed=False), files={}, identify="x", provenance={})
+    assert (bare["parameters"], bare["diagnostics"], "model" in bare) == ({}, [], False)
+
+
+@pytest.mark.parametrize(
+    ("rehearsed", "name", "loops", "models"),
+    [
+        (True, "lugre", True, "lugre,maxwell_slip"),
+        (True, "maxwell_slip", True, "maxwell_slip"),
+        (False, "", True, "dahl,maxwell_slip"),
+        (True, "lugre", False, "lugre"),
+    ],
+)
+def test_loops_before_sliding_are_fitted_by_elements_too(rehearsed, name, loops, models):
+    excitation = excited(rehearsed=rehearsed)
+    if rehearsed:
+        excitation.rehearsal.identification.best.name = name
+    if not loops:
+        excitation.motion.pieces = excitation.motion.pieces[2:]
+    command = DesignedMotion(excitation, None, None, "x").next_command("my axis.toml")
+    assert command == f"bristle identify LOG --axis 'my axis.toml' --model {models} --out results"
+
+
+def test_the_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
+    seen = {}
+    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    report.excitation_report(excited(), identify="x")
+    motion_, outlook, assumptions = seen["sections"]
+    purposes, _, takes = motion_.blocks
+    assert [name for name, _ in purposes.content] == ["presliding", "stribeck"]
+    assert takes.content == [
+        ("Travel", "60 mm of 100 mm allowed"),
+        ("Velocity", "200 mm/s"),
+        ("Acceleration", "3 m/s² of 5 m/s² allowed"),
+        ("Effort, as believed", "8 N"),
+    ]
+    assert outlook.blocks[0].rows
+    assert assumptions.blocks[0].content == ("a note",)
+    assert seen["expected"].size == 2
+    report.excitation_report(excited(rehearsed=False), identify="x")
+    assert seen["expected"] is None
+    assert seen["sections"][1].blocks == [None]
+    assert len(seen["sections"][0].blocks[2].content) == 3

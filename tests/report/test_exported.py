@@ -1,0 +1,75 @@
+"""A model file as files for a target: what is written, and what of the loop beside the file is known."""
+
+import json
+from types import SimpleNamespace as Some
+
+import pytest
+
+from bristle.core import InputError
+from bristle.report import exported
+from bristle.report.exported import ExportedModel, _loop_beside
+
+
+def written(effect=None, beside=()):
+    product = Some(files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",))
+    return ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
+
+
+def test_an_export_is_reported_with_the_files_and_notes():
+    assert written(beside=("another",)).summary == {
+        "target": "c",
+        "model": "lugre",
+        "files": ["a.c", "a.h"],
+        "notes": ["one note", "another"],
+        "effect": None,
+        "provenance": {"bristle": "0"},
+    }
+    assert written(Some(as_data=lambda: {"gain": 2.0})).summary["effect"] == {"gain": 2.0}
+
+
+def test_files_are_written_beside_the_summary():
+    folder = {}
+    written().write(Some(write=folder.__setitem__))
+    assert list(folder) == ["a.c", "a.h", "summary.json"]
+    assert json.loads(folder["summary.json"])["target"] == "c"
+
+
+def test_the_loop_beside_a_model_feeds_the_model_forward(tmp_path, monkeypatch):
+    file, axis = tmp_path / "experiment.toml", Some(controller="law")
+    variants = [Some(feedforward=Some(friction=friction)) for friction in (None, "lugre", "dahl")]
+    monkeypatch.setattr("bristle.files.read_experiment", lambda file: Some(variants=variants))
+    assert _loop_beside(file, "dahl", axis) == (None, ())  # there is no such file
+    file.write_text("")
+    assert _loop_beside(file, "dahl", axis) == (variants[2], ())
+    assert _loop_beside(file, "other", axis) == (None, ())
+    assert _loop_beside(file, "dahl", None) == (None, ())
+    assert _loop_beside(file, "dahl", Some(controller=None)) == (None, ())
+
+
+def test_a_loop_that_cannot_be_read_is_remarked_upon(tmp_path, monkeypatch):
+    def fails(file):
+        raise InputError("is broken")
+
+    monkeypatch.setattr("bristle.files.read_experiment", fails)
+    file = tmp_path / "experiment.toml"
+    file.write_text("")
+    loop, (remark,) = _loop_beside(file, "dahl", Some(controller="law"))
+    assert loop is None
+    assert remark == "the loop of experiment.toml is not simulated: is broken"
+
+
+@pytest.mark.parametrize("holds_operator", [True, False])
+def test_an_operator_is_exported_with_the_constant_and_a_model_once_admitted(holds_operator, monkeypatch):
+    admitted = []
+    monkeypatch.setattr("bristle.files.holds_operator", lambda file: holds_operator)
+    monkeypatch.setattr("bristle.files.read_operator", lambda file: ("operator", 2.0, None))
+    monkeypatch.setattr("bristle.files.read_model", lambda file, allow_code: ("plant", "friction", {"known": allow_code}))
+    monkeypatch.setattr("bristle.hysteresis.with_constant", lambda operator, offset: (operator, offset))
+    monkeypatch.setattr("bristle.testing.admit", admitted.append)
+    told = exported._read("file", allow_code=True)
+    if holds_operator:
+        assert told == (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
+        assert admitted == []
+    else:
+        assert told == ("plant", "friction", {"known": True})
+        assert admitted == ["friction"]

@@ -1,0 +1,193 @@
+"""The report of a log, from passages and channels whose numbers are known."""
+
+from types import SimpleNamespace as Some
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import sliding_log
+
+from bristle.logs.passages import Passage
+from bristle.report import log as report
+from bristle.report.log import break_away_table, log_facts, log_ruling, passage_table, scatter_facts, treatment_facts
+
+
+def passage(kind, begin=0.0, end=1.0, **changes):
+    known = {"kind": kind, "begin": begin, "end": end, "legs": 0, "amplitudes": (1e-3, 2e-3), "speeds": (0.01, 0.02)}
+    return known | {"frequencies": (), "depth": 0, "levels": 0} | changes
+
+
+def test_passages_of_a_kind_are_reported_together():
+    table = passage_table(
+        [passage("moves", 1.0, 3.0), passage("rest", 3.0, 4.0), passage("moves", 4.5, 5.0, speeds=(0.04,))], "translational"
+    )
+    assert table.heads == ["Passages", "Count", "Together [s]", "First at [s]", "Amplitude", "Speed"]
+    assert table.rows == [["ordinary moves", "2", "2.5", "1", "1 mm to 2 mm", "10 mm/s to 40 mm/s"], ["rest", "1", "1", "3", "", ""]]
+
+
+def test_kinds_of_passages_stand_in_the_same_order():
+    table = passage_table([passage(kind) for kind in reversed(report.KINDS)], "rotational")
+    assert [row[0] for row in table.rows] == list(report.KINDS.values())
+    assert "mrad" in table.rows[0][table.heads.index("Amplitude")]
+
+
+@pytest.mark.parametrize(
+    ("depth", "levels", "remark"),
+    [(2, 1, "1 amplitude, none inside another"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, none inside another")],
+)
+def test_loops_are_reported_by_how_deep_they_nest(depth, levels, remark):
+    loops = passage("loops", legs=8, depth=depth, levels=levels)
+    table = passage_table([loops, passage("loops", legs=2)], "translational")
+    row = dict(zip(table.heads, table.rows[0], strict=True))
+    assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
+
+
+def test_oscillations_are_reported_by_their_frequencies():
+    table = passage_table(
+        [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))], "translational"
+    )
+    assert [row[-1] for row in table.rows] == ["1 Hz to 9 Hz", "", ""]
+    assert [row[-1] for row in passage_table([passage("oscillation", frequencies=(2.0,))], "translational").rows] == ["2 Hz"]
+
+
+def test_the_treatment_of_a_log_is_reported_with_units():
+    treatment = {"cutoff": 60.0, "decimation": 7.0, "delay": 1.234e-3, "rest_percent": 3.456, "velocity_max": 0.25, "other": 1.0}
+    assert treatment_facts(treatment, "translational") == [
+        ("Cut-off of the zero-phase filter", "60 Hz"),
+        ("Samples for one row of the regression", "7"),
+        ("Delay of the effort, identified", "0.00123 s"),
+        ("Samples at rest, left out", "3.46 %"),
+        ("Largest speed of the rows", "250 mm/s"),
+    ]
+    assert treatment_facts({}, "translational") == []
+
+
+def test_scatter_is_reported_in_percent_where_friction_scatters():
+    bands, scatter = Some(noise=0.05, unexplained=1.5), Some(value=0.0312, low=0.02, high=0.041)
+    resampling = Some(bands=bands, scatter=scatter, half_cycles=30)
+    assert scatter_facts(resampling, "translational") == [
+        ("Noise of the effort, sample by sample", "50 mN"),
+        ("Scatter of friction from reversal to reversal", "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles"),
+        ("Residual that noise, encoder and scatter do not explain", "1.5 N, root mean square"),
+    ]
+    scatter.value = 0.0
+    assert [name for name, _ in scatter_facts(resampling, "rotational")] == [
+        "Noise of the effort, sample by sample",
+        "Residual that noise, encoder and scatter do not explain",
+    ]
+    assert scatter_facts(None, "translational") == []
+
+
+def test_break_away_is_reported_by_rate_with_the_intervals():
+    slow = Some(speed=1e-4, legs=4, force=9.5, force_interval=(9.0, 10.0), distance=2e-6, distance_interval=None)
+    fast = Some(speed=1e-3, legs=5, force=8.0, force_interval=None, distance=1e-6, distance_interval=(1e-6, 1e-6))
+    table = break_away_table([slow, fast], "translational")
+    assert table.heads == [
+        "Rate [mm/s]",
+        "Legs",
+        "Force [N]",
+        "95 % interval of the force",
+        "Distance [µm]",
+        "95 % interval of the distance",
+    ]
+    assert table.rows == [
+        ["0.10", "4", "9.50", "9.00 to 10.00", "2.00", "–"],
+        ["1.00", "5", "8.00", "–", "1.00", "1.00, to the last digit"],
+    ]
+
+
+def channel(values, unit, column):
+    return Some(values=np.array(values), unit=unit, column=column)
+
+
+def recorded(**changes):
+    time, position, effort = (
+        channel(np.arange(4) * 1e-3, "s", "t"),
+        channel([0.0, 1e-3, 3e-3, 2e-3], "m", "x"),
+        channel([1.0, -2.0, 3.0, 0.0], "N", "u"),
+    )
+    known = {"time": time, "position": position, "effort": effort, "reference": None, "kind": "translational", "sample_time": 1e-3}
+    known |= {"origin": Some(name="a.csv", checksum="0f"), "source": Some(name="<a.csv>"), "segments": (slice(0, 4),)}
+    known |= changes
+    known["channels"] = lambda: [(name, known[name]) for name in ("time", "position", "effort") if known[name] is not None]
+
+    class Log(Some):
+        def __len__(self):
+            return 4
+
+    return Log(**known)
+
+
+def test_facts_of_a_log_are_the_file_the_samples_and_the_channels():
+    assert log_facts(recorded()) == [
+        ("File", "a.csv"),
+        ("SHA-256", "0f"),
+        ("Samples", "4 in 1 stretch"),
+        ("Sample time", "1 ms (1000 Hz)"),
+        ("Duration", "4 ms"),
+        ("Position", "column x, 0.000 to 3.000 mm"),
+        ("Effort", "column u, −2.000 to 3.000 N"),
+    ]
+    facts = dict(log_facts(recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]))
+    assert (facts["Samples"], facts["Further logs"]) == ("4 in 2 stretches", "a.csv, b.csv")
+
+
+def diagnosed(code, severity):
+    return {"code": code, "severity": severity, "message": code}
+
+
+@pytest.mark.parametrize(
+    ("severities", "effort", "level", "words", "reasons"),
+    [
+        ((), True, "usable", "It can be identified", 0),
+        (("note",), True, "usable", "It can be identified", 0),
+        (("warning", "warning"), True, "with_care", "Use with care", 1),
+        (("warning", "error"), True, "no", "Mend it first", 1),
+        ((), False, "no", "Mend it first", 1),
+    ],
+)
+def test_a_log_is_mended_where_an_error_or_no_effort_speaks_against_use(severities, effort, level, words, reasons):
+    log = recorded() if effort else recorded(effort=None)
+    ruling = log_ruling(log, [diagnosed("clipped", severity) for severity in severities])
+    assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
+    if not effort:
+        assert ruling.reasons[0] == "it has no effort, and friction is an effort"
+
+
+def answers(log, segments=(), diagnostics=()):
+    return report._front(log, segments, diagnostics, "axis")
+
+
+def test_the_first_page_of_a_log_tells_how_long_each_kind_of_passage_lasts():
+    segments = [Passage("moves", slice(0, 1), 0.0, 1.0), Passage("rest", slice(1, 2), 1.0, 3.0), Passage("moves", slice(2, 3), 3.0, 3.5)]
+    front = answers(recorded(), segments)
+    assert [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers] == [
+        ["rest: 2 s", "ordinary moves: 1.5 s"],
+        ["nothing is to be mended in the axis file"],
+        ["position spans 3 mm (column x)", "effort spans 5 N (column u)"],
+        ["4 samples in 1 stretch", "a sample every 1 ms (1000 Hz)", "without a reference"],
+        ["fit models to it: `bristle identify a.csv --axis axis.toml --out results`"],
+    ]
+    assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms")
+    assert front.answers[2][0] == "How far, and how hard"
+
+
+def test_the_first_page_of_a_log_lists_mends():
+    log = recorded(effort=None, reference=1, segments=(1, 2))
+    lines = dict(answers(log, (), [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]).answers)
+    assert lines["Is it good?"] == ["it does not move"]
+    assert lines["What to type in"] == ["lower the acceleration, or widen the range of the channel"]
+    assert [line.replace("\u00a0", " ") for line in lines["How far, and how hard"]] == ["position spans 3 mm (column x)"]
+    assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference: the following error is told"]
+    assert lines["What next"] == ["mend it, then look at it again: `bristle log`"]
+
+
+def test_the_report_of_a_log_is_written_with_the_page_where_there_is_a_log(tmp_path):
+    written = {}
+    folder = Some(write=lambda name, text: written.update({name: text}))
+    log, summary = sliding_log(), {"file": "press.csv", "provenance": {"bristle": "0"}, "diagnostics": []}
+    report.Inspected.write(Some(log=log, axis=None, passages=(), summary=summary), folder, "bristle log press.csv")
+    assert set(written) == {"summary.json", "report.html"}
+    assert "press: a log" in written["report.html"]
+    written.clear()
+    report.Inspected.write(Some(log=None, summary=summary), folder, "")
+    assert set(written) == {"summary.json"}

@@ -1,0 +1,205 @@
+"""Tables of an identified model: each number to the digits that are known of it, in a unit that is read well."""
+
+import math
+from types import SimpleNamespace as Some
+
+import pytest
+
+from bristle import friction, plants
+from bristle.core import Axis
+from bristle.core.axis import Column
+from bristle.identification.settings import Settings
+from bristle.report import model_tables
+from bristle.report.model_tables import (
+    as_csv,
+    certificate_table,
+    changed_settings,
+    comparison_table,
+    drive_rows,
+    drive_values,
+    parameter_table,
+)
+
+
+def estimate(name="F_C", value=8.0, unit="N", **changes):
+    """An estimate with a standard error of 1 % and an interval of twice that."""
+    known = {"name": name, "value": value, "unit": unit, "description": "sliding", "status": "identified", "std": 0.01 * abs(value)}
+    known |= {"relative_std_percent": 1.0, "interval": (0.98 * value, 1.02 * value), "interval_percent": 2.0}
+    return Some(**known | changes)
+
+
+def fit(*estimates, **changes):
+    known = {"resampling": None, "estimates": estimates, "combinations": (), "name": "coulomb", "effective": (), "doubted": ()}
+    known |= {"with_constant": (), "plant": plants.inertia(M=12.0), "friction": friction.coulomb(F_C=8.0)}
+    return Some(**known | changes)
+
+
+def row_of(*estimates, **changes):
+    """The first row of the table, by its heads."""
+    table = parameter_table(fit(*estimates, **changes))
+    return dict(zip(table.heads, table.rows[0], strict=True))
+
+
+def test_a_parameter_is_reported_to_two_digits_of_the_standard_error():
+    assert row_of(estimate()) == {
+        "Parameter": "F_C",
+        "Meaning": "sliding",
+        "Value": "8.000",
+        "Standard error": "± 0.080",
+        "95 % interval": "7.84 to 8.16",
+        "Unit": "N",
+        "Standard error [%]": "1.0",
+        "95 % interval [%]": "± 2.0",
+    }
+
+
+def test_numbers_of_a_parameter_share_a_multiple_of_their_unit():
+    row = row_of(estimate("v_S", 2e-3, "m/s"))
+    assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == ["2.000", "± 0.020", "1.960 to 2.040", "mm/s"]
+
+
+def test_standard_errors_are_reported_where_residuals_are_white():
+    for white in (True, False):
+        row = row_of(estimate(), resampling=Some(white=white))
+        assert ("Standard error" in row) == ("Standard error [%]" in row) == white
+        assert row["Value"] == ("8.000" if white else "8.00")
+    assert "Standard error" not in row_of(estimate(std=math.inf, relative_std_percent=math.inf))
+
+
+def test_an_interval_without_width_is_reported_to_a_thousandth_of_a_percent():
+    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0, 8.0), interval_percent=0.0))
+    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == ("8.000", "8.000000, to the last digit", "< 0.001 %"[:7])
+    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - 1e-9, 8.0 + 1e-9), interval_percent=1e-8))
+    assert row["Value"] == "8.000000"
+
+
+@pytest.mark.parametrize(
+    ("ends", "unit", "interval"),
+    [
+        ((-2.0, 4.0), "N", "−2.0 to 4.0"),
+        ((-4.0, 2.0), "N", "−4.0 to 2.0"),
+        ((1e-3, 4.0), "mN", "0 to 4000"),
+        ((-4.0, -1e-3), "mN", "−4000 to 0"),
+    ],
+)
+def test_a_value_far_within_an_interval_that_holds_zero_is_reported_in_the_unit_of_the_interval(ends, unit, interval):
+    row = row_of(estimate(value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5))
+    assert (row["Unit"], row["95 % interval"]) == (unit, interval)
+    assert row["95 % interval [%]"] == "> 1000"
+
+
+@pytest.mark.parametrize("low", [-3.0, -0.1])
+def test_a_value_below_a_tenth_of_an_interval_around_zero_takes_the_unit(low):
+    assert row_of(estimate(value=0.5, std=None, interval=(low, 4.0)))["Unit"] == "mN"
+    assert row_of(estimate(value=0.3, std=None, interval=(low, 4.0)))["Unit"] == "N"
+    assert row_of(estimate(value=0.3, std=None, interval=(0.0, 4.0)))["Unit"] == "mN"
+
+
+@pytest.mark.parametrize(
+    ("percent", "text"),
+    [(None, "–"), (math.inf, "–"), (1000.0, "1000"), (1001.0, "> 1000"), (1e-3, "0.0010"), (9e-4, "< 0.001"), (3.14, "3.1")],
+)
+def test_half_of_an_interval_has_no_digits_where_nobody_reads_them(percent, text):
+    assert model_tables._half(percent) == text
+
+
+def test_a_parameter_held_at_infinity_is_left_out():
+    endless = estimate("v_S", math.inf, "m/s", status="held")
+    table = parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
+    assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held"), ("F_v", "at the edge of its range")]
+    assert table.caption == "Parameters of coulomb"
+
+
+def test_remarks_of_a_parameter_stand_in_a_row():
+    row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
+    assert row["Remark"] == "effective; doubted: see the warnings"
+    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "holds with the offset as it is held"
+    assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
+
+
+def test_a_product_of_parameters_is_a_row_behind_them():
+    table = parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
+    assert [(row[0], row[table.heads.index("Unit")]) for row in table.rows] == [("F_C", "N"), ("a b", "–")]
+
+
+VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
+
+
+def test_a_parameter_is_reported_in_the_units_of_the_drive():
+    axis = Axis(columns=VOLTS)
+    assert drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
+        "F_C": {"V": pytest.approx(8.0 / 35.0)}
+    }
+    table = parameter_table(fit(estimate()), axis)
+    assert dict(zip(table.heads, table.rows[0], strict=True))["In the drive's units"] == "0.2286 V"
+    assert drive_values(fit(estimate()), None) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("% of rated", "5.000 %"),
+        ("rpm of the motor", "5.000 rpm"),
+        ("deg of the motor", "5.000 deg (motor)"),
+        ("kg*m^2 at the motor", "5 kg·m² (motor)"),
+    ],
+)
+def test_units_of_a_drive_are_reported_in_short(name, text):
+    assert model_tables._in_unit(5.0, name) == text
+
+
+def model(name, error, status="identified", **changes):
+    known = {"name": name, "error_percent": error, "condition_number": 12.345, "further": 0, "information": Some(aic=0.0, bic=1.234)}
+    known |= {"held_out": Some(mean_percent=3.456, std_percent=0.789), "estimates": (estimate(), estimate("M", status=status))}
+    return Some(**known | changes)
+
+
+def test_models_are_compared_with_the_parameters_left_open():
+    fits = (model("a", 1.234), model("b", 2.0, "at_edge", held_out=None, information=None, further=3), model("c", 3.0, "held"))
+    table = comparison_table(Some(fits=fits))
+    assert table.rows[0] == ["a", "2", "3.46", "± 0.79", "1.23", "0", "1.23", "12.3", "–"]
+    assert table.rows[1] == ["b", "5", "–", "–", "2.00", "–", "–", "12.3", "M"]
+    assert table.rows[2][1] == "1"
+    short = comparison_table(Some(fits=fits), details=False)
+    assert short.heads == ["Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]", "Not identified"]
+    assert short.heads == [head for head in table.heads if "above" not in head and "Condition" not in head]
+
+
+STEPS = [(-0.1, -9.0), (-0.0, -8.0), (0.0, 8.0), (0.1, 9.0)]
+
+
+def test_the_table_for_a_drive_has_an_entry_for_either_side_of_rest():
+    table = drive_rows(STEPS, "translational")
+    assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
+    assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
+    assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
+    in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
+    assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
+
+
+def test_the_table_for_a_drive_is_copied_in_si():
+    assert as_csv(STEPS[2:], "translational") == "velocity [m/s],effort [N]\n0,8\n0.1,9"
+    assert as_csv([(1 / 3, 2 / 3)], "rotational") == "velocity [rad/s],effort [N*m]\n0.333333,0.666667"
+
+
+def test_thresholds_that_were_changed_stand_beside_their_defaults():
+    assert changed_settings(Settings()) is None
+    table = changed_settings(Settings.of({"usable_error": 12.5}))
+    ((name, value, default, *_),) = table.rows
+    assert (name, value) == ("usable_error", "12.5")
+    assert float(default) == Settings().usable_error
+
+
+def test_a_certificate_is_reported_with_the_use_that_matters():
+    given = {
+        "well_posed": Some(passed=True, value=None, threshold=None, unit="1", advice="fine"),
+        "drift": Some(passed=False, value=2e-6, threshold=1e-9, unit="m", advice="take another"),
+        "closure": Some(passed=None, value=None, threshold=None, unit="1", advice=""),
+    }
+    rows = certificate_table("lugre", given).rows
+    assert [row[:4] for row in rows] == [
+        ["well_posed", "passed", "", ""],
+        ["drift", "FAILED", "2 µm", "1 nm"],
+        ["closure", "does not apply", "", ""],
+    ]
+    assert rows[1][4:] == ["take another", "a simulation of an axis that holds a load"]

@@ -1,0 +1,119 @@
+"""The reports of hysteresis operators: a verdict by the error on what was not fitted, and tables of operators and their numbers."""
+
+from types import SimpleNamespace as Some
+
+import numpy as np
+import pytest
+
+from bristle import hysteresis
+from bristle.report import operators as report
+from bristle.report.operators import comparison_of_operators, operator_ruling, operator_summary
+from bristle.report.table import percent_text
+
+
+@pytest.mark.parametrize(
+    ("error", "held_out", "fitted", "level", "reasons"),
+    [
+        (4.9, None, False, "usable", 1),
+        (5.1, None, False, "with_care", 1),
+        (20.1, None, False, "no", 1),
+        (20.0, None, False, "with_care", 1),
+        (5.0, None, False, "usable", 1),
+        (4.9, None, True, "with_care", 2),
+        (1.0, 2.0, True, "usable", 1),
+        (1.0, 2.1, True, "with_care", 2),
+        (1.0, 25.0, True, "no", 2),
+    ],
+)
+def test_an_operator_is_judged_by_the_held_out_error(error, held_out, fitted, level, reasons):
+    ruling = operator_ruling(error, held_out, fitted=fitted)
+    assert (ruling.level, len(ruling.reasons)) == (level, reasons)
+    told = "on these curves" if held_out is None else "on what it was not fitted to"
+    assert ruling.reasons[0] == f"it misses {percent_text(error if held_out is None else held_out)} of full scale {told}"
+
+
+def fit(name, rank, error, rmse, held_out=None, notes=()):
+    held = None if held_out is None else Some(mean_percent=held_out, std_percent=0.5, of="the last curve")
+    operator = hysteresis.preisach(s=1.25e7, f_p=150.0)
+    prediction = Some(error_percent=error, rmse=rmse)
+    metrics = {"error_percent": error}
+    return Some(name=name, rank=rank, prediction=prediction, held_out=held, notes=notes, operator=operator, offset=2.0, metrics=metrics)
+
+
+RECORDED = Some(
+    kind="translational",
+    curves=(Some(u=np.zeros(3)), Some(u=np.zeros(4))),
+    start="demagnetised",
+    full_scale=0.5,
+    notes=("read",),
+    source=Some(name="<curves.csv>"),
+)
+FITS = (fit("preisach", 1, 1.5, 2e-3, 3.25, ("", "first", "second", "third")), fit("duhem", 2, 4.0, 5e-3), fit("c", 3, 1.0, 1e-3, 6.0))
+
+
+def test_operators_are_compared_on_held_out_curves():
+    table = comparison_of_operators(Some(recorded=RECORDED, fits=FITS))
+    assert table.heads == ["Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]", "Fitted [mN]"]
+    assert table.rows == [
+        ["preisach", "1", "3.25 ± 0.50", "1.50", "2.00"],
+        ["duhem", "2", "–", "4.00", "5.00"],
+        ["c", "3", "6.00 ± 0.50", "1.00", "1.00"],
+    ]
+
+
+def test_the_first_page_of_an_operator_lists_the_others():
+    front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
+    lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
+    assert lines == [
+        ["off by 2 mN of 500 mN, root mean square", "error on the last curve that it was not fitted to: 3.25 %"],
+        ["the model file, model.toml, as it is written"],
+        ["beside it: 4.00 % by duhem", "beside it: 6.00 % by c"],
+        ["2 curves, each begins: demagnetised", "first", "second"],
+        ["predict curves that it has not seen: `bristle predict model.toml CURVES --axis axis.toml`"],
+    ]
+    assert front.ruling.level == "with_care"
+    assert front.facts.endswith("2 curves")
+
+
+def test_the_first_page_of_a_prediction_has_no_others():
+    one = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
+    front = report._front(FITS[0].prediction, "axis", one, ())
+    lines = [lines for _, lines in front.answers]
+    assert [lines[1], lines[2], lines[4]] == [
+        ["nothing new: the model file as it is"],
+        ["no other operator was compared"],
+        ["where it misses: record more curves there, and identify again"],
+    ]
+    assert lines[3] == ["1 curve, each begins: demagnetised"]
+    assert front.ruling.level == "usable"
+    assert len(lines[0]) == 1
+
+
+def test_an_operator_is_reported_in_numbers_with_the_constant_output():
+    congruency = Some(alike=0.1, anywhere=0.2)
+    identification = Some(best=FITS[0], fits=FITS, recorded=RECORDED, congruency=congruency, unfinished="")
+    summary = operator_summary(identification, provenance={"a": "b"})
+    assert summary["parameters"]["offset"] == {"value": 2.0, "unit": "N", "description": "constant output beside it"}
+    assert summary["parameters"]["f_p"]["value"] == 150.0
+    assert summary["log"] == {"curves": 2, "samples": 7, "start": "demagnetised", "full_scale": 0.5, "notes": ("read",)}
+    assert [model["rank"] for model in summary["models"]] == [1, 2, 3]
+    assert summary["unfinished"] is None
+    assert summary["verdict"]["level"] == "with_care"
+    assert operator_summary(Some(**vars(identification) | {"unfinished": "stopped"}), provenance={})["unfinished"] == "stopped"
+
+
+def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
+    seen = {}
+    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
+    levels = hysteresis.relays_of(hysteresis.preisach(s=1.0, f_p=1.0), 1.0, 4)
+    for operator in (FITS[0].operator, levels):
+        report.operator_prediction_report(prediction, operator, RECORDED, name="axis")
+        compared, model, data = seen["sections"]
+        rows = {row[0]: row[1] for row in model.blocks[0].rows}
+        facts = data.blocks[0].content
+        assert facts == [("Curves", "2"), ("Samples", "7"), ("Each begins", "demagnetised"), ("Full scale", "500 mN"), ("Note", "read")]
+        assert (compared.heading, seen["outputs"], seen["log_name"]) == ("", (1, 2), "curves.csv")
+    assert rows["levels"] == "5 numbers, in the model file"
+    report.operator_prediction_report(prediction, FITS[0].operator, RECORDED, name="axis")
+    assert {row[0]: row[1] for row in seen["sections"][1].blocks[0].rows}["f_p"] == "150 N"

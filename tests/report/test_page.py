@@ -1,0 +1,126 @@
+"""The skeleton of a report: figures in their places, empty sections left out, faults that cost nothing else."""
+
+import datetime
+import warnings
+from types import SimpleNamespace as Some
+
+import pytest
+from markupsafe import Markup
+
+from bristle.core import InputWarning
+from bristle.figures import ReportFigure, style
+from bristle.report import page
+from bristle.report.page import Block, FaultWarning, Figures, Picture, Section, _filled, about, answered, typeset_sentence, worded
+from bristle.report.table import Table
+
+ONE, TWO = (Picture(f"figure-{name}", Markup("<svg/>"), name) for name in ("one", "two"))
+
+
+def test_the_line_under_the_heading_begins_with_the_date():
+    assert about("log a.csv", "", "model b") == f"{datetime.date.today().isoformat()} · log a.csv · model b"
+
+
+def test_five_questions_have_their_lines_that_are_not_empty():
+    answers = answered(["a", ""], ["b"], [""], ["c"], ["d"], third="And so")
+    assert answers[0] == ("Is it good?", ["a"])
+    assert [question for question, _ in answers][1:] == ["What to type in", "And so", "Can it be trusted?", "What next"]
+    assert answers[2][1] == []
+    assert answered([], [], [], [], [])[2][0] == "What it gains, and costs"
+
+
+def test_figures_stand_in_their_place_else_at_the_end():
+    pictures = {"a": [ONE, TWO], "b": []}
+    assert _filled(Section("a", "A", ["text"]), pictures).blocks == ["text", ONE, TWO]
+    assert _filled(Section("a", "A", [Figures("a"), "text"]), pictures).blocks == [ONE, TWO, "text"]
+    assert _filled(Section("other", "A", [Figures("a"), "text"]), pictures).blocks == [ONE, TWO, "text"]
+    assert _filled(Section("b", "B", ["text"]), pictures).blocks == ["text"]
+
+
+def test_empty_blocks_are_left_out():
+    table = Table("t", ["a"], [["1"]])
+    blocks = [None, "", Block("items", []), Block("items", ["x"]), Table("t", [], []), table]
+    assert _filled(Section("s", "S", blocks), {}).blocks == [Block("items", ["x"]), table]
+
+
+def rendered(sections, **options):
+    known = {"command": "do", "provenance": {"bristle": "0"}}
+    return page.report_page("log", {}, page.Front("heading", "facts"), sections, **known | options)
+
+
+def test_a_section_without_blocks_is_no_section_and_a_banner_comes_first():
+    text = rendered([Section("kept", "Kept", ["words"]), Section("gone", "Gone", [None])], banner="Unfinished.")
+    assert "Kept" in text
+    assert "Gone" not in text
+    assert text.index("Unfinished.") < text.index("Kept")
+    assert "Further figures" not in text
+
+
+def own(draw, takes="log"):
+    return ReportFigure(name="mine", takes=takes, draw=draw, caption="See.", alternative="mine", title="Mine")
+
+
+def broken(log):
+    raise ValueError("a fault")
+
+
+@pytest.mark.parametrize(
+    ("figure", "facts", "words"),
+    [
+        (own(broken), {"log": 1}, r"mine is not drawn: ValueError: a fault"),
+        (own(broken), {}, "mine: the figure mine is not drawn: this report has no log"),
+        (own(broken, ("log", "design")), {}, "this report has no log and no design"),
+    ],
+)
+def test_a_figure_of_a_users_own_that_fails_is_a_remark(figure, facts, words):
+    with pytest.warns(InputWarning, match=words):
+        (remark,) = page._own_blocks(figure, facts)
+    assert "<h3>Mine</h3><p>" in remark
+    assert "not drawn" in remark
+
+
+def test_a_figure_of_a_users_own_stands_under_the_title_and_is_published():
+    with page.plates() as collected:
+        title, drawing = page._own_blocks(own(lambda log: style.panels(2.0)[0]), {"log": 1})
+    assert title == "<h3>Mine</h3>"
+    assert (drawing.id, drawing.caption) == ("figure-own-mine", "See.")
+    (plate,) = collected
+    assert (plate.name, plate.alternative, plate.caption, plate.own) == ("mine", "mine", "See.", True)
+    assert page._plates.get() is None
+
+
+def test_a_fault_of_a_figure_costs_that_figure_alone(monkeypatch):
+    figure = own(broken)
+    place = Some(section="front", name="fit.BROKEN", is_taken=lambda facts: True, figure=figure)
+    skipped = Some(section="front", name="x", is_taken=lambda facts: False)
+    monkeypatch.setitem(__import__("bristle.figures.on_reports", fromlist=["REPORTS"]).REPORTS, "log", (skipped, place))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        pictures, (remark,) = page._pictures("log", {"log": 1})
+    assert pictures == {"front": []}
+    assert remark == "<p>the figure fit.BROKEN is not drawn: ValueError: a fault.</p>"
+    (warning,) = caught
+    assert issubclass(warning.category, FaultWarning)
+    assert isinstance(warning.message.__cause__, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"), [("5 N*m and 3 kg*m^2", "5 N·m and 3 kg·m²"), ("at 2 m/s", "at 2 m/s"), ("N*m alone", "N*m alone"), ("3 uN", "3 µN")]
+)
+def test_units_behind_numbers_are_set_for_reading(text, shown):
+    assert typeset_sentence(text) == shown
+
+
+def test_commands_are_code_and_markup_stays():
+    assert worded("see `a_b` and `c`") == "see <code>a_b</code> and <code>c</code>"
+    assert worded(Markup("<b>x</b>")) == "<b>x</b>"
+
+
+def test_long_names_may_go_on_in_the_next_line():
+    breakable = page._environment().filters["breakable"]
+    assert breakable("short_name x") == "short_name x"
+    assert breakable("a_rather_long x_y") == "a_<wbr>rather_<wbr>long x_y"
+    assert breakable("<" * 13) == "&lt;" * 13
+    tests = page._environment().tests
+    assert [tests["long"]("x" * count) for count in (40, 41)] == [False, True]
+    assert [tests["unbroken"](" ".join(["y" * 30, "x" * count])) for count in (40, 41)] == [False, True]
+    assert (tests["prose"]("x"), tests["prose"](Markup("x")), tests["prose"](3)) == (True, False, False)

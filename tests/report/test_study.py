@@ -1,0 +1,296 @@
+"""The reports of a study and of a fleet: made-up runs, whose numbers are known, come to these sentences and tables."""
+
+import numpy as np
+import pytest
+from tests.report.pages import Page
+
+from bristle.report import study as report
+from bristle.report.study import apart, fleet_sentences, fleet_summary, parameters_table, spread_tables, study_sentences, study_summary
+from bristle.study.store import Runs
+
+COLUMNS = {
+    "friction.F_C": {"role": "grid", "unit": "N"},
+    "plant.M": {"role": "drawn", "unit": "kg"},
+    "motion.rms": {"role": "metric", "unit": "m", "description": "position, rms"},
+}
+SAID = {"name": "rig", "kind": "translational", "runs": 10, "draws": 5, "sampling": "latin_hypercube", "seed": 7, "columns": COLUMNS}
+SAID |= {"sobol_indices": False, "grid": {"friction.F_C": [1.0, 2.0]}, "causes": {"plant.M": ["plant.M"]}, "metrics": ["motion.rms"]}
+
+
+def runs(**changes):
+    """Eight runs of ten: 1 to 6 mm, and two that failed."""
+    columns = {
+        "run": np.arange(8),
+        "status": np.array(["ok"] * 6 + ["refused", "raised"]),
+        "reason": np.array([""] * 6 + ["F_C < 0", "boom"]),
+        "friction.F_C": np.tile([1.0, 2.0], 4),
+        "plant.M": np.repeat([1.0, 3.0, 2.0, 5.0], 2),
+        "motion.rms": np.array([1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, np.nan, np.nan]),
+    }
+    return Runs(SAID | changes, columns)
+
+
+@pytest.fixture
+def told():
+    return study_summary(runs(), command="bristle study a.toml", provenance={"bristle": "0"}, worst=[5, 4, 9])
+
+
+def goes_with(summary, *entries):
+    names = ("cause", "value", "interval")
+    return summary | {"rank_correlations": [{"metric": "motion.rms"} | dict(zip(names, entry, strict=True)) for entry in entries]}
+
+
+def test_a_study_counts_the_runs_by_how_they_ended(told):
+    assert (told["runs"], told["done"], told["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
+    assert told["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
+    assert study_sentences(told)[:2] == [
+        "8 of 10 runs are there: the same command goes on.",
+        "2 of 8 runs did not end well: 1 raised, 1 refused.",
+    ]
+
+
+def test_of_many_failures_the_first_are_reported():
+    many = Runs(SAID, {name: np.repeat(column, 20)[-30:] for name, column in runs().columns.items()})
+    assert len(study_summary(many, command="", provenance={})["failures"]) == 20
+
+
+def test_the_worst_runs_are_reported_with_the_command_that_repeats(told):
+    assert [(entry["run"], entry["motion.rms"]) for entry in told["worst"]] == [(5, 6e-3), (4, 5e-3)]
+    assert told["worst"][0]["command"] == "bristle study a.toml --run 5 --out run_5"
+
+
+def test_a_metric_is_reported_of_all_runs_and_of_each_point_of_the_grid(told):
+    entry = told["metrics"]["motion.rms"]
+    assert (entry["count"], entry["mean"], entry["median"], entry["low"], entry["high"]) == pytest.approx(
+        (6, 3.5e-3, 3.5e-3, 1.25e-3, 5.75e-3)
+    )
+    assert np.all(np.isnan(entry["mean_interval"]))  # runs of one draw are not independent
+    points = entry["points"]
+    assert [(point["name"], point["count"]) for point in points] == [("friction.F_C 1 N", 3), ("friction.F_C 2 N", 3)]
+    assert [point["mean"] for point in points] == pytest.approx([3e-3, 4e-3])
+    assert np.all(np.isfinite(points[0]["mean_interval"]))
+
+
+@pytest.mark.parametrize(("indices", "known"), [(False, True), (True, False)])
+def test_an_interval_is_reported_of_independent_runs_alone(indices, known, monkeypatch):
+    monkeypatch.setattr("bristle.study.influence.sobol_indices", lambda runs: [])
+    summary = study_summary(runs(grid={}, sobol_indices=indices), command="", provenance={})
+    assert "points" not in summary["metrics"]["motion.rms"]
+    assert bool(np.all(np.isfinite(summary["metrics"]["motion.rms"]["mean_interval"]))) is known
+
+
+def test_a_metric_is_reported_in_a_sentence_with_the_strongest_cause(told):
+    assert study_sentences(told)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
+    entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
+    # What the grid sets was not drawn.
+    assert study_sentences(goes_with(told, *entries))[3:] == ["Of what was drawn it falls most with plant.M (rank correlation −0.60)."]
+    assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(told, *entries, ("x", 0.7, (0.1, 0.9))))[3]
+
+
+def test_a_study_of_which_every_run_failed_says_so(told):
+    lines = study_sentences(told | {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}})
+    assert lines == ["2 of 2 runs did not end well: 2 refused."]
+
+
+@pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
+def test_a_cause_whose_interval_holds_zero_is_left_out(told, interval):
+    lines = study_sentences(goes_with(told, ("plant.M", 0.2, interval)))
+    assert lines[-1] == "It goes with nothing that was drawn, as far as these runs tell."
+
+
+def test_a_whole_study_that_ended_well_says_no_more_than_the_numbers(told):
+    whole = told | {"runs": 8, "statuses": {"ok": 8}}
+    assert study_sentences(whole) == study_sentences(told)[2:]
+    without = told["metrics"]["motion.rms"] | {"count": 0}
+    assert study_sentences(whole | {"metrics": {"motion.rms": without}}) == []
+
+
+def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter(told):
+    (table,) = spread_tables(told)
+    assert table.caption == "Position, rms in mm (motion.rms)"
+    assert table.heads == ["At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"]
+    assert table.rows == [
+        ["all", "6", "3.5", "", "1.9", "1.2", "3.5", "5.8", ""],
+        ["friction.F_C 1 N", "3", "3.0", "0.7 to 5.3", "2.0", "1.2", "3.0", "4.8", "3.0 to ?"],
+        ["friction.F_C 2 N", "3", "4.0", "1.7 to 6.3", "2.0", "2.2", "4.0", "5.8", "4.0 to ?"],
+    ]
+
+
+def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(told):
+    entry = told["metrics"]["motion.rms"] | {"std": 0.0, "mean": 3.5e-3, "points": []}
+    (table,) = spread_tables({"metrics": {"motion.rms": entry}})
+    assert table.rows[0][table.heads.index("Mean")] == "3.50"
+    del entry["points"]
+    (table,) = spread_tables({"metrics": {"motion.rms": entry | {"std": np.nan}}})
+    assert "At" not in table.heads
+    assert "Std" not in table.heads
+
+
+def test_a_metric_without_numbers_has_an_empty_row(told):
+    entry = told["metrics"]["motion.rms"] | {"count": 0}
+    (table,) = spread_tables({"metrics": {"motion.rms": entry | {"unit": "1"}}})
+    assert table.caption == "Position, rms (motion.rms)"
+    assert table.rows[0] == ["all", "0", *[""] * (len(table.heads) - 2)]
+
+
+def test_causes_stand_in_order_of_strength_and_indices_with_their_intervals(told):
+    entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
+    index = {"metric": "motion.rms", "cause": "x", "first": 0.123, "first_interval": (0.1, 0.2)}
+    index |= {"total": 0.5, "total_interval": (-0.4, 0.6)}
+    shares, ranks = report._influence_tables(goes_with(told, *entries) | {"sobol_indices": [index]})
+    assert shares.heads == ["Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval"]
+    assert shares.rows == [["motion.rms", "x", "0.123", "+0.10 to +0.20", "0.500", "−0.40 to +0.60"]]
+    assert ranks.rows == [
+        ["motion.rms", "friction.F_C", "+0.90", "+0.80 to +0.95"],
+        ["motion.rms", "plant.M", "−0.60", "−0.80 to −0.30"],
+        ["motion.rms", "x", "+0.40", "−0.10 to +0.70"],
+    ]
+    assert report._influence_tables(told) == []
+
+
+def page_of(item, summary, monkeypatch, **facts):
+    """The words of the page of a study, and what its figures take."""
+    seen = {}
+
+    def report_page(kind, facts, front, sections, **options):
+        seen.update(facts)
+        page = front, {section.id: section for section in sections}
+        seen["page"] = page
+        return ""
+
+    monkeypatch.setattr(report, "report_page", report_page)
+    report.study_report(item, summary, command="x")
+    return seen
+
+
+def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(told, monkeypatch):
+    seen = page_of(runs(), told, monkeypatch)
+    words, unit, groups = seen["spread"]["motion.rms"]
+    assert (words, unit, list(groups)) == ("Position, rms", "m", ["friction.F_C 1 N", "friction.F_C 2 N"])
+    assert groups["friction.F_C 2 N"][:3].tolist() == [2e-3, 4e-3, 6e-3]
+    front, sections = seen["page"]
+    assert front[:2] == ("rig: a study", "8 of 10 runs · 5 draws (latin hypercube), seed 7 · 2 points of a grid")
+    worst, failed = sections["worst"].blocks
+    assert worst.rows == [
+        ("5", "6 mm", "bristle study a.toml --run 5 --out run_5"),
+        ("4", "5 mm", "bristle study a.toml --run 4 --out run_4"),
+    ]
+    assert failed.rows == [("6", "refused", "F_C < 0"), ("7", "raised", "boom")]
+    (files,) = sections["files"].blocks
+    assert files.rows[0] == ("friction.F_C", "grid", "N")
+
+
+@pytest.mark.parametrize(("points", "together"), [(0, True), (5, False), (6, True)])
+def test_the_figure_of_a_study_pools_many_points(told, monkeypatch, points, together):
+    grid = {"friction.F_C": [float(k) for k in range(points)]} if points else {}
+    seen = page_of(runs(grid=grid), told | {"worst": [], "failures": []}, monkeypatch)
+    assert (list(seen["spread"]["motion.rms"][2]) == ["all runs"]) is together
+    assert seen["page"][1]["worst"].blocks == [None, None]
+    assert ("points of a grid" in seen["page"][0].facts) is (points > 0)
+
+
+def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
+    """Logs with the level of friction of each; one of them stands apart, the last one failed."""
+    level = np.array(values)
+    count = level.size
+    columns = {
+        "run": np.arange(count),
+        "folder": np.array(["a"] * 4 + ["b"] * (count - 4)),
+        "log": np.array([f"{k}.csv" for k in range(count)]),
+        "status": np.where(np.isfinite(level), "ok", "refused"),
+        "reason": np.where(np.isfinite(level), "", "no effort"),
+        "diagnostics": np.array(["clipped, one_speed", "clipped", *[""] * (count - 2)]),
+        "held_out_error": 0.01 * np.arange(1.0, count + 1.0) + 0.0 * level,
+        "friction.F_C": level,
+        "friction.F_C.lower": level - half,
+        "friction.F_C.upper": level + half,
+        "friction.F_C.status": np.where(np.isfinite(level), "identified", ""),
+    }
+    columns |= {f"plant.M{end}": np.full(count, np.nan) for end in ("", ".lower", ".upper")} | {"plant.M.status": np.full(count, "held")}
+    about = {name: {"unit": unit, "description": text, "role": "parameter"} for name, unit, text in PARAMETERS}
+    described = {"name": "axes", "kind": "translational", "model": "coulomb", "runs": 9, "metrics": list(about), "columns": about}
+    return Runs(described, columns)
+
+
+PARAMETERS = (("friction.F_C", "N", "friction"), ("plant.M", "kg", "mass"))
+
+
+def test_a_fleet_is_reported_in_sentences():
+    summary = fleet_summary(fleet(), provenance={})
+    assert fleet_sentences(summary) == [
+        "7 of 9 logs are there: the same command goes on.",
+        "6 of 7 logs were fitted, 1 failed.",
+        "Fits with warnings: clipped in 2, one_speed in 1.",
+        "Error on what was held out: median 3.5 %, largest 6 %.",
+        "Logs that stand apart from the others: 1 of b in friction.F_C.",
+    ]
+    assert summary["failures"] == [{"run": 6, "folder": "b", "log": "6.csv", "status": "refused", "reason": "no effort"}]
+    sound = summary | {"logs": 7, "failures": [], "warnings": {"clipped": 0}, "held_out_error": {"median": None, "largest": None}}
+    assert fleet_sentences(sound | {"parameters": {}}) == ["7 of 7 logs were fitted."]
+
+
+def test_a_parameter_of_a_fleet_has_the_quantiles_and_the_half_width_of_a_log():
+    summary = fleet_summary(fleet(), provenance={})
+    level, mass = summary["parameters"]["friction.F_C"], summary["parameters"]["plant.M"]
+    assert [level[key] for key in ("count", "low", "median", "high", "half_width")] == pytest.approx([6, 4.925, 5.025, 8.025, 0.2])
+    assert level["apart"] == [{"run": 5, "folder": "b", "log": "5.csv", "value": 9.0}]
+    assert [mass[key] for key in ("count", "low", "median", "half_width", "apart")] == [0, None, None, None, []]
+    table = parameters_table(summary)
+    assert table.rows == [["friction.F_C", "6", "N", "4.93", "5.03", "8.03", "0.20"], ["plant.M", "0", *[""] * 5]]
+    assert (summary["held_out_error"]["median"], summary["held_out_error"]["largest"]) == pytest.approx((0.035, 0.06))
+
+
+@pytest.mark.parametrize(("count", "far"), [(4, []), (5, [0])])
+def test_no_log_stands_apart_among_fewer_than_five(count, far):
+    columns = fleet((9.0, 5.0, 5.1, 4.9, 5.0)[:count]).columns
+    assert apart(columns, "friction.F_C").tolist() == far
+
+
+def test_the_log_that_stands_farthest_apart_comes_first():
+    columns = fleet((5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0)).columns
+    assert apart(columns, "friction.F_C").tolist() == [7, 6, 5]
+    wide = fleet((5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0), half=10.0).columns  # within three and a half deviations of its own
+    assert apart(wide, "friction.F_C").tolist() == [7]
+
+
+@pytest.mark.parametrize(("value", "far"), [(5.0 + 3.4 * 1.4826 * 0.1, 0), (5.0 + 3.6 * 1.4826 * 0.1, 1), (5.0 - 3.6 * 1.4826 * 0.1, 1)])
+def test_a_log_stands_apart_beyond_three_and_a_half_robust_deviations(value, far):
+    levels = (4.8, 4.9, 4.9, 5.0, 5.0, 5.1, 5.1, 5.2, value)  # the median of their distances from 5 is 0.1
+    assert apart(fleet(levels, half=0.0).columns, "friction.F_C").size == far
+
+
+def test_a_fleet_has_a_row_for_each_log_and_says_where_some_are_left_out(monkeypatch):
+    summary = fleet_summary(fleet(), provenance={})
+    table = report._logs_table(fleet(), summary, ["friction.F_C"])
+    assert table.heads == ["Number", "Folder", "Log", "Held-out error", "friction.F_C [N]", "Warnings"]
+    assert table.rows[0] == ["0", "a", "0.csv", "1.00 %", "5.00 ± 0.20", "clipped, one_speed"]
+    assert table.rows[6] == ["6", "b", "6.csv", "", "", ""]
+    assert table.caption == "The logs"
+    monkeypatch.setattr(report, "LOGS_SHOWN", 3)
+    short = report._logs_table(fleet(), summary, ["friction.F_C"])
+    assert (short.caption, len(short.rows)) == ("The logs (the first 3; all are in runs/)", 3)
+    open_ = fleet()
+    open_.columns["friction.F_C.upper"][0] = np.nan
+    assert report._logs_table(open_, summary, ["friction.F_C"]).rows[0][4] == "5.00"
+
+
+def test_failed_logs_are_reported_with_their_reasons_as_many_as_are_read():
+    summary = fleet_summary(fleet(), provenance={})
+    assert report.failed_logs_table(summary)[::2] == ("Logs that failed", [("b", "6.csv", "no effort")])
+    assert report.failed_logs_table(summary | {"failures": []}) is None
+    many = report.failed_logs_table(summary | {"failures": summary["failures"] * 21})
+    assert (many.caption, len(many.rows)) == ("Logs that failed (the first of them)", 20)
+    assert report.failed_logs_table(summary | {"failures": summary["failures"] * 20}).caption == "Logs that failed"
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_of_a_fleet_names_the_logs_that_stand_apart():
+    words = Page(report.fleet_report(fleet(), fleet_summary(fleet(), provenance={}), command="x")).words
+    assert "7 of 9 logs · coulomb · translational" in words
+    assert "friction.F_C b 5.csv 9 N 5.03 N" in words
+    assert "Every log" in words
+
+
+def test_a_statistic_leaves_out_infinities():
+    assert report._of_finite(np.max, np.array([np.nan, np.inf])) is None
+    assert report._of_finite(np.max, np.array([np.nan, 2.0, -3.0])) == 2.0

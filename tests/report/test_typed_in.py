@@ -1,0 +1,96 @@
+"""What an identification gives to be typed into a drive, in the units that the drive has."""
+
+from types import SimpleNamespace as Some
+
+import numpy as np
+import pytest
+
+from bristle.core import Axis
+from bristle.core.axis import Column
+from bristle.report import identification as report
+from bristle.report.identification import _for_the_drive, _typed_in
+
+
+def levels(**changes):
+    known = {"inertia": 12.0, "forward": 8.0, "backward": 9.0, "constant": 0.0, "deviation": 0.5}
+    return Some(**known | {"viscous_forward": 30.0, "viscous_backward": 30.0} | changes)
+
+
+def fit(status="identified", kind="translational"):
+    estimates = [
+        Some(name="M", status=status, value=12.0),
+        Some(name="F_C", status=status, value=8.0),
+        Some(name="F_v", status="held", value=0.0),
+    ]
+    component = Some(variables={})
+    parameters = {item.name: item for item in estimates}
+    traces = Some(velocity=np.array([-0.5, 0.2]))
+    return Some(plant=Some(kind=kind, component=component), estimates=estimates, parameters=parameters, traces=traces, friction=None)
+
+
+@pytest.fixture
+def typed(monkeypatch):
+    """What is to be typed in, of levels and a distance of our own."""
+
+    def lines(found=None, axis=None, distance=0.0, item=None, **changes):
+        fastest = []
+        monkeypatch.setattr(report, "level_values", lambda fit: found if found != "usual" else levels(**changes))
+        monkeypatch.setattr(report, "never_slid", lambda fit: changes.get("never", False))
+        monkeypatch.setattr(report, "name_of", lambda role, variables: "M")
+        monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: fastest.append(speed) or distance)
+        result = _typed_in(item or fit(), axis)
+        assert fastest in ([], [0.5])
+        return [line.replace("\u00a0", " ") for line in result]
+
+    return lines
+
+
+def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
+    assert typed("usual") == [
+        "mass 12 kg",
+        "F+ 8 N, F− 9 N, viscous 30 N·s/m: never above the steady friction, up to 500 mN below it",
+        "or the table for the drive, below",
+    ]
+    assert (
+        "F− 9 N, constant 2 N, viscous forward 30 N·s/m, viscous backward 40 N·s/m:"
+        in typed("usual", constant=2.0, viscous_backward=40.0)[1]
+    )
+    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: never above")
+    assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
+
+
+def test_a_mass_that_is_open_is_not_reported(typed):
+    item = fit()
+    item.parameters["M"].status = "unidentifiable"
+    assert typed("usual", item=item)[0] == "mass: not identified"
+
+
+def test_the_distance_over_which_friction_turns_is_reported_where_positive(typed):
+    assert typed("usual", distance=4e-6)[2] == "after a reversal 95 % of the friction turns within 4 µm"
+
+
+def test_levels_are_reported_in_the_units_of_the_drive(typed):
+    columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
+    lines = typed("usual", Axis(columns=columns))
+    assert lines[2] == f"in V: F+ {8.0 / 35.0:.3f}, F− {9.0 / 35.0:.3f}"
+
+
+@pytest.mark.parametrize(
+    ("item", "never", "words"),
+    [
+        (fit("unidentifiable"), False, "nothing: no parameter was identified"),
+        (fit(), True, "nothing: the log never slides, so that no level of friction was seen; record motion that slides"),
+        (fit(), False, "nothing: a plant on a spring does not move on steadily"),
+    ],
+)
+def test_an_empty_answer_has_the_reason(typed, item, never, words):
+    assert typed(None, item=item, never=never) == [words]
+
+
+@pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
+def test_straight_lines_of_a_table_follow_the_model_but_for_rounding(deviation, words, monkeypatch):
+    monkeypatch.setattr(report, "largest_deviation", lambda fit, table: deviation)
+    lead, block = _for_the_drive(fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
+    assert f"straight lines {words}." in lead
+    assert block.content.rows[0][0] == "1"
+    assert block.further == ("The same in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")

@@ -1,0 +1,236 @@
+"""What hands out blocks: each comes back once, a fault is told where a person can read of it, and other software is refused."""
+
+import hashlib
+import logging
+import threading
+import time
+from concurrent.futures import CancelledError, Future
+from types import SimpleNamespace as Some
+
+import pytest
+
+from bristle.core import InputError
+from bristle.study import workers
+from bristle.study.plan import Block
+from bristle.study.workers import Cluster, Crew, Here, WorkerError, _as_ready, checksum_of_code, outcome_of, simulated
+
+BLOCKS = [Block(k, k + 1) for k in range(9)]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_every_block_comes_back_once_with_the_columns(count):
+    at_once, most, lock, threads = [0], [0], threading.Lock(), set()
+
+    def simulate(block):
+        with lock:
+            threads.add(threading.get_ident())
+            at_once[0] += 1
+            most[0] = max(most[0], at_once[0])
+        time.sleep(0.01)
+        with lock:
+            at_once[0] -= 1
+        return {"run": block.first}
+
+    outcome = list(Here(simulate, count).results(BLOCKS))
+    assert sorted(columns["run"] for _, columns in outcome) == list(range(9))
+    assert all(block.first == columns["run"] for block, columns in outcome)
+    assert (most[0] > 1) is (count > 1)
+    assert (threads == {threading.get_ident()}) is (count == 1)
+
+
+def test_no_more_blocks_are_handed_out_than_are_asked_ahead():
+    futures, under_way = [], []
+
+    def submit(block):
+        future = Future()
+        futures.append(future)
+        under_way.append(len(futures))
+        return future
+
+    ready = _as_ready(submit, BLOCKS, lambda: 4)
+    threading.Timer(0.05, lambda: [future.set_result("done") for future in futures[:1]]).start()
+    block, future = next(ready)
+    assert (block, future.result(), len(futures)) == (BLOCKS[0], "done", 4)
+    futures[2].set_result("later")
+    block, future = next(ready)
+    assert (block, future.result(), len(futures)) == (BLOCKS[2], "later", 5)
+    assert list(_as_ready(submit, [], lambda: 4)) == []
+
+
+def test_blocks_are_handed_out_though_nobody_says_how_many():
+    def submit(block):
+        future = Future()
+        future.set_result(block)
+        return future
+
+    assert [block for block, _ in _as_ready(submit, BLOCKS, lambda: 1)] == BLOCKS
+
+
+def test_a_fault_is_reported_with_the_trace():
+    def broken():
+        raise ValueError("a fault")
+
+    assert outcome_of(lambda: {"a": 1}) == ("done", {"a": 1})
+    outcome, text = outcome_of(broken)
+    assert outcome == "failed"
+    assert "ValueError: a fault" in text
+    assert str(WorkerError.at(Block(4, 8), "a fault")) == "a worker failed at the runs 4 to 7: a fault"
+    assert WorkerError.exit_code == 70
+
+
+def test_the_checksum_of_code_is_that_of_the_text_whatever_the_line_ends(tmp_path):
+    (tmp_path / "below").mkdir()
+    (tmp_path / "a.py").write_bytes(b"x = 1\r\ny = 2\n")
+    (tmp_path / "below" / "b.py").write_bytes(b"z = 3\n")
+    (tmp_path / "c.txt").write_bytes(b"no code")
+    parts = [f"{name} {hashlib.sha256(text).hexdigest()} " for name, text in (("a.py", b"x = 1\ny = 2\n"), ("below/b.py", b"z = 3\n"))]
+    assert checksum_of_code(tmp_path) == hashlib.sha256("".join(parts).encode()).hexdigest()[:12]
+
+
+def test_a_worker_states_versions_and_code():
+    said = workers.described()
+    assert set(said) == {"bristle", "numpy", "scipy", "numba", "code"}
+    assert len(said["code"]) == 12
+
+
+def test_a_worker_with_other_software_simulates_nothing(monkeypatch):
+    monkeypatch.setattr(workers, "described", lambda: {"bristle": "2", "numpy": "1"})
+    monkeypatch.setattr(workers, "platform", Some(node=lambda: "far away"))
+    assert simulated(b"", {"bristle": "1", "numpy": "1"}, 0, 1) == ("unfit", "bristle 2 on far away")
+
+
+def test_a_worker_simulates_the_requested_block(monkeypatch):
+    monkeypatch.setattr(workers, "_simulator", lambda plan: Some(columns=lambda block: {"plan": plan, "block": block}))
+    assert simulated(b"plan", workers.described(), 3, 5) == ("done", {"plan": b"plan", "block": Block(3, 5)})
+
+
+class KilledError(Exception):
+    pass
+
+
+@pytest.fixture
+def cluster():
+    item = object.__new__(Cluster)
+    item.study, item.address, item.lost, item._library = None, "tcp://a:1", [], Some(KilledWorker=KilledError)
+    return item
+
+
+def ended(outcome):
+    future = Future()
+    if isinstance(outcome, BaseException):
+        future.set_exception(outcome)
+    else:
+        future.set_result(outcome)
+    return future
+
+
+def test_a_block_whose_worker_was_killed_is_noted_and_the_others_arrive(cluster):
+    futures = [(BLOCKS[0], ended(("done", {"a": 1}))), (BLOCKS[1], ended(KilledError())), (BLOCKS[2], ended(("done", {"a": 2})))]
+    assert list(cluster._arrived(iter(futures))) == [(BLOCKS[0], {"a": 1}), (BLOCKS[2], {"a": 2})]
+    assert cluster.lost == [(BLOCKS[1], None)]
+
+
+@pytest.mark.parametrize(
+    ("outcome", "error", "words"),
+    [
+        (("failed", "a trace"), WorkerError, "a worker failed at the runs 0 to 0: a trace"),
+        (ValueError("broken"), WorkerError, "a worker failed at the runs 0 to 0: ValueError: broken"),
+        (("unfit", "bristle 2 on far"), InputError, "tcp://a:1: a worker has other software.*bristle 2 on far"),
+        (CancelledError(), InputError, "--scheduler: the scheduler is gone.*tcp://a:1"),
+    ],
+)
+def test_faults_on_a_cluster_are_reported(cluster, outcome, error, words):
+    with pytest.raises(error, match=words):
+        list(cluster._arrived(iter([(BLOCKS[0], ended(outcome))])))
+
+
+def test_threads_of_a_cluster_are_counted_and_a_lost_scheduler_is_reported(cluster):
+    assert cluster._threads(Some(nthreads=lambda callback_timeout: {"a": 2, "b": 3})) == 5
+
+    def gone(callback_timeout):
+        raise OSError
+
+    with pytest.raises(InputError, match="the scheduler is gone"):
+        cluster._threads(Some(nthreads=gone))
+
+
+def test_loggers_of_dask_are_silent_and_others_are_not():
+    names = ("distributed.comm", "asyncio", "another")
+    loggers = [logging.getLogger(name) for name in names]
+    off = logging.getLogger("distributed.off")
+    off.disabled = True
+    with workers._silent():
+        assert [logger.disabled for logger in loggers] == [True, True, False]
+    assert [logger.disabled for logger in (*loggers, off)] == [False, False, False, True]
+    off.disabled = False
+
+
+class Fake:
+    """A process that ends as often as it is told to, and then answers."""
+
+    def __init__(self):
+        self.stdin = self.stdout = Some(close=lambda: None)
+
+    def kill(self):
+        pass
+
+    def wait(self):
+        return -9
+
+
+def crew_of(answers, monkeypatch):
+    crew, asked = Crew(None, 2), []
+    monkeypatch.setattr(workers.subprocess, "Popen", lambda *a, **k: Fake())
+
+    def answered(process, message):
+        asked.append(message)
+        answer = next(answers)
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(crew, "_asked", answered)
+    return crew, asked
+
+
+def test_a_block_that_ends_five_workers_is_lost_with_how_they_ended(monkeypatch):
+    crew, asked = crew_of(iter([("ready", None), EOFError()] * 9), monkeypatch)
+    assert crew._simulated(BLOCKS[0]) is None
+    assert crew.lost == [(BLOCKS[0], -9)]
+    assert asked.count(BLOCKS[0]) == 5
+    assert crew.processes == set()
+
+
+def test_a_block_goes_to_the_next_worker_where_a_worker_ended(monkeypatch):
+    crew, _ = crew_of(iter([("ready", None), EOFError(), ("ready", None), ("done", {"a": 1}), ("failed", "why")]), monkeypatch)
+    assert crew._simulated(BLOCKS[0]) == {"a": 1}
+    assert crew.lost == []
+    with pytest.raises(WorkerError, match="at the runs 3 to 3: why"):
+        crew._simulated(BLOCKS[3])
+
+
+def test_workers_that_never_begin_are_reported_by_how_they_end(monkeypatch):
+    crew, asked = crew_of(iter([EOFError()] * 20), monkeypatch)
+    with pytest.raises(WorkerError, match="10 workers ended before they could begin: ended by signal 9"):
+        crew._simulated(BLOCKS[0])
+    assert len(asked) == 10
+    crew, _ = crew_of(iter([EOFError()] * 20), monkeypatch)
+    monkeypatch.setattr(Fake, "wait", lambda self: 3)
+    with pytest.raises(WorkerError, match="ended with code 3"):
+        crew._simulated(BLOCKS[0])
+
+
+def test_no_worker_begins_once_the_study_ends(monkeypatch):
+    crew, _ = crew_of(iter([("ready", None)] * 3), monkeypatch)
+    crew._end()
+    with pytest.raises(WorkerError, match="the study ends"):
+        crew._simulated(BLOCKS[0])
+
+
+def test_a_crew_yields_the_blocks_that_were_simulated_and_ends_the_processes(monkeypatch):
+    crew = Crew(None, 2)
+    crew.processes.update(Fake() for _ in range(2))
+    monkeypatch.setattr(crew, "_simulated", lambda block: None if block.first == 4 else {"run": block.first})
+    arrived = dict(crew.results(BLOCKS))
+    assert {block.first: columns["run"] for block, columns in arrived.items()} == {k: k for k in range(9) if k != 4}
+    assert crew.processes == set()
