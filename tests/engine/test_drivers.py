@@ -49,11 +49,6 @@ def test_load_and_motor_have_rows_of_their_own():
     assert [result[place, 1] for place in places] == [1.0, 2.0, 3.0, 4.0]
 
 
-def test_no_two_signals_share_a_row():
-    names = ["POSITION", "VELOCITY", "MEASURED", "COMMAND", "EFFORT", "FRICTION", "MOTOR_POSITION", "MOTOR_VELOCITY", "FED"]
-    assert sorted(getattr(drivers, name) for name in names) == list(range(drivers.ROWS))
-
-
 @pytest.mark.parametrize(("lost", "reached"), [(1e101, 2), (-math.inf, 2), (math.nan, 2), (1e99, 4)])
 def test_a_run_ends_behind_the_sample_at_which_the_numbers_are_lost(lost, reached):
     effort = np.array([1.0, lost, 0.0, 0.0])
