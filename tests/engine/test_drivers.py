@@ -49,14 +49,16 @@ def test_load_and_motor_have_rows_of_their_own():
     assert [result[place, 1] for place in places] == [1.0, 2.0, 3.0, 4.0]
 
 
-@pytest.mark.parametrize(("lost", "reached"), [(1e101, 2), (-math.inf, 2), (math.nan, 2), (1e99, 4)])
-def test_a_run_ends_behind_the_sample_at_which_the_numbers_are_lost(lost, reached):
+@pytest.mark.parametrize(
+    ("lost", "dt", "reached"), [(1e101, 1.0, 2), (1e101, 0.0, 2), (-1e101, 0.0, 2), (math.nan, 1.0, 2), (1e90, 1e11, 2), (1e99, 1.0, 4)]
+)
+def test_a_run_ends_behind_the_sample_at_which_the_numbers_are_lost(lost, dt, reached):
     effort = np.array([1.0, lost, 0.0, 0.0])
     vectors = vectors_of()
-    assert drivers.open_loop(Driven(substeps, vectors, vectors.plant_state), effort, effort, 1.0, 1, np.zeros(drivers.ROWS * 4)) == reached
+    assert drivers.open_loop(Driven(substeps, vectors, vectors.plant_state), effort, effort, dt, 1, np.zeros(drivers.ROWS * 4)) == reached
     vectors = vectors_of(2)
     records = Records(np.full(8, 9.0), np.full(8, 9.0), np.full(8, 9.0), 2)
-    assert drivers.open_loops(Mechanisms(substeps, vectors), 0, 1, Efforts(effort, effort, 1), 1.0, 1, records) == 0
+    assert drivers.open_loops(Mechanisms(substeps, vectors), 0, 1, Efforts(effort, effort, 1), dt, 1, records) == 0
     assert np.flatnonzero(records.v == 9.0).tolist() == list(range(reached, 8))
 
 

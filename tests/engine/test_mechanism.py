@@ -1,10 +1,12 @@
 """A plant behind a drive: what a command moves in one sample."""
 
 import math
+from typing import NamedTuple
 
 import pytest
 
 from bristle import friction
+from bristle.core import dispatch
 from bristle.engine.mechanism import Mechanism, drive_over, mechanism
 from bristle.plants import inertia
 
@@ -66,3 +68,31 @@ def test_the_friction_of_a_sample_is_the_mean_over_its_steps():
     # What the effort gives and friction takes is the momentum.
     result = after(6.0, 6.0, model=friction.viscous(F_v=3.0), v=0.1)
     assert 0.5 * (6.0 - result.force) == pytest.approx(2.0 * (result.plant.v - 0.1))
+
+
+ASKED = []
+
+
+class CountedFilm(NamedTuple):
+    F_v: float
+
+
+def counted(state, memory, motion, dt, p):
+    ASKED.append(motion.v)
+    return p.F_v * motion.v, ()
+
+
+dispatch.register("friction", CountedFilm, {"trial": counted, "commit": lambda state, *_: state})
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "slope", "evaluations"), [(2.0 * (1.15 / 1.075 - 1.0) / 0.1, 0.0, 1), (0.0, 0.75, 2), (0.0, 0.0, 3)]
+)
+def test_a_step_begins_with_the_acceleration_and_the_slope_of_the_last(acceleration, slope, evaluations):
+    ASKED.clear()
+    before = Mechanism(Body(0.0, 1.0), (), 0.0, slope, acceleration, 0.0, 0.0)
+    # 2 v' = 6 - 3 v from 1 m/s on over 0.1 s: the mean velocity is 1.15 / 1.075.
+    result = mechanism(before, (), 6.0, 6.0, 0.0, 0.0, 0.1, 1, PLANT.parameters, CountedFilm(3.0))
+    assert len(ASKED) == evaluations
+    assert ASKED[-1] == pytest.approx(1.15 / 1.075)
+    assert result.acceleration == pytest.approx(2.0 * (1.15 / 1.075 - 1.0) / 0.1)
