@@ -61,6 +61,21 @@ def test_a_compensator_along_the_measured_motion_takes_the_velocity_from_the_las
     assert make_compensate(*part.structures)(part.parameters, part.state, np.zeros(0), memory, 5.2, 0.0, 0.1) == pytest.approx(6.0)
 
 
+def test_a_compensator_leaves_its_state_behind():
+    model = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
+    shape, effort, nothing = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.empty(2), np.zeros(2)
+    along, measured = Instance(model), Instance(model)
+    entry = make_compensate_along(*along.structures)
+    assert entry(along.parameters, along.state, np.zeros(0), shape, np.full(2, 1e-6), nothing, nothing, 0.01, effort) == 0.0
+    assert along.state_now.z == pytest.approx(2e-8, rel=1e-3)
+    make_compensate(*measured.structures)(measured.parameters, measured.state, np.zeros(0), np.array([*shape, 0.0, 0.0]), 1e-8, 0.0, 0.01)
+    assert measured.state_now.z == pytest.approx(1e-8, rel=1e-3)
+
+
+def test_where_nothing_compensates_nothing_is_fed_forward():
+    assert entry_points.compensate_nothing(None, None, None, None, 1.0, 2.0, 0.1) == 0.0
+
+
 def test_what_passes_on_to_the_load_reaches_a_compensator():
     model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
     part, effort = Instance(model), np.empty(2)

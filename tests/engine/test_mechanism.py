@@ -96,3 +96,8 @@ def test_a_step_begins_with_the_acceleration_and_the_slope_of_the_last(accelerat
     assert len(ASKED) == evaluations
     assert ASKED[-1] == pytest.approx(1.15 / 1.075)
     assert result.acceleration == pytest.approx(2.0 * (1.15 / 1.075 - 1.0) / 0.1)
+
+
+def test_solves_that_fail_are_counted():
+    before = Mechanism(Body(0.0, 1.0), (), 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert mechanism(before, (), 6.0, 6.0, 0.0, 0.0, 0.1, 3, PLANT.parameters, CountedFilm(math.nan)).failures == 3.0
