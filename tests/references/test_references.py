@@ -41,10 +41,10 @@ def duration(model):
 def test_velocity_and_acceleration_are_derivatives(name):
     model = MOTIONS[name]
     end = duration(model) if hasattr(model.component, "duration") else 2.0
-    t = np.linspace(-0.1 * end, 1.1 * end if hasattr(model.component, "duration") else end, 20_001)
+    t = np.linspace(-0.1 * end, 1.1 * end if hasattr(model.component, "duration") else end, 6001)
     x, v, a = sampled(model, t)
     step = np.diff(t)
-    assert np.diff(x) == pytest.approx(0.5 * (v[1:] + v[:-1]) * step, abs=1e-5 * np.ptp(x))
+    assert x[1:] - x[0] == pytest.approx(np.cumsum(0.5 * (v[1:] + v[:-1]) * step), abs=1e-4 * np.ptp(x))
     # Where the acceleration jumps, a trapezoid is off by half a step of it.
     assert v[1:] - v[0] == pytest.approx(np.cumsum(0.5 * (a[1:] + a[:-1]) * step), abs=0.02 * np.max(np.abs(v)))
 
@@ -189,9 +189,8 @@ def test_a_leg_has_seven_phases_of_constant_jerk():
     assert legs.end == pytest.approx(2.7)
 
 
-@pytest.mark.parametrize(
-    ("distance", "peak"), [(0.5, 0.5 * (math.sqrt(0.04 + 1.0) - 0.2) * 2.0), (0.01, (0.25 * 1e-4 * 10.0) ** (1.0 / 3.0))]
-)
+# Speeding up to v takes half of the way: v/2 (v/a + a/j), or without the largest acceleration v sqrt(v/j).
+@pytest.mark.parametrize(("distance", "peak"), [(0.5, math.sqrt(1.04) - 0.2), (0.01, (2.5e-4) ** (1.0 / 3.0))])
 def test_a_leg_without_a_cruise_keeps_its_jerk_and_lowers_the_rest(distance, peak):
     t = np.linspace(0.0, legs_through([distance], 1e3, 2.0, 10.0).end, 4001)
     x, v, a = legs_through([distance], 1e3, 2.0, 10.0).sample(t)
@@ -219,29 +218,22 @@ def test_examples_are_motions_of_a_stage():
 @pytest.mark.parametrize(
     ("model", "bounds"),
     [
-        (chirp, {"f_0": (1e-9, None), "f_1": (1e-9, None), "duration": (1e-9, None), "ramp": (0.0, None)}),
-        (circle, {"radius": (1e-12, None), "feed": (1e-12, None)}),
-        (sine, {"frequency": (1e-9, None), "ramp": (0.0, None)}),
-        (varied_sine, {"frequency": (1e-9, None), "duration": (1e-9, None)}),
-        (s_curve, {"velocity": (1e-12, None), "acceleration": (1e-12, None), "jerk": (1e-12, None)}),
+        (chirp, {"f_0": (1e-9, math.inf), "f_1": (1e-9, math.inf), "duration": (1e-9, math.inf), "ramp": (0.0, math.inf)}),
+        (circle, {"radius": (1e-12, math.inf), "feed": (1e-12, math.inf)}),
+        (sine, {"frequency": (1e-9, math.inf), "ramp": (0.0, math.inf)}),
+        (varied_sine, {"frequency": (1e-9, math.inf), "duration": (1e-9, math.inf)}),
+        (s_curve, {"velocity": (1e-12, math.inf), "acceleration": (1e-12, math.inf), "jerk": (1e-12, math.inf)}),
         (
             triangle,
-            {
-                "velocity": (1e-12, None),
-                "acceleration": (1e-12, None),
-                "jerk": (1e-12, None),
-                "cycle_count": (1.0, 1e6),
-                "ratio": (1e-3, 1e3),
-            },
+            dict.fromkeys(("velocity", "acceleration", "jerk"), (1e-12, math.inf)) | {"cycle_count": (1.0, 1e6), "ratio": (1e-3, 1e3)},
         ),
-        (recorded, {"sample_time": (1e-9, None)}),
+        (recorded, {"sample_time": (1e-9, math.inf)}),
     ],
 )
 def test_what_a_motion_may_be_asked_for_has_bounds(model, bounds):
-    told = {
-        name: (variable.min, variable.max) for name, variable in model.variables.items() if (variable.min, variable.max) != (None, None)
-    }
-    assert told == bounds
+    free = -math.inf, math.inf
+    told = {name: (variable.min, variable.max) for name, variable in model.variables.items() if not variable.choices}
+    assert {name: pair for name, pair in told.items() if pair != free} == bounds
 
 
 def test_what_nobody_asks_for_is_absent():
