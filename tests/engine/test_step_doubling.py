@@ -10,12 +10,16 @@ from bristle.core import FrictionModel, Variable
 from bristle.core.mathematics import direction
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_adaptive
-from bristle.engine.entry_points import MechanismVectors
+from bristle.engine.entry_points import FAILED, FORCE, MechanismVectors
 from bristle.engine.instance import Instance
 from bristle.engine.step_doubling import (
+    Course,
+    DoublingEntries,
     Half,
+    Limits,
     Samples,
     astray,
+    doubling,
     extrapolate,
     length_factor,
     make_rest_time,
@@ -196,3 +200,124 @@ def test_a_body_rests_until_the_effort_reaches_friction(effort, end, time):
     entry = make_rest_time(*plant.structures, *contact.structures)
     vectors = MechanismVectors(plant.parameters, plant.state, contact.parameters, contact.state, np.zeros(0), np.zeros(0))
     assert entry(vectors, effort, end, 0.5, 1) == pytest.approx(time, abs=1e-9)
+
+
+class Driven:
+    """A body on exact steps, with a force of 3 N and a failed solve in each, and what it was asked for."""
+
+    def __init__(self, step, rest_time=lambda vectors, effort, effort_end, dt, steps: dt):
+        self.step, self.rest_time, self.asked = step, rest_time, []
+        self.vectors = [MechanismVectors(*(np.zeros(size) for size in (0, 2, 0, 0, 1, 8))) for _ in range(3)]
+        self.report = np.zeros(4)
+
+    def substeps(self, vectors, effort, effort_end, dt, steps):
+        self.asked.append((effort, effort_end, dt))
+        x, v = vectors.plant_state
+        vectors.plant_state[:] = self.step(x, v, effort, effort_end, dt)
+        vectors.memory[0] += 1.0
+        vectors.out[FORCE], vectors.out[FAILED] = 3.0, 1.0
+
+    def run(self, course, limits, times):
+        samples = Samples(times, *np.zeros((3, times.size)))
+        vectors, before, full = self.vectors
+        full = full._replace(memory=vectors.memory)
+        entries = DoublingEntries(self.substeps, self.rest_time)
+        return doubling(entries, vectors, before, full, course, limits, samples, self.report), samples
+
+
+def thrown(x, v, effort, effort_end, dt):
+    return x + v * dt + 0.5 * effort * dt * dt, v + 0.5 * (effort + effort_end) * dt
+
+
+def course_of(*efforts, knots):
+    return Course(np.array(knots), np.array(efforts[::2]), np.array(efforts[1::2]))
+
+
+def test_exact_steps_grow_to_the_longest_and_give_every_sample():
+    body, times = Driven(thrown), np.linspace(0.0, 10.0, 41)
+    course = course_of(2.0, 2.0, -1.0, -1.0, knots=[0.0, 4.0, 10.0])
+    reached, samples = body.run(course, Limits(1e-6, 1e-3, 1.5, 1e-9, 1e-3, 1e9, 1e-6), times)
+    late = np.maximum(times - 4.0, 0.0)
+    assert reached == 41
+    assert samples.v == pytest.approx(2.0 * np.minimum(times, 4.0) - late)
+    assert samples.x == pytest.approx(np.minimum(times, 4.0) ** 2 + 8.0 * late - 0.5 * late**2)
+    assert samples.impulse == pytest.approx(3.0 * times)
+    lengths = [dt for _, _, dt in body.asked[::3]]
+    assert lengths[:3] == pytest.approx([1e-3, 4e-3, 4e-3 * 0.9 * 10.0**0.6])
+    assert max(lengths) == 1.5
+    assert sum(lengths) == pytest.approx(10.0)
+    assert [dt for _, _, dt in body.asked[1::3]] == pytest.approx([0.5 * h for h in lengths])
+    accepted, rejected, missed, failed = body.report
+    assert (accepted, rejected, missed, failed) == (len(lengths), 0.0, 0.0, 2.0 * len(lengths))
+    # Each accepted step is remembered once for each of its halves.
+    assert body.vectors[0].memory[0] == 2.0 * accepted
+
+
+def test_an_effort_runs_straight_through_the_halves_of_a_step():
+    body = Driven(thrown)
+    body.run(course_of(1.0, 5.0, knots=[0.0, 2.0]), Limits(1e-9, 1e9, 9.0, 0.5, 0.5, 1e9, 1e9), np.zeros(0))
+    whole, first, second = body.asked[:3]
+    assert whole == pytest.approx((1.0, 2.0, 0.5))
+    assert first == pytest.approx((1.0, 1.5, 0.25))
+    assert second == pytest.approx((1.5, 2.0, 0.25))
+
+
+def bent(x, v, effort, effort_end, dt):
+    """Miss by a hundredth of the cube of the step."""
+    return x + v * dt + 0.01 * dt**3, v
+
+
+def test_a_step_that_errs_is_rejected_and_leaves_no_trace():
+    body = Driven(bent)
+    # Over 1 s both results differ by 0.0075; 1e-3 is allowed a second.
+    body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-3, 1e9, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
+    accepted, rejected, missed, _ = body.report
+    assert body.asked[3][2] == pytest.approx(0.9 * 7.5**-0.35)
+    assert (rejected, missed) == (1.0, 0.0)
+    assert body.vectors[0].memory[0] == 2.0 * accepted
+    lengths = [dt for _, _, dt in body.asked[3::3]]
+    assert sum(lengths) == pytest.approx(4.0)
+    assert max(0.0075 * h**2 / 1e-3 for h in lengths) <= 1.0
+
+
+def test_the_error_allowed_in_a_step_is_bounded_too():
+    body = Driven(bent)
+    body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1.0, 1e-4, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
+    assert body.asked[3][2] == pytest.approx(0.9 * 75.0**-0.35)
+
+
+def test_errors_of_the_velocity_count_over_two_steps():
+    body = Driven(lambda x, v, effort, effort_end, dt: (x, v + 0.01 * dt**3))
+    body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-3, 1e9, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
+    assert body.asked[3][2] == pytest.approx(0.9 * 15.0**-0.35)
+
+
+def test_too_many_steps_that_miss_the_tolerance_end_a_run():
+    body = Driven(lambda x, v, effort, effort_end, dt: (x + 1.0, v))
+    reached, _ = body.run(course_of(0.0, 0.0, knots=[0.0, 1e9]), Limits(1e-9, 1e-9, 1.0, 0.5, 0.5, 1e9, 1e-9), np.array([0.0, 1e8]))
+    # The one more than a thousand is counted, and the next one ends it.
+    assert (reached, body.report[0], body.report[2]) == (1, 1001.0, 1001.0)
+
+
+def test_a_run_that_is_lost_ends_there():
+    body = Driven(lambda x, v, effort, effort_end, dt: (x, v + 1e101 * dt))
+    reached, _ = body.run(
+        course_of(0.0, 0.0, knots=[0.0, 1e3]), Limits(1e200, 1e200, 1.0, 1.0, 1.0, 1e300, 1e200), np.array([0.0, 0.5, 500.0])
+    )
+    assert reached == 2
+
+
+def held_to_three(x, v, effort, effort_end, dt):
+    """Rest in a step that begins below an effort of 3, and move on at 1 m/s^2 from there."""
+    return (x + v * dt + 0.5 * dt * dt, v + dt) if effort >= 3.0 - 1e-9 else (x, 0.0)
+
+
+def test_a_step_from_rest_ends_where_the_body_breaks_away():
+    def rest_time(vectors, effort, effort_end, dt, steps):
+        return min(dt, max(3.0 - effort, 0.0)) if effort_end > effort else dt
+
+    body, times = Driven(held_to_three, rest_time), np.linspace(0.0, 8.0, 33)
+    _, samples = body.run(course_of(0.0, 8.0, knots=[0.0, 8.0]), Limits(1e-6, 1e-3, 8.0, 1e-9, 2.5, 1e9, 1e-9), times)
+    assert samples.x == pytest.approx(0.5 * np.maximum(times - 3.0, 0.0) ** 2, abs=1e-9)
+    assert any(effort == pytest.approx(3.0, abs=1e-9) for effort, _, _ in body.asked[::3])
+    assert np.all(samples.v[times <= 3.0] == 0.0)
