@@ -213,3 +213,10 @@ def test_gains_are_not_negative_and_begin_from_the_order_of_a_machine(law, own, 
     assert dict(law.defaults) == usual | defaults
     highest = {"k_ff": 2.0, "averaging": 2.0}
     assert all(variable.max == highest.get(name, math.inf) for name, variable in law.variables.items() if not variable.choices)
+
+
+@pytest.mark.parametrize(
+    "law", [cascade, sliding_mode, super_twisting, disturbance_observer, lugre_observer, adaptive_hysteresis], ids=lambda law: law.name
+)
+def test_a_law_begins_at_rest_at_zero_with_nothing_held(law):
+    assert set(law.State()) == {0.0}

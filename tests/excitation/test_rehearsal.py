@@ -11,7 +11,7 @@ from bristle.engine import force_along
 from bristle.excitation import excite
 from bristle.excitation.limits import prior_of
 from bristle.excitation.rehearsal import recorded
-from bristle.friction import lugre, maxwell_slip
+from bristle.friction import find, lugre, maxwell_slip
 
 AXIS = replace(STAGE, resolution=1e-8)
 TRUTH = lugre(F_C=60.0, F_S=80.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=150.0)
@@ -134,3 +134,15 @@ def test_a_log_is_one_of_the_loop_where_the_loop_is_stable(motion, gain, stable)
 
 def test_an_axis_that_follows_exactly_lags_by_half_a_step_of_the_encoder(result):
     assert 0.3e-8 < result.rehearsal.lag <= 0.5e-8 * 1.001
+
+
+def test_friction_of_a_rehearsal_is_that_of_the_place(motion):
+    rising = find("coulomb+position")(F_C=60.0, x_0=motion.start, x_L=1e-4, p_1=0.5, p_2=0.0, a_1=0.0, a_2=0.0)
+    axis = replace(AXIS, resolution=None, presliding=None)
+    _, friction, _ = recorded(motion, axis, prior_of(axis, None, rising))
+    moving = np.abs(motion.velocity) > 1e-6
+    # Scatter aside friction is 60 N times 1 + (x - x_0) / 0.2 mm in the middle of each step.
+    expected = 60.0 * (1.0 + 0.5 * (motion.position - motion.start) / 1e-4)
+    ratio = np.abs(friction)[moving] / expected[moving]
+    assert np.unique(np.round(ratio, 6)).size < 40
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.05)

@@ -20,6 +20,7 @@ from bristle.hysteresis import (
     relay_grid,
     reversal_table,
     stop,
+    tabulated,
 )
 from bristle.hysteresis.everett import (
     DAHL_MASING,
@@ -208,3 +209,10 @@ def test_virgin_relays_are_up_below_the_line_of_demagnetisation():
     made = relay_grid(levels=[-2.0, -1.0, 0.0, 1.0, 2.0], weights=np.ones(10))
     # Of (alpha, beta) in the middles of the cells those with a sum below zero are up, on the line half of each.
     assert made.component.new_memory(made.parameters).tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, -1.0, 0.0, -1.0, -1.0, -1.0]
+
+
+@pytest.mark.parametrize(("rows", "columns", "word"), [(1, 3, "rows"), (4, 3, "rows: must be odd.*Take 5"), (3, 2, "columns")])
+def test_a_table_has_three_rows_and_columns_at_least(rows, columns, word):
+    with pytest.raises(InputError, match=word):
+        tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=rows, columns=columns)
+    assert tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=3, columns=3).values["upper"].size == 3

@@ -246,3 +246,13 @@ def test_what_may_differ_by_direction_are_the_forces_of_sliding(model):
     for name, variable in model.variables.items():
         expected = (name in DIRECTIONAL or (model, name) == (reformed_dahl, "f_p")) and model is not bouc_wen_classic
         assert variable.directional is expected, name
+
+
+def test_an_uneven_contact_keeps_what_its_parameters_are():
+    made = uneven(find("preisach_lugre")(**preisach_lugre.example), level=1.2)
+    assert made.component.is_integer("seed")
+    assert made.component.is_integer("capacity")
+    assert not made.component.is_integer("level")
+    elements = uneven(find("maxwell_slip")(**maxwell_slip.example))
+    assert elements.component.is_array("k_i")
+    assert not elements.component.is_array("level")

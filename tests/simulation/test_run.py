@@ -11,6 +11,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.core.status import Status
 from bristle.engine import interpreted
+from bristle.engine.loop import sensed
 from bristle.files.variant import at_rest
 from bristle.simulation.run import learn, seeded, simulate, simulate_with
 
@@ -190,3 +191,9 @@ def test_a_trial_that_diverges_is_the_last():
 def test_a_loop_learns_below_half_its_sampling_frequency():
     with pytest.raises(InputError, match=r"controller.learning.cutoff: out of range; found '?500.*allowed < 500 Hz"):
         trials(Learning(trials=2, k_e=0.5, k_d=0.0, cutoff=500.0))
+
+
+def test_the_first_run_has_the_random_numbers_of_the_variant():
+    noisy = sensors.encoder(noise=1e-3, seed=5)
+    result = ran(loop(20, sensor=noisy, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
+    assert result.measured == pytest.approx(sensed(noisy, result.position, DT), abs=1e-15)
