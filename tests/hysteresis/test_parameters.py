@@ -211,7 +211,9 @@ def test_virgin_relays_are_up_below_the_line_of_demagnetisation():
     assert made.component.new_memory(made.parameters).tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, -1.0, 0.0, -1.0, -1.0, -1.0]
 
 
-@pytest.mark.parametrize(("rows", "columns", "word"), [(1, 3, "rows"), (4, 3, "rows: must be odd.*Take 5"), (3, 2, "columns")])
+@pytest.mark.parametrize(
+    ("rows", "columns", "word"), [(1, 3, "rows: out of range"), (4, 3, "rows: must be odd.*Take 5"), (3, 2, "columns: out of range")]
+)
 def test_a_table_has_three_rows_and_columns_at_least(rows, columns, word):
     with pytest.raises(InputError, match=word):
         tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=rows, columns=columns)
