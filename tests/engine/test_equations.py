@@ -78,6 +78,7 @@ def test_samples_of_a_contact_are_steps_at_constant_velocity():
     with interpreted():
         step, state = contact_step(DAHL, 1e-3), np.zeros(2)
         first, state = step(state, 1e-3)
+        assert state[0] == pytest.approx(1e-6)
         second, state = step(state, -1e-3)
     # The mean of a spring of 1e6 N/m over a micrometre, which loses little to slip.
     assert (first, second) == pytest.approx((0.5, 0.5), rel=0.1)

@@ -44,9 +44,9 @@ def test_velocity_and_acceleration_are_derivatives(name):
     t = np.linspace(-0.1 * end, 1.1 * end if hasattr(model.component, "duration") else end, 40_001)
     x, v, a = sampled(model, t)
     step = np.diff(t)
-    assert x[1:] - x[0] == pytest.approx(np.cumsum(0.5 * (v[1:] + v[:-1]) * step), abs=1e-4 * np.ptp(x))
+    assert np.max(np.abs(x[1:] - x[0] - np.cumsum(0.5 * (v[1:] + v[:-1]) * step))) <= 1e-4 * np.ptp(x)
     # Where the acceleration jumps, a trapezoid is off by half a step of it.
-    assert v[1:] - v[0] == pytest.approx(np.cumsum(0.5 * (a[1:] + a[:-1]) * step), abs=0.02 * np.max(np.abs(v)))
+    assert np.max(np.abs(v[1:] - v[0] - np.cumsum(0.5 * (a[1:] + a[:-1]) * step))) <= 0.02 * np.max(np.abs(v))
 
 
 @given(distance=positive, velocity=positive, acceleration=positive, jerk=positive | st.just(math.inf))
