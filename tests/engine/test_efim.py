@@ -1,12 +1,17 @@
 """The solve of a step: how near it comes to the root of an equation that has one in closed form."""
 
+import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from bristle import friction
+from bristle.core import dispatch
+from bristle.core.mathematics import Bracket
 from bristle.engine import run_batch, run_open_loop
+from bristle.engine.efim import Start, is_narrow, is_solved, next_guess, slope_from, solve
 from bristle.files.user_model import load_code
 from bristle.plants import inertia
 
@@ -52,3 +57,51 @@ def test_a_body_at_rest_stays_where_it_is_to_the_bit():
     assert np.all(trace.velocity == 0.0)
     assert np.all(trace.position == 0.1)
     assert trace.friction == pytest.approx(effort, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("v", "residual", "v_last", "residual_last", "slope"),
+    [(2.0, 0.5, 1.0, -1.0, 1.5), (2.0, 0.5, 1.0, 0.6, 1.0), (2.0, 0.5, 2.0, -1.0, 7.0), (2.0, 0.5, 1.0, 0.0, 7.0)],
+)
+def test_a_slope_is_that_of_the_secant_where_that_rises(v, residual, v_last, residual_last, slope):
+    assert slope_from(7.0, v, residual, v_last, residual_last) == slope
+
+
+@pytest.mark.parametrize(("low", "high", "guess"), [(0.0, 3.0, 1.75), (-math.inf, 3.0, 1.75), (1.9, math.inf, 1.0), (1.9, 3.0, None)])
+def test_the_next_guess_is_the_secant_the_middle_of_a_bracket_or_further_on(low, high, guess):
+    result = next_guess(Bracket(low, -1.0, high, 1.0, 0.0), 2.0, 0.5, 2.0)
+    assert result == guess if guess is not None else low < result < high
+
+
+def test_a_residual_is_small_beside_the_force_the_velocity_or_what_is_allowed():
+    assert is_solved(1.9e-9, 2.0, 0.0, -1.0, 0.0)
+    assert not is_solved(2.1e-9, 2.0, 0.0, -1.0, 0.0)
+    assert is_solved(-1.9e-11, 0.0, -2.0, -1.0, 0.0)
+    assert not is_solved(2.1e-11, 0.0, -2.0, -1.0, 0.0)
+    assert is_solved(0.3, 0.0, 0.0, -1.0, 0.3)
+
+
+def test_a_bracket_is_narrow_where_rounding_leaves_no_number_between():
+    assert is_narrow(1.0, 1.0 + 3e-16, 1.0)
+    assert not is_narrow(1.0, 1.0 + 6e-16, 1.0)
+
+
+ASKED = []
+
+
+class Nothing(NamedTuple):
+    F: float
+
+
+def never(state, memory, motion, dt, p):
+    ASKED.append(motion.v)
+    return math.nan, ()
+
+
+dispatch.register("friction", Nothing, {"trial": never, "commit": lambda state, *_: state})
+
+
+def test_a_solve_gives_up_after_a_hundred_evaluations():
+    ASKED.clear()
+    solution = solve((), (), 0.0, 0.0, 0.1, Nothing(1.0), 1.0, -1.0, Start(0.5, 1.0, 0.0))
+    assert (len(ASKED), solution.failures) == (100, 1.0)

@@ -10,6 +10,7 @@ from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_adaptive, run_batch, run_closed_loop, run_open_loop
+from bristle.engine.screwed import Pulled, screw_force
 from bristle.plants import ball_screw, inertia
 from bristle.sensors import encoder
 
@@ -157,3 +158,23 @@ def test_what_does_not_fit_is_refused():
         run_batch(screw(), MOTOR, effort, 1e-3)
     with pytest.raises(InputError, match="knows one mass"):
         run_adaptive(screw(), MOTOR, effort, 1e-3, tolerance=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("twist", "turned", "force"),
+    [
+        (0.0, 0.05, 0.0),  # inside the gap
+        (0.3, 0.2, 10.0 * 0.3 + 2.0 * 0.4),  # in touch throughout: the mean of 0.2 and 0.4, and damping
+        (-0.3, -0.2, -10.0 * 0.3 - 2.0 * 0.4),
+        (0.0, 0.3, (10.0 * 0.1 + 2.0 * 0.4) * 2.0 / 3.0),  # comes into touch after a third of the way
+        (0.3, 0.0, 10.0 * 0.2),
+        (0.05, 0.0, 0.0),
+    ],
+)
+def test_a_screw_pulls_by_its_stretch_beyond_the_gap(twist, turned, force):
+    between = Pulled(None, k=10.0, d=2.0, gap=0.1, arm=1.0, v_m=0.0, twist=twist)
+    assert screw_force(twist, turned, 0.5, between) == pytest.approx(force)
+
+
+def test_a_screw_without_a_gap_pulls_with_its_stiffness_in_no_time():
+    assert screw_force(0.3, 0.0, 0.0, Pulled(None, k=10.0, d=2.0, gap=0.0, arm=1.0, v_m=0.0, twist=0.3)) == pytest.approx(3.0)

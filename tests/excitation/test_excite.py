@@ -1,6 +1,7 @@
 """The motion to run: within the limits of the axis, made of what was asked for, and honest about the rest."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from tests.excitation.axes import STAGE
 
 from bristle.core import Axis, InputError
 from bristle.excitation import PURPOSES, excite
+from bristle.excitation.excite import _for_the_loop, _in_time, _pieces
+from bristle.excitation.motion import ExcitationMotion, length_of
 from bristle.friction import coulomb_viscous, lugre
 
 
@@ -225,3 +228,106 @@ def test_a_chirp_that_the_encoder_does_not_see_is_left_out():
     assert any("the encoder sees no less than 2 of its steps" in note for note in result.notes)
     with pytest.raises(InputError, match="raise jerk or acceleration"):
         planned(gentle, purposes="damping")
+
+
+def test_a_minute_is_taken_where_no_duration_is_given():
+    assert planned(purposes="break-away").motion.duration == pytest.approx(60.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("refused", "allowed"), [((0.101, 10.0), (0.0999, 10.0)), ((1e-3, 1501.0), (1.1e-3, 1501.0))])
+def test_a_motion_has_a_hundred_samples_at_least_and_a_million_and_a_half_at_most(refused, allowed):
+    axis = replace(STAGE, presliding=4e-4, stroke=(-0.5, 0.5), jerk_limit=None)
+    with pytest.raises(InputError, match=r"duration: is .* samples; .* allowed 100 to 1500000"):
+        planned(replace(axis, sample_time=refused[0]), duration=refused[1], purposes="stribeck")
+    motion = planned(replace(axis, sample_time=allowed[0]), duration=allowed[1], purposes="stribeck").motion
+    assert motion.duration <= 1.001 * allowed[1]
+
+
+def test_two_seconds_are_enough_for_a_chirp():
+    assert planned(duration=2.0, purposes="damping").motion.duration == pytest.approx(2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("scaled", ["position", "velocity", "acceleration"])
+def test_a_motion_beyond_a_limit_of_the_axis_is_never_handed_out(monkeypatch, scaled):
+    whole = getattr(ExcitationMotion, scaled).fget
+    monkeypatch.setattr(ExcitationMotion, scaled, property(lambda motion: 0.05 + 1.5 * (whole(motion) - 0.05)))
+    name = {"position": "travel"}.get(scaled, scaled)
+    with pytest.raises(RuntimeError, match=f"the motion exceeds the {name} of the axis"):
+        planned(purposes="stribeck")
+
+
+def test_an_axis_that_says_nothing_of_its_start_or_timing_is_noted():
+    silent = planned(replace(STAGE, stroke=None, sample_time=None), purposes="break-away")
+    assert silent.motion.sample_time == 1e-3
+    assert silent.motion.start == 0.0
+    assert silent.notes == (
+        "a sample time of 1 ms is taken, as the axis file has none under [timing]",
+        "it begins at position 0: add the position at which your axis stands, or tell it with --start",
+        "assumed for the rehearsal, as nothing says it: Coulomb friction of 70 N, lugre with the usual proportions",
+    )
+
+
+def test_where_the_motion_begins_is_noted():
+    friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=1e3)
+    assert planned(purposes="break-away", model=friction).notes == ("it begins in the middle of the stroke, at 50 mm",)
+    assert planned(purposes="break-away", model=friction, start="150 mm").notes == ("it begins at 150 mm",)
+
+
+def test_each_purpose_has_its_share_of_the_time():
+    limits, seconds = planned(purposes="break-away").limits, 100.0
+    pieces = _pieces(list(PURPOSES), limits, seconds)
+    assert list(dict.fromkeys(piece.purpose for piece in pieces)) == list(PURPOSES)
+    for name, purpose in PURPOSES.items():
+        assert length_of([piece for piece in pieces if piece.purpose == name]) == pytest.approx(purpose.share * seconds, rel=0.03)
+    assert length_of(pieces) == pytest.approx(seconds, rel=1e-3)
+
+
+def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
+    of_five_seconds = [SimpleNamespace(rest=0.5, duration=4.5, purpose=name) for name in PURPOSES]
+    monkeypatch.setitem(_in_time.__globals__, "_pieces", lambda chosen, *_: [item for item in of_five_seconds if item.purpose in chosen])
+    left = {seconds: _in_time(list(PURPOSES), None, seconds, may_drop=True) for seconds in (19.99, 16.0, 11.0, 6.0)}
+    purposes = [{piece.purpose for piece in pieces} for pieces, _ in left.values()]
+    assert purposes == [set(PURPOSES), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
+    notes = left[6.0][1]
+    assert [note.split()[1] for note in notes] == ["damping", "break-away", "presliding"]
+    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it the motion takes 20.5 s"
+
+
+@pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])
+def test_a_time_that_is_too_short_for_what_was_named_is_refused_with_the_time_it_takes(chosen):
+    limits = planned(purposes="break-away").limits
+    with pytest.raises(InputError, match=rf"duration: is too short: a motion for {', '.join(chosen)} takes .* found '?3 s") as caught:
+        _in_time(chosen, limits, 2.5, may_drop=len(chosen) == 1)
+    needed = float(str(caught.value).partition("takes ")[2].split()[0])
+    assert length_of(_in_time(chosen, limits, 1.05 * (needed - 0.5), may_drop=False)[0]) <= 1.06 * (needed - 0.5)
+
+
+def followed(lag, again=None, loop=True):
+    """Return what is planned where the controller follows so closely [m], and the limits it is planned with."""
+    first, asked = planned(purposes="presliding"), []
+
+    def plan(limits):
+        asked.append(limits)
+        if again is None:
+            raise InputError("no room", path="duration")
+        return again
+
+    return _for_the_loop(first, SimpleNamespace(loop=loop, lag=lag), plan), asked
+
+
+def test_loops_that_the_controller_follows_stay():
+    smallest = 0.7e-6
+    assert followed(0.99 * smallest) == (None, [])
+    assert followed(2.0 * smallest, loop=False) == (None, [])
+
+
+def test_loops_that_the_controller_does_not_follow_are_planned_again():
+    again = planned(purposes="presliding", start="150 mm")
+    result, (limits,) = followed(1.4e-6, again)
+    assert limits.followed == 1.4e-6
+    assert result.notes == (
+        *again.notes,
+        "no loop before sliding is smaller than 1.4 µm: the controller follows no closer in the rehearsal",
+    )
+    assert followed(1.4e-6, planned(purposes="break-away"))[0].notes == planned(purposes="break-away").notes
+    assert followed(1.4e-6)[0] is None

@@ -7,8 +7,11 @@ import pytest
 from tests.excitation.axes import STAGE
 
 from bristle.controllers import cascade
+from bristle.engine import force_along
 from bristle.excitation import excite
-from bristle.friction import lugre, maxwell_slip
+from bristle.excitation.limits import prior_of
+from bristle.excitation.rehearsal import recorded
+from bristle.friction import find, lugre, maxwell_slip
 
 AXIS = replace(STAGE, resolution=1e-8)
 TRUTH = lugre(F_C=60.0, F_S=80.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=150.0)
@@ -83,3 +86,63 @@ def test_it_is_the_chirp_that_tells_micro_damping():
     assert chirped.status == "identified"
     assert chirped.value == pytest.approx(8e3, rel=0.1)
     assert chirped.larger_std < 0.5 * plain.larger_std
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return excite(AXIS, duration="6 s", purposes="break-away", rehearsed=False).motion
+
+
+@pytest.fixture(scope="module")
+def loops():
+    """A motion of many reversals."""
+    return excite(AXIS, duration="16 s", purposes="presliding", rehearsed=False).motion
+
+
+def test_a_log_without_a_loop_is_the_motion_with_friction_that_scatters_and_an_effort_that_is_noisy(loops):
+    prior = prior_of(replace(AXIS, resolution=None), None, TRUTH)
+    log, friction, loop = recorded(loops, replace(AXIS, resolution=None, offset=3.0), prior)
+    v, dt = loops.velocity, loops.sample_time
+    expected = force_along(TRUTH, v, dt)
+    factors = (friction / np.where(expected == 0.0, np.nan, expected))[np.abs(expected) > 1.0]
+    turns = np.unique(np.round(factors, 9))
+    assert loop is False
+    assert log.position.values == pytest.approx(loops.position, abs=0.0)
+    assert log.reference.values == pytest.approx(loops.position, abs=0.0)
+    assert 50 < turns.size < 100  # another factor after every reversal
+    assert np.mean(turns) == pytest.approx(1.0, abs=0.02)
+    assert np.std(turns) == pytest.approx(0.05, rel=0.3)
+    noise = log.effort.values - 28.0 * loops.acceleration - friction
+    assert np.mean(noise) == pytest.approx(3.0, abs=0.02)
+    assert np.std(noise) == pytest.approx(0.005 * np.sqrt(np.mean(expected**2)), rel=0.05)
+
+
+def test_a_log_is_in_the_units_of_the_kind_of_axis(motion):
+    log, _, _ = recorded(motion, AXIS, prior_of(AXIS, None, TRUTH))
+    assert [getattr(log, name).unit for name in ("time", "position", "effort", "reference")] == ["s", "m", "N", "m"]
+    assert log.segments == (slice(0, motion.time.size),)
+
+
+@pytest.mark.parametrize(("gain", "stable"), [(60.0, True), (6e4, False)])
+def test_a_log_is_one_of_the_loop_where_the_loop_is_stable(motion, gain, stable):
+    axis = replace(AXIS, controller=cascade(k_p=gain, k_v=4e3), effort_limit=None)
+    log, _, loop = recorded(motion, axis, prior_of(axis, None, TRUTH))
+    assert loop is stable
+    astray = np.max(np.abs(log.position.values - motion.position))
+    assert (1e-7 < astray < 1e-3) if stable else astray <= 0.51e-8
+
+
+def test_an_axis_that_follows_exactly_lags_by_half_a_step_of_the_encoder(result):
+    assert 0.3e-8 < result.rehearsal.lag <= 0.5e-8 * 1.001
+
+
+def test_friction_of_a_rehearsal_is_that_of_the_place(motion):
+    rising = find("coulomb+position")(F_C=60.0, x_0=motion.start, x_L=1e-4, p_1=0.5, p_2=0.0, a_1=0.0, a_2=0.0)
+    axis = replace(AXIS, resolution=None, presliding=None)
+    _, friction, _ = recorded(motion, axis, prior_of(axis, None, rising))
+    moving = np.abs(motion.velocity) > 1e-6
+    # Scatter aside friction is 60 N times 1 + (x - x_0) / 0.2 mm in the middle of each step.
+    expected = 60.0 * (1.0 + 0.5 * (motion.position - motion.start) / 1e-4)
+    ratio = np.abs(friction)[moving] / expected[moving]
+    assert np.unique(np.round(ratio, 6)).size < 40
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.05)

@@ -7,10 +7,24 @@ from tests.identification.known_logs import sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import InputError
+from bristle.core.diagnostic import Diagnostic
 from bristle.engine.contact import steady_force
 from bristle.identification import identify
+from bristle.plants import inertia, oscillator
 from bristle.prediction import drive_table
-from bristle.prediction.drive_table import largest_deviation
+from bristle.prediction.drive_table import (
+    _line_below,
+    _reached,
+    largest_deviation,
+    level_values,
+    levels_of,
+    never_slid,
+    placed,
+    resolved_side,
+    steady_curve,
+    steady_side,
+    table_error,
+)
 
 
 @pytest.fixture(scope="module")
@@ -101,3 +115,145 @@ def test_a_size_out_of_range_is_refused(fit, entries):
 
 def test_an_odd_size_is_not_exceeded(curved):
     assert len(drive_table(curved, entries=15)) == 14
+
+
+@pytest.mark.parametrize(
+    ("friction_of", "level", "slope", "off", "off_of_level"),
+    [
+        (lambda v: 5.0 + 2.0 * v, 5.0, 2.0, 0.0, 2.0),
+        (lambda v: 5.0 - 2.0 * v, 3.0, 0.0, 2.0, 2.0),  # a level never falls
+        (lambda v: 5.0 + 2.0 * v + np.where(v == 0.0, 3.0, 0.0), 5.0, 2.0, 3.0, 3.0),
+    ],
+)
+def test_a_level_with_its_viscous_part_touches_friction_from_below(friction_of, level, slope, off, off_of_level):
+    # Dense near rest, where a peak counts by the width that it has.
+    speed = np.union1d(np.geomspace(1e-6, 1.0, 150), np.linspace(0.0, 1.0, 150))
+    line = _line_below(np.column_stack([speed, friction_of(speed)]))
+    assert tuple(line) == pytest.approx((level, slope, off, off_of_level), abs=1e-4)
+
+
+def test_levels_of_both_directions_leave_the_constant_force_out():
+    model = friction.find("coulomb_viscous+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_v_pos=30.0, F_v_neg=20.0, offset=1.5)
+    speed = np.linspace(0.0, 0.1, 20)
+    sides = {1.0: np.column_stack([speed, 9.5 + 30.0 * speed]), -1.0: np.column_stack([speed, 4.5 + 20.0 * speed])}
+    levels = levels_of(inertia(M=3.0), model, sides)
+    assert levels == pytest.approx((3.0, 1.5, 8.0, 6.0, 30.0, 20.0, 0.0, 3.0), abs=1e-9)
+    forward = levels_of(None, model, {1.0: sides[1.0]})
+    assert (forward.inertia, forward.backward, forward.viscous_backward) == (0.0, None, None)
+    assert (forward.forward, forward.deviation_of_levels) == pytest.approx((8.0, 3.0))
+
+
+def test_level_values_are_those_of_the_fit(fit):
+    values, levels = fit.friction.values, level_values(fit)
+    assert (levels.forward, levels.backward) == pytest.approx((values["F_C"], values["F_C"]), rel=1e-6)
+    assert (levels.viscous_forward, levels.constant) == pytest.approx((values["F_v"], values["offset"]), rel=1e-6)
+    assert levels.inertia == fit.plant.values["M"]
+
+
+def test_a_plant_on_a_spring_has_no_table(fit):
+    sprung = replace(fit, plant=oscillator(M=2.0, c=0.0, k=100.0))
+    assert (drive_table(sprung), steady_curve(sprung), level_values(sprung)) == ([], [], None)
+
+
+def test_a_log_that_never_slid_has_no_table(fit):
+    doubted = replace(fit, diagnostics=(Diagnostic("never_slides", "", "warning"),))
+    assert never_slid(doubted)
+    assert drive_table(doubted) == []
+    assert not never_slid(fit)
+
+    def beyond(name):
+        estimates = [replace(item, reason=Diagnostic("beyond_effort", name)) if item.name == name else item for item in fit.estimates]
+        return replace(fit, estimates=tuple(estimates))
+
+    assert never_slid(beyond("F_C"))
+    assert not never_slid(beyond("M"))
+
+
+def test_a_break_away_level_beyond_the_effort_is_no_sign_of_a_log_that_never_slid(curved):
+    reason = Diagnostic("beyond_effort", "F_S")
+    estimates = [replace(item, reason=reason) if item.name == "F_S" else item for item in curved.estimates]
+    assert not never_slid(replace(curved, estimates=tuple(estimates)))
+
+
+def test_a_steady_curve_is_dense_near_rest_on_both_sides(curved):
+    velocity, force = np.array(steady_curve(curved)).T
+    top = float(np.max(curved.traces.velocity))
+    assert np.all(np.diff(velocity) >= 0.0)
+    assert np.sum(np.signbit(velocity)) == pytest.approx(velocity.size / 2, abs=2)
+    assert np.sum((velocity > 0.0) & (velocity < 1e-3 * top)) > 70
+    assert velocity.size > 590
+    # The curve of the model with its sign: friction against the motion.
+    assert force[-1] == pytest.approx(steady_force(curved.friction, top))
+    assert force[0] == pytest.approx(steady_force(curved.friction, float(np.min(curved.traces.velocity))))
+
+
+STRIBECK = friction.stribeck(F_C=8.0, F_S=11.0, v_S=1e-3, F_v=30.0)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_steady_side_is_the_force_along_the_motion_from_rest_on(direction):
+    model = friction.find("stribeck")(**STRIBECK.values, offset=1.0) if "offset" not in STRIBECK.values else STRIBECK
+    curve = steady_side(model, direction, 0.1, 20)
+    speed, force = curve.T
+    assert (speed[0], speed[-1]) == (0.0, 0.1)
+    assert np.all(np.diff(speed) > 0.0)
+    assert force == pytest.approx(8.0 + 3.0 * np.exp(-((speed / 1e-3) ** 2)) + 30.0 * speed + direction * model.values["offset"], rel=1e-6)
+    assert not curve.flags.writeable
+
+
+def test_a_resolved_side_is_a_line_between_its_points():
+    curve, off = resolved_side(STRIBECK, 1.0, 0.1)
+    assert 0.0 <= off <= 2e-5 * 11.0
+    between = np.linspace(1e-6, 0.1, 3001)
+    gaps = np.interp(between, *curve.T) - [steady_force(STRIBECK, v) for v in between.tolist()]
+    assert np.max(np.abs(gaps)) < 1e-3
+    assert 60 < len(curve) < 800
+    flat, none_off = resolved_side(friction.coulomb(F_C=8.0), 1.0, 0.1)
+    assert none_off == pytest.approx(0.0, abs=1e-12)
+    assert len(flat) < 100
+
+
+def test_points_are_placed_where_straight_lines_reach():
+    x = np.linspace(0.0, 4.0, 41)
+    bent = np.column_stack([x, np.abs(x - 1.0)])
+    assert placed(bent, 3) == [0, 10, 40]
+    assert placed(bent, 10) == [0, 10, 40]
+    assert placed(np.column_stack([x, 2.0 * x]), 5) == [0, 40]
+    assert placed(bent, 2) == [0, 40]
+
+
+def test_a_parabola_is_cut_into_stretches_of_one_length():
+    x = np.linspace(0.0, 1.0, 1001)
+    corners = placed(np.column_stack([x, x**2]), 5)
+    assert (corners[0], corners[-1], len(corners)) == (0, 1000, 5)
+    assert np.diff(corners) == pytest.approx(250, abs=12)
+
+
+def test_points_that_take_more_lines_than_allowed_are_none():
+    x = np.linspace(0.0, 4.0, 41)
+    bent = np.column_stack([x, np.abs(x - 1.0)])
+    assert _reached(bent, 1e-9, 3) == [0, 10, 40]
+    assert _reached(bent, 1e-9, 2) is None
+    assert _reached(bent, 2.0, 2) == [0, 40]
+
+
+def test_a_table_along_a_log_errs_by_what_it_leaves_out():
+    log, model = sliding_log(), friction.coulomb_viscous(F_C=8.0, F_v=30.0)
+    speed = np.linspace(0.0, 1.0, 50)
+    side = np.column_stack([speed, 8.0 + 30.0 * speed])
+    exact = table_error(model, None, log, None, {1.0: side, -1.0: side}, {"cutoff": 50.0})
+    higher = side + np.array([0.0, 2.0])
+    off = table_error(model, None, log, None, {1.0: higher, -1.0: higher}, {"cutoff": 50.0})
+    forward = table_error(model, None, log, None, {1.0: higher, -1.0: side}, {"cutoff": 50.0})
+    assert exact[1] < 0.05 * off[1]
+    assert off[1] == pytest.approx(2.0, rel=0.1)
+    assert off[0] >= off[1]
+    assert forward[1] == pytest.approx(2.0 / math.sqrt(2.0), rel=0.2)
+
+
+def test_a_table_of_another_kind_of_axis_or_without_effort_is_refused():
+    log, model = sliding_log(), friction.coulomb(F_C=8.0)
+    with pytest.raises(InputError, match="log: is of another kind of axis"):
+        table_error(friction.coulomb(F_C=8.0, kind="rotational"), None, log, None, {}, {})
+    with pytest.raises(InputError, match="log: has no effort"):
+        table_error(model, None, replace(log, effort=None), None, {}, {})

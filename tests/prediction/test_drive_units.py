@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 import bristle as br
-from bristle.prediction.drive_units import log_units, table_units, units_of
+from bristle.core.axis import Axis, Column
+from bristle.prediction.drive_units import (
+    DriveUnit,
+    column_signs,
+    command_units,
+    drive_units,
+    length_units,
+    log_units,
+    table_units,
+    units_of,
+)
 
 SCREW = br.read_axis(
     {
@@ -77,3 +87,106 @@ def test_a_column_of_velocity_tells_its_own_unit():
     assert log_units(BARE, "translational").velocity.name == "mm/min"
     assert table_units(BARE, "translational").drive is None
     assert log_units(BARE, "translational").velocity.of(SPEED) == pytest.approx(1800.0)
+
+
+def axis(kind="translational", arm=None, rated=None, **columns):
+    """Return an axis whose columns have a unit, a unit in SI and a scale."""
+    own = {name: Column(name, unit, base, scale) for name, (unit, base, scale) in columns.items()}
+    return Axis(kind=kind, columns=own, arm=arm, rated=rated)
+
+
+def sizes(units):
+    return {unit.name: pytest.approx(unit.si) for unit in units}
+
+
+def test_the_units_of_a_log_are_those_of_its_columns_or_si():
+    units = log_units(axis(position=("mm", "m", -1.0), effort=("mN", "N", 2.0)), "translational")
+    assert (units.velocity.name, units.velocity.si) == ("mm/s", pytest.approx(1e-3))
+    assert (units.effort.name, units.effort.si) == ("mN", pytest.approx(2e-3))
+    bare = log_units(None, "rotational")
+    assert (bare.velocity, bare.effort) == (DriveUnit("rad/s", 1.0), DriveUnit("N*m", 1.0))
+    assert DriveUnit("mm", 1e-3).of(0.5) == 500.0
+
+
+def test_a_column_may_run_against_the_axis():
+    assert column_signs(None) == (1.0, 1.0)
+    assert column_signs(axis(position=("mm", "m", -1.0), effort=("N", "N", 2.0))) == (-1.0, 1.0)
+    assert column_signs(axis(position=("mm", "m", 1.0), velocity=("m/s", "m/s", -1.0), effort=("N", "N", -2.0))) == (-1.0, -1.0)
+    assert column_signs(axis(effort=("N", "N", -2.0))) == (1.0, -1.0)
+
+
+def test_a_drive_wants_the_units_of_its_log_its_motor_and_percent_of_rated():
+    assert drive_units(None, "translational") == ((), (), ())
+    units = drive_units(axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0), "translational")
+    # A turn a minute of a motor that moves the table by 2 mm a radian.
+    assert sizes(units.velocities) == {"mm/s": 1e-3, "rpm of the motor": 2e-3 * 2.0 * np.pi / 60.0}
+    assert sizes(units.efforts) == {"mN": 1e-3, "N*m at the motor": 500.0, "% of rated": 0.5}
+    assert sizes(units.inertias) == {"kg*m^2 at the motor": 250_000.0}
+
+
+def test_percent_of_a_log_are_not_told_twice():
+    rated = axis(position=("m", "m", 1.0), effort=("%", "%", 0.5), rated=50.0)
+    assert sizes(drive_units(rated, "translational").efforts) == {"% of rated": 0.5}
+    unrated = axis(position=("m", "m", 1.0), effort=("%", "%", 0.5))
+    assert sizes(drive_units(unrated, "translational").efforts) == {"%": 0.5}
+    assert drive_units(unrated, "translational").velocities == ()
+
+
+@pytest.mark.parametrize(("arm", "torques"), [(1.0, 0), (1.0 + 1e-10, 0), (0.5, 1), (2.0, 1)])
+def test_a_motor_without_a_gear_has_the_torque_of_the_axis(arm, torques):
+    units = drive_units(axis("rotational", arm=arm), "rotational")
+    assert len(units.efforts) == len(units.inertias) == torques
+    assert [unit.name for unit in units.velocities] == ["rpm of the motor"]
+    assert drive_units(axis(arm=1.0), "translational").efforts[0].name == "N*m at the motor"
+
+
+def test_a_command_runs_as_the_columns_of_the_log_do():
+    assert command_units(None, "translational") is None
+    assert command_units(axis(position=("mm", "m", 1.0)), "translational") is None
+    command = command_units(axis(position=("mm", "m", -1.0), effort=("mN", "N", 2.0), arm=2e-3, rated=50.0), "translational")
+    assert (command.position.name, command.position.si) == ("mm", pytest.approx(-1e-3))
+    assert (command.effort.name, command.effort.si) == ("mN", pytest.approx(2e-3))
+    assert sizes(command.others) == {"N*m at the motor": -500.0, "% of rated": -0.5}
+
+
+def test_a_command_in_another_unit_than_the_log_runs_as_the_position():
+    command = command_units(axis(position=("mm", "m", -1.0), effort=("N", "N", 1.0), rated=50.0), "translational")
+    assert (command.effort.name, command.effort.si) == ("% of rated", -0.5)
+    without = command_units(axis(position=("mm", "m", -1.0), rated=50.0), "translational")
+    assert (without.effort.name, without.effort.si) == ("% of rated", -0.5)
+
+
+def test_a_table_is_in_the_units_of_the_log_and_for_the_drive_in_percent_or_torque():
+    units = table_units(axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0), "translational")
+    assert (units.log.velocity.name, units.log.effort.name) == ("mm/s", "mN")
+    assert (units.drive.velocity.name, units.drive.effort.name) == ("rpm of the motor", "% of rated")
+    assert [unit.name for unit in units.efforts] == ["mN", "N*m at the motor", "% of rated"]
+    assert sizes(units.inertias) == {"kg": 1.0, "kg*m^2 at the motor": 250_000.0}
+    geared = table_units(axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3), "translational")
+    assert geared.drive.effort.name == "N*m at the motor"
+    feed = table_units(axis(position=("mm", "m", 1.0), effort=("N", "N", 1.0)), "translational")
+    assert (feed.drive.velocity.name, feed.drive.velocity.of(0.001)) == ("mm/min", pytest.approx(60.0))
+    assert table_units(None, "translational").drive is None
+    assert table_units(axis("rotational", position=("deg", "rad", 1.0)), "rotational").drive is None
+
+
+def test_a_distance_is_in_the_unit_of_the_log_and_in_degrees_of_the_motor():
+    assert length_units(None, "translational") == ()
+    assert sizes(length_units(axis(position=("mm", "m", 1.0), arm=2e-3), "translational")) == {
+        "mm": 1e-3,
+        "deg of the motor": 2e-3 * np.pi / 180.0,
+    }
+    assert length_units(axis(position=("m", "m", 1.0)), "translational") == ()
+    # One degree of the motor is one of the axis.
+    assert [unit.name for unit in length_units(axis("rotational", position=("deg", "rad", 1.0), arm=1.0), "rotational")] == ["deg"]
+
+
+def test_products_of_units_are_written_in_short():
+    own = axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0)
+    assert sizes(units_of("force/length", own, "translational")) == {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}
+    assert list(sizes(units_of("force*time/length", own, "translational"))) == ["mN/(mm/s)", "%/rpm"]
+    assert list(sizes(units_of("force*time^2/length^2", own, "translational"))) == ["mN/(mm/s)^2", "%/rpm^2"]
+    assert list(sizes(units_of("1/length", own, "translational"))) == ["1/mm", "1/deg"]
+    assert list(sizes(units_of("force/time", own, "translational"))) == ["mN/s", "%/s"]
+    assert list(sizes(units_of("length/time^2", own, "translational"))) == ["mm/s^2", "deg/s^2"]
+    assert list(sizes(units_of("force*length", own, "translational"))) == ["mN*mm", "%*deg"]

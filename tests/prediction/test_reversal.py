@@ -17,3 +17,8 @@ def test_the_change_after_a_reversal_counts_from_the_force_before_it(stiffness):
 
 def test_a_model_without_memory_turns_at_once():
     assert reversal_distance(coulomb(F_C=10.0), 0.1) == 0.0
+
+
+def test_a_contact_is_followed_for_a_tenth_of_a_metre():
+    # A spring that hardly yields over that: 95 % of the change are there after 95 % of the way.
+    assert reversal_distance(lugre(F_C=1e4, F_S=1e4, v_S=1.0, sigma_0=1e2), 0.1) == pytest.approx(0.095, rel=0.01)

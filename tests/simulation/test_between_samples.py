@@ -1,9 +1,18 @@
 """An effort between its samples, and records that repeat themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bristle.simulation.recorded.open_loop import closes, finer, period_of
+from bristle.core import Axis
+from bristle.core.errors import InputError
+from bristle.core.status import Status
+from bristle.engine import interpreted
+from bristle.friction import viscous
+from bristle.logs.log import Channel, Log
+from bristle.plants import inertia, oscillator
+from bristle.simulation.recorded.open_loop import closes, finer, open_loop_of, period_of
 
 RATE, SIZE = 750.0, 1500
 
@@ -57,3 +66,132 @@ def test_one_period_closes_and_a_part_of_one_does_not(seed):
     assert closes(np.roll(period, start))
     assert not closes(np.roll(period, start)[: SIZE - 211])
     assert not closes(sweep(SAMPLES[: SIZE - seed]))
+
+
+def record(effort, position=None):
+    time = 1e-2 * np.arange(len(effort))
+    position = np.zeros(time.size) if position is None else position
+    channels = {
+        "time": Channel(time, "s", "t"),
+        "position": Channel(position, "m", "q"),
+        "effort": Channel(np.asarray(effort, float), "N", "u"),
+    }
+    return Log(**channels, sample_time=1e-2, segments=(slice(0, time.size),))
+
+
+@pytest.mark.parametrize(
+    ("hold", "periodic", "fine", "kind"),
+    [
+        (None, False, [1.0, 1.0, 3.0, 3.0, 2.0, 2.0], "zero"),
+        ("linear", False, [1.0, 2.0, 3.0, 2.5, 2.0, 2.0], "linear"),
+        ("linear", True, [1.0, 2.0, 3.0, 2.5, 2.0, 1.5], "linear"),
+    ],
+)
+def test_between_samples_an_effort_is_held_or_runs_straight_to_the_next(hold, periodic, fine, kind):
+    loop = open_loop_of(record([1.0, 3.0, 2.0]), Axis(hold=hold, periodic=periodic), slice(0, 3), 2)
+    assert loop.effort.tolist() == fine
+    assert (loop.steps, loop.sample_time, loop.count, loop.periodic, loop.hold) == (2, 1e-2, 3, periodic, kind)
+
+
+def test_a_band_limited_effort_passes_through_its_samples():
+    values = np.sin(0.3 * np.arange(40))
+    for periodic in (False, True):
+        loop = open_loop_of(record(values), Axis(hold="band_limited", periodic=periodic), slice(0, 40), 4)
+        assert loop.effort[::4] == pytest.approx(values)
+        assert (loop.hold, loop.effort.size) == ("linear", 160)
+
+
+def test_a_record_of_equal_periods_is_one_of_them():
+    period = np.array([1.0, -2.0, 3.0, 0.5, -1.0])
+    loop = open_loop_of(record(np.tile(period, 4)), Axis(), slice(0, 20), 2)
+    assert (loop.periodic, loop.count) == (True, 20)
+    assert loop.effort.tolist() == np.repeat(period, 2).tolist()
+    told_otherwise = open_loop_of(record(np.tile(period, 4)), Axis(periodic=False), slice(0, 20), 2)
+    assert (told_otherwise.periodic, told_otherwise.effort.size) == (False, 40)
+
+
+def test_a_record_whose_effort_and_position_close_is_a_period():
+    wave = multisine(SAMPLES)
+    for position, periodic in ((wave, True), (sweep(SAMPLES), False)):
+        assert open_loop_of(record(wave, position), Axis(), slice(0, SIZE)).periodic is periodic
+    assert open_loop_of(record(sweep(SAMPLES), wave), Axis(), slice(0, SIZE)).periodic is False
+
+
+def test_a_log_without_effort_has_none_to_apply():
+    with pytest.raises(InputError, match="log: has no effort to apply"):
+        open_loop_of(replace(record([1.0, 2.0, 3.0]), effort=None), Axis(), slice(0, 3))
+
+
+def test_how_a_motion_begins_is_told():
+    once = open_loop_of(record(np.arange(9.0)), Axis(periodic=False), slice(0, 9))
+    assert (once.diagnostic.code, dict(once.diagnostic.numbers)) == ("start_of_contact", {})
+    repeated = open_loop_of(record(np.tile([1.0, -2.0, 3.0, 0.5], 4)), Axis(), slice(0, 16))
+    assert dict(repeated.diagnostic.numbers) == {"periods": 4.0}
+
+
+PLANT, FILM = inertia(M=2.0), viscous(F_v=50.0)
+
+
+def test_a_motion_from_rest_has_a_position_at_each_sample_against_what_nobody_sees():
+    loop = open_loop_of(record(np.full(30, 10.0)), Axis(periodic=False), slice(0, 30))
+    t = 1e-2 * np.arange(30)
+    with interpreted():
+        position, status = loop.position(PLANT, FILM)
+        pushed, _ = loop.position(PLANT, FILM, np.full(30, 4.0))
+    # 2 v' = 10 - 50 v
+    assert position == pytest.approx(0.2 * (t - 0.04 * (1.0 - np.exp(-25.0 * t))), abs=1e-5)
+    assert pushed == pytest.approx(0.6 * position)
+    assert status is Status.OK
+
+
+def test_a_motion_that_is_lost_has_no_position_from_there_on():
+    loop = open_loop_of(record(np.full(30, 1e120)), Axis(periodic=False), slice(0, 30))
+    with interpreted():
+        position, status = loop.position(PLANT, FILM)
+    assert status is Status.NOT_FINITE
+    assert (position.size, position[0]) == (30, 0.0)
+    assert np.isnan(position[1:]).all()
+
+
+def test_a_motion_that_repeats_is_run_until_it_does():
+    wave = 10.0 * np.sin(2.0 * np.pi * np.arange(10) / 10.0)
+    # On a spring: the start is forgotten.
+    spring = oscillator(M=2.0, c=0.0, k=400.0)
+    loop = open_loop_of(record(np.tile(wave, 3)), Axis(), slice(0, 30), 4)
+    with interpreted():
+        position, status = loop.position(spring, FILM)
+    assert (loop.effort.size, position.size, status) == (40, 30, Status.OK)
+    assert position[10:20] == pytest.approx(position[:10])
+    omega = 20.0 * np.pi
+    amplitude = 10.0 / abs(400.0 - 2.0 * omega**2 + 50.0j * omega)
+    assert np.ptp(position[:10]) == pytest.approx(2.0 * amplitude, rel=0.1)
+    assert abs(np.mean(position[:10])) < 0.1 * amplitude
+
+
+def test_a_motion_that_repeats_is_lost_as_a_whole():
+    loop = open_loop_of(record(np.tile([1e120, -1e120], 10)), Axis(), slice(0, 20), 2)
+    with interpreted():
+        position, status = loop.position(PLANT, FILM)
+    assert status is Status.NOT_FINITE
+    assert np.isnan(position).all()
+
+
+@pytest.mark.parametrize("effort", [[1.0, 2.0, 1.0], [1.0, 1.0, 1.0, 1.0], [1.0, 2.0, 3.0, 4.0, 5.0]])
+def test_a_record_that_is_too_short_or_never_repeats_has_no_period(effort):
+    assert period_of(np.array(effort)) is None
+
+
+def test_the_shortest_period_has_two_samples_and_the_longest_half_the_record():
+    assert period_of(np.array([1.0, 2.0, 1.0, 2.0])) == 2
+    assert period_of(np.array([1.0, 2.0, 5.0, 1.0, 2.0, 5.0])) == 3
+    assert period_of(np.array([1.0, 2.0, 5.0, 1.0, 2.0, 5.0 + 1e-6])) is None
+    assert period_of(np.array([1.0, 2.0, 5.0, 1.0, 2.0, 5.0 + 1e-9])) == 3
+
+
+def test_a_record_that_is_short_or_still_does_not_close():
+    wave = np.sin(2.0 * np.pi * np.arange(200) / 50.0)
+    assert closes(wave)
+    assert closes(wave[:192]) is False
+    assert not closes(np.sin(2.0 * np.pi * np.arange(191) / 191.0))
+    assert closes(np.sin(2.0 * np.pi * np.arange(192) / 192.0))
+    assert not closes(np.ones(400))

@@ -1,0 +1,104 @@
+"""A contact moved by hand, where it stood at first, and the force that it settles to."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle import friction
+from bristle.engine import force_along, interpreted
+from bristle.engine.contact import Contact, place_of, state_at, steady_force
+
+LUGRE = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e6, sigma_1=1e3, sigma_2=200.0)
+SLIDER = friction.find("gap_slider")(**friction.gap_slider.example)
+SLIDERS = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 4e6], nu_i=[0.5, 0.5])
+
+
+@pytest.fixture(autouse=True)
+def in_plain_python():
+    with interpreted():
+        yield
+
+
+def test_a_contact_is_moved_in_equal_steps_at_a_speed():
+    contact = Contact(LUGRE)
+    force = contact.move(-4e-6, 2e-3, 4)
+    # A micrometre at 2 mm/s takes half a millisecond.
+    assert force.tolist() == force_along(LUGRE, np.full(4, -2e-3), 0.5e-3).tolist()
+    assert contact.x == -4e-6
+    assert contact.state.tolist() == pytest.approx([-4e-6], rel=0.1)
+    contact.move(1e-6, 1e-3)
+    assert contact.x == pytest.approx(-3e-6)
+
+
+def test_friction_sees_where_a_contact_is():
+    contact = Contact(friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0))
+    assert contact.move(0.4, 1.0, 2).tolist() == pytest.approx([10.3, 10.9])
+    assert contact.force(0.0) == pytest.approx(1.2)
+    assert contact.move(-0.4, 1.0).tolist() == pytest.approx([-10.0 + 0.6])
+
+
+def test_looking_at_the_force_moves_nothing():
+    contact = Contact(SLIDERS)
+    contact.move(1e-6, 1e-3)
+    assert contact.force(1e-3) == contact.force(1e-3) == pytest.approx(10.0)
+    assert contact.move(1e-6, 1e-3)[0] == pytest.approx(15.0, rel=0.1)
+
+
+def test_a_copy_of_a_contact_goes_its_own_way():
+    contact = Contact(SLIDERS)
+    contact.move(1e-6, 1e-3)
+    other = contact.copy()
+    other.move(-1e-6, 1e-3)
+    assert (contact.x, other.x) == (1e-6, 0.0)
+    assert (contact.force(1e-3), other.force(-1e-3)) == pytest.approx((10.0, 0.0))
+    bristles = Contact(LUGRE)
+    twin = bristles.copy()
+    twin.move(1e-6, 1e-3)
+    assert bristles.state.tolist() == [0.0]
+
+
+def motion_of(count=300, dt=1e-3):
+    v = 2e-3 * np.sin(2.0 * np.pi * np.arange(1, count + 1) / 150.0)
+    return {"v": v, "x": dt * np.cumsum(v)}
+
+
+@pytest.mark.parametrize("place", [-1.0, -0.77, 0.0, 0.3, 1.0])
+def test_where_a_contact_stood_at_first_is_found_from_its_force(place):
+    motion = motion_of()
+    measured = force_along(SLIDER, motion["v"], 1e-3, motion["x"], state=state_at(SLIDER, place))
+    assert place_of(SLIDER, motion, 1e-3, measured) == pytest.approx(place, abs=2e-3)
+
+
+def test_where_a_contact_stood_is_found_in_noise_from_what_is_not_forgotten():
+    motion = motion_of(3000)
+    measured = force_along(SLIDER, motion["v"], 1e-3, motion["x"], state=state_at(SLIDER, 0.4))
+    measured += 0.2 * np.random.default_rng(3).standard_normal(3000)
+    measured[1500:] += 50.0  # long after the start is forgotten
+    assert place_of(SLIDER, motion, 1e-3, measured) == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_contact_that_forgets_at_once_stood_in_the_middle():
+    flat = SLIDER.with_values(give=1e-12, gap=1e-12)
+    v = np.full(300, 1.0)
+    assert place_of(flat, {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3, np.full(300, 20.0)) == 0.0
+
+
+@pytest.mark.parametrize("v", [1e-4, -2e-3, 0.3])
+def test_the_force_settles_to_the_stribeck_curve(v):
+    level = 20.0 + 8.0 * math.exp(-((v / 2e-3) ** 2))
+    assert steady_force(LUGRE, v) == pytest.approx(math.copysign(level, v) + 200.0 * v, rel=1e-9)
+
+
+@pytest.mark.parametrize("sigma_0", [1e2, 1e9])
+def test_the_force_of_a_contact_of_any_stiffness_settles(sigma_0):
+    assert steady_force(friction.dahl(F_C=20.0, sigma_0=sigma_0), 1e-5) == pytest.approx(20.0)
+
+
+def test_the_force_of_a_static_map_is_there_at_once():
+    assert steady_force(friction.coulomb_viscous(F_C=20.0, F_v=5.0), -2.0) == -30.0
+
+
+def test_friction_that_varies_along_the_axis_settles_as_in_the_middle():
+    model = friction.find("coulomb+position")(F_C=20.0, x_0=0.1, x_L=0.1, p_1=0.5, p_2=0.1, a_1=3.0, a_2=1.0)
+    assert steady_force(model, 1.0) == pytest.approx(20.0)

@@ -1,0 +1,145 @@
+"""Entries in plain Python: what they take from vectors, and what they leave there."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, hysteresis, sensors
+from bristle.engine import entry_points
+from bristle.engine.entry_points import (
+    make_compensate,
+    make_compensate_along,
+    make_control,
+    make_force_along,
+    make_output_along,
+    make_sense,
+    make_substeps,
+)
+from bristle.engine.instance import Instance
+from bristle.plants import inertia
+
+COULOMB = friction.coulomb(F_C=20.0)
+# Gain, offset, asymmetry, limit and rate limit: each makes another effort of 20 N.
+SHAPES = {
+    "gain": ((0.5, 0.0, 0.0, math.inf, math.inf), (10.0, -10.0)),
+    "offset": ((1.0, 3.0, 0.0, math.inf, math.inf), (23.0, -17.0)),
+    "asymmetry": ((1.0, 0.0, 0.1, math.inf, math.inf), (22.0, -18.0)),
+    "limit": ((1.0, 0.0, 0.0, 15.0, math.inf), (15.0, -15.0)),
+    "rate limit": ((1.0, 0.0, 0.0, math.inf, 300.0), (3.0, 0.0)),
+    "all": ((2.0, 3.0, 0.1, 30.0, 1000.0), (10.0, 0.0)),
+}
+
+
+def test_no_two_results_share_a_place():
+    names = ["FORCE", "FAILED", "SLOPE", "FAILED_SO_FAR", "ACCELERATION", "SLACK", "DRIVE_EFFORT", "DRIVE_LAG"]
+    assert sorted(getattr(entry_points, name) for name in names) == list(range(entry_points.OUT_SIZE))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_compensator_along_a_desired_motion_shapes_its_force(name):
+    shape, expected = SHAPES[name]
+    part, effort, nothing = Instance(COULOMB), np.empty(2), np.zeros(2)
+    entry = make_compensate_along(*part.structures)
+    entry(part.parameters, part.state, np.zeros(0), np.array(shape), np.array([1.0, -1.0]), nothing, nothing, 0.01, effort)
+    assert effort.tolist() == pytest.approx(list(expected))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_compensator_along_the_measured_motion_shapes_its_force_alike(name):
+    shape, expected = SHAPES[name]
+    part, memory = Instance(COULOMB), np.array([*shape, 5.0, 0.0])
+    entry = make_compensate(*part.structures)
+    effort = [entry(part.parameters, part.state, np.zeros(0), memory, measured, 0.0, 0.01) for measured in (5.001, 5.0)]
+    assert effort == pytest.approx(list(expected))
+    assert memory[5:].tolist() == [5.0, effort[-1]]
+
+
+def test_a_compensator_along_the_measured_motion_takes_the_velocity_from_the_last_position():
+    part = Instance(friction.viscous(F_v=3.0))
+    memory = np.array([1.0, 0.0, 0.0, math.inf, math.inf, 5.0, 0.0])
+    assert make_compensate(*part.structures)(part.parameters, part.state, np.zeros(0), memory, 5.2, 0.0, 0.1) == pytest.approx(6.0)
+
+
+def test_a_compensator_leaves_its_state_behind():
+    model = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
+    shape, effort, nothing = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.empty(2), np.zeros(2)
+    along, measured = Instance(model), Instance(model)
+    entry = make_compensate_along(*along.structures)
+    assert entry(along.parameters, along.state, np.zeros(0), shape, np.full(2, 1e-6), nothing, nothing, 0.01, effort) == 0.0
+    assert along.state_now.z == pytest.approx(2e-8, rel=1e-3)
+    make_compensate(*measured.structures)(measured.parameters, measured.state, np.zeros(0), np.array([*shape, 0.0, 0.0]), 1e-8, 0.0, 0.01)
+    assert measured.state_now.z == pytest.approx(1e-8, rel=1e-3)
+
+
+def test_where_nothing_compensates_nothing_is_fed_forward():
+    assert entry_points.compensate_nothing(None, None, None, None, 1.0, 2.0, 0.1) == 0.0
+
+
+def test_what_passes_on_to_the_load_reaches_a_compensator():
+    model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
+    part, effort = Instance(model), np.empty(2)
+    plain, still = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.zeros(2)
+    along = make_compensate_along(*part.structures)
+    along(part.parameters, part.state, np.zeros(0), plain, np.ones(2), still, np.array([0.0, -50.0]), 0.1, effort)
+    assert effort.tolist() == pytest.approx([20.0, 25.0])
+    measured = make_compensate(*part.structures)(part.parameters, part.state, np.zeros(0), np.array([*plain, 0.0, 0.0]), 1.0, 50.0, 0.1)
+    assert measured == pytest.approx(25.0)
+
+
+def test_a_friction_model_along_a_motion_leaves_its_state_behind():
+    model = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
+    part, force = Instance(model), np.empty(2)
+    around = np.zeros(0).repeat(2) if not part.motion._field_defaults else np.repeat(list(part.motion._field_defaults.values()), 2)
+    done = make_force_along(*part.structures, part.motion)(
+        part.parameters, part.state, np.zeros(0), np.full(2, 1e-6), np.array([1e-8, 2e-8]), around, 1e-2, force
+    )
+    assert done == 0.0
+    assert force == pytest.approx([5e-3, 15e-3], rel=1e-3)  # the mean of a spring over each step
+    assert part.state_now.z == pytest.approx(2e-8, rel=1e-3)
+
+
+def test_an_operator_along_an_input_leaves_its_state_behind():
+    part, output = Instance(hysteresis.stop(r=1.0)), np.empty(3)
+    assert make_output_along(*part.structures)(part.parameters, part.state, np.zeros(0), np.array([0.5, 3.0, 2.5]), output) == 0.0
+    assert output.tolist() == [0.5, 1.0, 0.5]
+    make_output_along(*part.structures)(part.parameters, part.state, np.zeros(0), np.array([2.5, 2.0, -1.0]), output)
+    assert output.tolist() == [0.5, 0.0, -1.0]
+
+
+def test_a_sensor_goes_on_with_its_noise_from_sample_to_sample():
+    part = Instance(sensors.encoder(noise=0.1, seed=3))
+    entry = make_sense(*part.structures)
+    readings = [entry(part.parameters, part.state, 7.0, 1e-3) for _ in range(200)]
+    assert len(set(readings)) == 200
+    assert np.mean(readings) == pytest.approx(7.0, abs=0.03)
+    assert np.std(readings) == pytest.approx(0.1, rel=0.2)
+
+
+def test_a_controller_gives_its_command_and_keeps_its_integral():
+    part = Instance(controllers.cascade(k_p=2.0, k_v=3.0, k_i=4.0))
+    entry = make_control(*part.structures)
+    state = part.state.copy()
+    first = entry(part.parameters, part.state, 1.0, 0.0, 0.0, 7.0, 0.0, 0.5, math.inf, 0.1)
+    assert not np.array_equal(state, part.state)
+    second = entry(part.parameters, part.state, 1.0, 0.0, 0.0, 7.0, 0.0, 0.5, math.inf, 0.1)
+    assert second > first > 7.5
+    assert entry(part.parameters, part.state, 1.0, 0.0, 0.0, 7.0, 0.0, 0.5, 2.0, 0.1) <= 2.0
+
+
+def test_substeps_leave_what_they_found_in_their_places():
+    plant, model = Instance(inertia(M=2.0)), Instance(friction.coulomb_viscous(F_C=2.0, F_v=3.0))
+    out = np.zeros(entry_points.OUT_SIZE)
+    plant.state[1] = 1.0
+    vectors = entry_points.MechanismVectors(plant.parameters, plant.state, model.parameters, model.state, np.zeros(0), out)
+    out[entry_points.DRIVE_LAG], out[entry_points.DRIVE_EFFORT] = 0.1, 5.0
+    entry = make_substeps(*plant.structures, *model.structures)
+    assert entry(vectors, 5.0, 5.0, 0.1, 20) == 0.0
+    # 2 v' = 5 - 2 - 3 v stays at rest with itself.
+    assert plant.state.tolist() == pytest.approx([0.1, 1.0])
+    assert out[entry_points.FORCE] == pytest.approx(5.0)
+    assert out[entry_points.ACCELERATION] == pytest.approx(0.0, abs=1e-9)
+    assert out[entry_points.FAILED] == out[entry_points.FAILED_SO_FAR] == 0.0
+    assert out[entry_points.DRIVE_EFFORT] == pytest.approx(5.0)
+    entry(vectors, 6.0, 6.0, 0.1, 20)
+    assert out[entry_points.DRIVE_EFFORT] == pytest.approx(6.0 - math.exp(-1.0))

@@ -1,0 +1,74 @@
+"""Lanes: how one iterate follows another, and when a lane steps aside."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle import friction
+from bristle.engine import interpreted, run_batch
+from bristle.engine.lanes import ASIDE, CARRIED, ITERATE, OPEN, PORT, SOLVED, SPAN, SUMS, Iterate, Rows, first_guess, next_iterate
+from bristle.plants import inertia
+
+FREE = Iterate(2.0, 1.0, 0.0, 0.0, -math.inf, math.inf, OPEN)
+
+
+def test_a_solve_begins_where_the_acceleration_leads_to_in_half_a_step():
+    assert first_guess(3.0, 4.0, 0.1) == pytest.approx(3.2)
+    assert first_guess(0.0, 4.0, 0.1) == 0.0
+
+
+def test_an_iterate_goes_on_by_the_secant_and_closes_its_bracket():
+    first = next_iterate(FREE, 0.5, solved=False)
+    assert first == Iterate(1.5, 1.0, 2.0, 0.5, -math.inf, 2.0, OPEN)
+    # From 2 to 1.5 the residual fell by 0.75: a slope of 1.5, and 0.25 / 1.5 ahead.
+    second = next_iterate(first, -0.25, solved=False)
+    assert second == Iterate(pytest.approx(1.5 + 0.25 / 1.5), 1.5, 1.5, -0.25, 1.5, 2.0, OPEN)
+
+
+def test_a_lane_that_is_solved_stays_at_its_velocity():
+    done = next_iterate(FREE, 0.5, solved=True)
+    assert done == FREE._replace(status=SOLVED)
+    assert next_iterate(done, 0.5, solved=False) == done
+
+
+@pytest.mark.parametrize(
+    ("iterate", "residual"),
+    [
+        (FREE, 2.5),  # crosses zero
+        (FREE._replace(v=-2.0), -2.5),
+        (FREE, 2.0),  # meets zero
+        (FREE._replace(low=1.9), 0.5),  # leaves its bracket
+        (FREE._replace(high=2.1), -0.5),
+        (FREE._replace(low=2.0 * (1.0 - 2e-16)), 1e-17),  # has no room left
+    ],
+)
+def test_a_lane_that_does_more_than_usual_steps_aside(iterate, residual):
+    assert next_iterate(iterate, residual, solved=False) == iterate._replace(status=ASIDE)
+    assert next_iterate(iterate._replace(status=ASIDE), 0.1, solved=True).status == ASIDE
+
+
+def test_parts_of_a_block_lie_one_behind_the_other():
+    rows = Rows(2, 3, 4, 5)
+    sizes = [len(structure[1]) for structure in (SPAN, CARRIED, PORT, ITERATE)]
+    assert (rows.body, rows.friction, rows.state, rows.body_next, rows.state_next, rows.span) == (2, 5, 9, 14, 17, 22)
+    begins = [22, *(22 + np.cumsum(sizes)).tolist()]
+    assert [rows.span, rows.carried, rows.port, rows.iterate, rows.force] == begins
+    assert rows.status == rows.iterate + 6
+    assert (rows.sums, rows.failures_so_far, rows.lost_at, rows.count) == (
+        rows.force + 1,
+        rows.force + 3,
+        rows.force + 4,
+        rows.force + 1 + len(SUMS[1]),
+    )
+
+
+def test_in_lanes_friction_rises_with_what_passes_on_to_the_load_as_one_by_one():
+    model = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=30.0, c_T=0.2)
+    effort = 60.0 + 20.0 * np.sin(np.linspace(0.0, 3.0, 5)) * np.linspace(0.5, 1.0, 32)[:, None]
+    with interpreted():
+        lanes, alone = (run_batch(inertia(M=2.0), model, effort, 1e-3, v=0.1, in_lanes=in_lanes) for in_lanes in (True, False))
+    for field in ("position", "velocity", "friction"):
+        assert np.array_equal(getattr(lanes, field), getattr(alone, field)), field
+    # F = 20 + 30 * 0.1 + 0.2 (60 - F)
+    assert lanes.friction[:, 0] == pytest.approx(35.0 / 1.2, rel=0.01)

@@ -1,0 +1,139 @@
+"""Friction along a motion: what surrounds a contact, what was before it, and how far it deflects."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle import friction, hysteresis
+from bristle.controllers.feedforward import Shape
+from bristle.core.errors import InputError
+from bristle.core.packing import pack
+from bristle.engine import force_along, interpreted, response, settled
+from bristle.engine.motion import along, compensation_along, conditioned, in_turns, presliding_distance
+
+PLAIN = Shape(1.0, 0.0, 0.0, math.inf, math.inf)
+
+
+@pytest.fixture(autouse=True)
+def in_plain_python():
+    with interpreted():
+        yield
+
+
+def lugre(**changes):
+    return friction.lugre(**{"F_C": 20.0, "F_S": 20.0, "v_S": 1.0, "sigma_0": 1e6, "sigma_1": 0.0, "sigma_2": 0.0} | changes)
+
+
+def test_a_position_that_is_not_given_is_the_integral_of_the_velocity():
+    model = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0)
+    # In the middles of the steps the position is 0.1, 0.2 and 0.1.
+    assert force_along(model, [2.0, 0.0, -2.0], 0.1) == pytest.approx([20.3, 0.6, -19.7])
+    assert force_along(model, [2.0, 0.0, -2.0], 0.1, [0.5, 0.5, 0.5]) == pytest.approx([21.2, 1.5, -18.2])
+
+
+def test_what_surrounds_a_contact_is_one_number_or_one_for_each_step():
+    model = friction.find("coulomb+load+temperature")(F_C=20.0, k_L=0.5, k_T=-0.01)
+    v = [1.0, 1.0]
+    assert force_along(model, v, 0.1, load=3.0) == pytest.approx([40.0, 40.0])
+    assert force_along(model, v, 0.1, load=[1.0, 2.0], temperature=303.15) == pytest.approx([18.0, 28.0])
+    with pytest.raises(InputError, match="load: has the wrong length"):
+        force_along(model, v, 0.1, load=[1.0])
+    with pytest.raises(InputError, match=r"laod: is unknown to coulomb.*load, temperature, transmitted.*Did you mean 'load'"):
+        force_along(model, v, 0.1, laod=2.0)
+
+
+def test_a_state_and_a_memory_are_what_was_before():
+    model = lugre()
+    assert force_along(model, [0.0], 1.0, state=model.component.State(5e-6)) == pytest.approx([5.0])
+    sliders = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5])
+    memory = np.array([2.0, 3.0])
+    stretched = force_along(sliders, [0.0], 1.0, memory=memory)[0]
+    assert stretched != 0.0
+    assert memory.tolist() == [2.0, 3.0]
+    with pytest.raises(InputError, match="state: is that of another model"):
+        force_along(model, [0.0], 1.0, state=(1.0, 2.0))
+
+
+def test_turns_have_parameters_of_their_own_and_what_surrounds_each():
+    model = friction.find("coulomb+load")(F_C=20.0, k_L=1.0)
+    rows = np.array([pack(model.with_values(F_C=level).parameters) for level in (20.0, 30.0, 40.0)])
+    v = np.ones(6)
+    result = in_turns(model, rows, v, 0.1, 0.1 * np.cumsum(v), [0, 2, 5], load=np.array([1.0, 2.0, 1.0, 2.0, 1.0, 2.0]))
+    assert result == pytest.approx([20.0, 40.0, 30.0, 60.0, 30.0, 80.0])
+
+
+def test_a_compensator_along_a_motion_sees_the_position_and_the_effort_passed_on():
+    model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
+    v, x = np.array([1.0, 1.0]), np.array([0.1, 0.2])
+    assert compensation_along(model, PLAIN, v, 0.1, x) == pytest.approx([20.0, 20.0])
+    assert compensation_along(model, PLAIN, v, 0.1, x, transmitted=50.0) == pytest.approx([25.0, 25.0])
+    assert compensation_along(model, PLAIN, v, 0.1, x, transmitted=np.array([0.0, 50.0])) == pytest.approx([20.0, 25.0])
+    with pytest.raises(InputError, match="x: has the wrong length"):
+        compensation_along(model, PLAIN, v, 0.1, x[:1])
+
+
+@pytest.mark.parametrize("v", [1e-3, -0.2])
+def test_a_contact_that_has_slid_is_deflected_as_far_as_it_goes(v):
+    state, memory = settled(lugre(), v)
+    assert state.z == pytest.approx(math.copysign(20.0 / 1e6, v))
+    assert memory.size == 0
+    assert settled(lugre(), 0.0)[0].z == 0.0
+
+
+@pytest.mark.parametrize("sigma_0", [1e2, 1e10])
+def test_a_contact_of_any_stiffness_settles(sigma_0):
+    assert settled(lugre(sigma_0=sigma_0), 1.0)[0].z == pytest.approx(20.0 / sigma_0)
+
+
+def test_a_sweep_that_decays_leaves_a_contact_at_rest_with_the_sweep_in_its_memory():
+    model = friction.preisach_contact(s=1e7, f_p=28.0)
+    state, memory = conditioned(model, 1e-5)
+    assert abs(force_along(model, [0.0], 1.0, state=state, memory=memory)[0]) < 0.5
+    assert np.count_nonzero(memory) > 10
+    assert np.max(np.abs(memory)) <= 28.0
+    turning = np.sort(np.abs(memory[: memory.size // 2][memory[: memory.size // 2] != 0.0]))
+    assert turning[-1] == pytest.approx(1e-5, rel=0.05)
+
+
+def test_a_sweep_ends_where_it_began():
+    _, memory = conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e-6], nu_i=[1.0]), 1e-5)
+    assert memory[0] == pytest.approx(0.0, abs=1e-15)
+    assert conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), 0.0)[1].tolist() == [0.0]
+
+
+@pytest.mark.parametrize("length", [1e-9, 2e-5, 1e-2])
+def test_a_contact_reaches_half_of_its_force_over_seven_tenths_of_its_bristles(length):
+    # 1 - exp(-x / z) = 1 / 2 at x = z ln 2; the places that are tried lie a quarter apart.
+    distance = presliding_distance(lugre(sigma_0=20.0 / length))
+    assert length * math.log(2.0) * 0.8 <= distance <= length * math.log(2.0) * 1.3
+
+
+def test_a_static_map_and_a_contact_without_force_have_no_presliding_distance():
+    assert presliding_distance(friction.coulomb(F_C=20.0)) == math.inf
+    assert presliding_distance(friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=0.0, validate=False)) == math.inf
+
+
+def test_a_response_begins_at_the_first_sample_with_no_force():
+    model = friction.viscous(F_v=10.0)
+    assert response(model, [1.0, 1.5, 1.0], 0.1).tolist() == pytest.approx([0.0, 50.0, -50.0])
+
+
+def test_an_operator_has_a_history_and_no_time_and_friction_the_other_way_round():
+    stop = hysteresis.stop(r=1.0)
+    assert response(stop, [0.5], history=[3.0]).tolist() == [-1.0]
+    assert response(stop, [0.5]).tolist() == [0.5]
+    with pytest.raises(InputError, match=r"dt: a hysteresis operator knows no time; found 0.1.*Leave dt out"):
+        response(stop, [0.5], 0.1)
+    with pytest.raises(InputError, match=r"history: belongs to hysteresis operators.*Put the motion before x"):
+        response(friction.coulomb(F_C=1.0), [0.0, 1.0], 0.1, history=[1.0])
+    with pytest.raises(InputError, match="dt: is needed for a friction model"):
+        response(friction.coulomb(F_C=1.0), [0.0, 1.0])
+
+
+def test_a_search_may_try_what_overflows_and_a_person_may_not():
+    model = friction.viscous(F_v=1e100)
+    with np.errstate(over="ignore"):
+        assert along(model, [1e300], 1.0)[0] == math.inf
+        with pytest.raises(InputError, match="viscous gives no finite number at sample 1 of a finite motion"):
+            force_along(model, [0.0, 1e300], 1.0)

@@ -1,0 +1,162 @@
+"""What a motion may use of the limits of an axis, and what is believed where the axis file says nothing."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from tests.excitation.axes import STAGE
+
+from bristle.controllers import cascade
+from bristle.core import Axis, InputError
+from bristle.excitation.limits import MotionLimits, effort_limit, limits_of, prior_of, turning_distance
+from bristle.friction import coulomb_viscous, lugre
+from bristle.plants import inertia
+
+BRISTLES = 0.5 * math.log(50.0)  # lengths of a bristle over which half a reversal is done but for 2 %
+
+
+def limits(axis=STAGE, travel=None, start=None):
+    return limits_of(axis, prior_of(axis), 1e-3, travel, start)
+
+
+def test_a_motion_uses_nine_tenths_of_each_limit_and_all_of_the_jerk():
+    result = limits()
+    assert (result.travel, result.velocity, result.acceleration) == pytest.approx((0.27, 0.27, 2.7))
+    assert (result.jerk, result.count, result.presliding, result.sample_time) == (5000.0, 0.125e-6, 7e-6, 1e-3)
+
+
+def test_a_limit_that_nobody_said_is_none():
+    result = limits(Axis(kind="rotational"))
+    assert result == MotionLimits("rotational", 1e-3)
+    assert (result.reach, result.fastest, result.corner(1.0, 1.0)) == (0.0, math.inf, 20.0)
+
+
+@pytest.mark.parametrize(("start", "travel"), [(0.15, 0.09), (0.0, 0.18), (0.05, 0.27)])
+def test_a_motion_stays_off_the_nearer_end_of_the_stroke(start, travel):
+    assert limits(start=start).travel == pytest.approx(travel)
+
+
+def test_a_travel_is_used_whole_up_to_the_stroke():
+    assert limits(travel=0.02).travel == 0.02
+    assert limits(travel=STAGE.stroke[1] - STAGE.stroke[0]).travel == pytest.approx(0.3)
+    with pytest.raises(InputError, match=r"travel: is more than the stroke of the axis; found '?0.301.*allowed up to 300 mm"):
+        limits(travel=0.301)
+
+
+def test_half_of_the_effort_over_the_mass_is_an_acceleration():
+    assert limits(replace(STAGE, acceleration_limit=None)).acceleration == pytest.approx(0.9 * 12.5)
+    assert limits(replace(STAGE, acceleration_limit=None, mass=None)).acceleration is None
+    assert limits(replace(STAGE, acceleration_limit=None, effort_limit=None)).acceleration is None
+
+
+@pytest.mark.parametrize(
+    ("path", "of"),
+    [
+        ("limits.velocity", lambda value: replace(STAGE, velocity_limit=value)),
+        ("limits.acceleration", lambda value: replace(STAGE, acceleration_limit=value)),
+        ("limits.jerk", lambda value: replace(STAGE, jerk_limit=value)),
+        ("limits.stroke", lambda value: replace(STAGE, stroke=(0.0, value))),
+    ],
+)
+def test_a_limit_below_a_nanometre_is_a_mistake_of_units(path, of):
+    prior = prior_of(STAGE)
+    limits_of(of(1.1e-9), prior, 1e-3, None)
+    with pytest.raises(InputError, match=rf"{path}: is too small for a motion.*allowed >= 1e-09 in SI.*Is the unit right"):
+        limits_of(of(0.9e-9), prior, 1e-3, None)
+
+
+def test_a_travel_below_a_nanometre_is_a_mistake_of_units():
+    limits(travel=1.1e-9)
+    with pytest.raises(InputError, match="travel: is too small for a motion"):
+        limits(travel=0.9e-9)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_stroke_is_no_farther_from_zero_than_digits_tell_nanometres(side):
+    # Doubles are 2^-30 apart below 2^23.
+    limits(replace(STAGE, stroke=tuple(sorted((side * 8.38e6, side * 8.3e6)))))
+    with pytest.raises(InputError, match="too few digits"):
+        limits(replace(STAGE, stroke=tuple(sorted((side * 8.39e6, side * 8.3e6)))))
+
+
+@pytest.mark.parametrize("start", [-0.1, 0.2, 0.3])
+def test_a_start_at_an_end_of_the_stroke_leaves_no_room(start):
+    with pytest.raises(InputError, match=r"start: leaves no room to either side.*allowed between -0.1 and 0.2, in SI"):
+        limits(start=start)
+
+
+def test_friction_is_taken_for_a_tenth_of_the_largest_effort_with_the_usual_proportions():
+    prior = prior_of(STAGE)
+    values = prior.friction.values
+    assert prior.friction.name == "lugre"
+    assert (values["F_C"], values["F_S"], values["v_S"], values["sigma_2"]) == pytest.approx((70.0, 87.5, 3e-3, 35.0 / 0.3))
+    assert values["sigma_0"] == pytest.approx(87.5 * BRISTLES / 7e-6)
+    assert values["sigma_1"] / (2.0 * math.sqrt(values["sigma_0"] * 28.0)) == pytest.approx(0.2)  # the damping ratio
+    assert prior.resonance == pytest.approx(math.sqrt(87.5 * BRISTLES / 7e-6 / 28.0) / (2.0 * math.pi))
+    assert prior.assumed == ("Coulomb friction of 70 N", "lugre with the usual proportions")
+    assert (prior.plant.values["M"], prior.mass_known, prior.stribeck_velocity) == (28.0, True, None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "mass", "text"),
+    [
+        ({}, 350.0 / 3.0, "mass of 117 kg"),
+        ({"acceleration_limit": None}, 350.0, "mass of 350 kg"),
+        ({"effort_limit": None}, 1.0 / 3.0, "mass of 0.333 kg"),
+        ({"kind": "rotational"}, 350.0 / 3.0, "inertia of 117 kg*m^2"),
+    ],
+)
+def test_a_mass_that_nobody_said_is_what_half_of_the_effort_speeds_up(changes, mass, text):
+    prior = prior_of(replace(STAGE, mass=None, **changes))
+    assert prior.plant.values["M"] == pytest.approx(mass)
+    assert prior.assumed[0].replace("·", "*").replace("²", "^2") == text
+    assert (prior.mass_known, prior.resonance) == (False, None)
+
+
+@pytest.mark.parametrize(("changes", "length"), [({}, 20.0 * 0.125e-6), ({"resolution": None}, 2e-5), ({"presliding": 4e-6}, 4e-6)])
+def test_friction_turns_over_twenty_steps_of_the_encoder_where_nothing_says_it(changes, length):
+    prior = prior_of(replace(STAGE, **{"presliding": None} | changes))
+    assert prior.friction.values["sigma_0"] == pytest.approx(87.5 * BRISTLES / length)
+    assert prior.presliding == changes.get("presliding")
+    assert (prior.resonance is None) == ("presliding" not in changes)
+
+
+def test_an_axis_without_an_effort_has_a_friction_of_one_and_no_resonance():
+    prior = prior_of(replace(STAGE, effort_limit=None))
+    assert (prior.friction.values["F_C"], prior.friction.values["F_S"], prior.resonance) == (1.0, 1.25, None)
+
+
+def test_an_axis_without_a_velocity_slides_ten_thousand_bristles_a_second():
+    values = prior_of(replace(STAGE, velocity_limit=None)).friction.values
+    fastest = 1e4 * 7e-6 / BRISTLES
+    assert (values["v_S"], values["sigma_2"]) == pytest.approx((0.01 * fastest, 35.0 / fastest))
+
+
+def test_a_friction_that_is_given_tells_its_distance_its_resonance_and_its_stribeck_velocity():
+    friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=5e6, sigma_1=1e3, sigma_2=100.0)
+    prior = prior_of(replace(STAGE, mass=None), inertia(M=2.0), friction)
+    assert (prior.friction, prior.assumed, prior.stribeck_velocity, prior.mass_known) == (friction, (), 1e-3, True)
+    assert prior.presliding == pytest.approx(BRISTLES * 25.0 / 5e6, rel=0.02)
+    assert prior.resonance == pytest.approx(math.sqrt(5e6 / 2.0) / (2.0 * math.pi), rel=0.01)
+    assert prior.plant.values["M"] == 2.0
+
+
+def test_a_static_friction_turns_over_the_distance_of_the_axis_or_at_once():
+    friction = coulomb_viscous(F_C=20.0, F_v=1.0)
+    assert prior_of(STAGE, None, friction).presliding == 7e-6
+    at_once = prior_of(replace(STAGE, presliding=None), None, friction)
+    assert (at_once.presliding, at_once.resonance, at_once.friction) == (None, None, friction)
+
+
+@pytest.mark.parametrize("distance", [2e-9, 0.02])
+def test_a_turning_distance_is_found_from_a_nanometre_to_centimetres(distance):
+    model = lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=BRISTLES * 20.0 / distance, sigma_1=0.0, sigma_2=0.0)
+    assert turning_distance(model) == pytest.approx(distance, rel=0.03)
+
+
+def test_an_effort_limit_is_that_of_the_axis_or_else_of_the_controller():
+    law = cascade(k_p=10.0, k_v=100.0, limit=350.0)
+    assert effort_limit(replace(STAGE, controller=law)) == 700.0
+    assert effort_limit(replace(STAGE, controller=law, effort_limit=None)) == 350.0
+    assert effort_limit(replace(STAGE, controller=cascade(k_p=10.0, k_v=100.0), effort_limit=None)) is None
+    assert effort_limit(replace(STAGE, effort_limit=None)) is None

@@ -1,0 +1,261 @@
+"""Each purpose: when an axis allows it, and the amplitudes, speeds and times of its pieces."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle.excitation.limits import MotionLimits
+from bristle.excitation.motion import length_of
+from bristle.excitation.purposes import PURPOSES
+
+LIMITS = MotionLimits(
+    "translational", sample_time=1e-3, travel=0.1, velocity=10.0, acceleration=2.5, count=1e-7, presliding=1e-5, resonance=60.0
+)
+
+
+def pieces_of(purpose, seconds=20.0, **changes):
+    return PURPOSES[purpose].pieces(replace(LIMITS, **changes), seconds)
+
+
+def missing(purpose, **changes):
+    return PURPOSES[purpose].missing(replace(LIMITS, **changes))
+
+
+def test_the_shares_of_all_purposes_are_the_whole_time():
+    assert [PURPOSES[name].share for name in ("presliding", "break-away", "damping", "stribeck")] == [0.55, 0.12, 0.08, 0.25]
+    assert sum(purpose.share for purpose in PURPOSES.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("purpose", PURPOSES)
+def test_an_axis_that_tells_everything_allows_every_purpose(purpose):
+    assert missing(purpose) == ""
+
+
+@pytest.mark.parametrize("purpose", ["presliding", "break-away", "damping"])
+@pytest.mark.parametrize(
+    ("allowed", "refused", "why"),
+    [
+        # Half of the largest loop, which is 97 % of the pre-sliding amplitude.
+        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 of its steps of 1.62 µm are no small part of 10 µm"),
+        ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "no closer than 4.9 µm, which is no small part of 10 µm"),
+        # Four pre-sliding amplitudes to either side.
+        ({"travel": 8.1e-5}, {"travel": 7.9e-5}, "a travel of 80 µm"),
+        ({"travel": None}, {"presliding": None}, "write presliding under"),
+    ],
+)
+def test_loops_before_sliding_are_allowed_up_to_a_bound(purpose, allowed, refused, why):
+    if purpose != "damping" or "count" not in allowed:  # a chirp is smaller than that
+        assert missing(purpose, **allowed) == ""
+    assert why in missing(purpose, **refused)
+
+
+@pytest.mark.parametrize("purpose", ["presliding", "break-away"])
+def test_a_conditioning_slide_of_four_presliding_amplitudes_takes_a_second_and_a_half(purpose):
+    slide = pieces_of(purpose)[0]
+    assert (slide.name, slide.purpose) == ("conditioning slide", purpose)
+    assert slide.amplitude == pytest.approx(4e-5)
+    assert slide.speed == pytest.approx(1.6e-4 / 1.5)
+    assert slide.duration == pytest.approx(1.5, rel=0.2)
+    assert slide.rest == 0.2
+    assert np.ptp(slide.sample(np.linspace(0.0, slide.duration, 2001))[0]) == pytest.approx(8e-5, rel=1e-3)
+
+
+@pytest.mark.parametrize(("changes", "smallest"), [({}, 1e-6), ({"count": 5e-7}, 1.5e-6), ({"followed": 2e-6}, 2e-6)])
+def test_loops_grow_evenly_from_the_smallest_that_shows_to_almost_the_presliding_amplitude(changes, smallest):
+    loops = [piece.amplitude for piece in pieces_of("presliding", **changes) if piece.name == "triangles"]
+    assert loops == pytest.approx([smallest + k / 13.0 * (9.7e-6 - smallest) for k in range(14)])
+
+
+def test_decaying_loops_end_at_a_seventh_of_the_largest_loop():
+    loops = pieces_of("presliding")[1]
+    x, v, _ = loops.sample(np.linspace(0.0, loops.duration, 20_001))
+    turns = x[np.flatnonzero(v[1:-1] * v[2:] < 0.0) + 1]
+    assert loops.name == "decaying loops"
+    assert turns.size == 10
+    assert abs(turns[0]) == pytest.approx(9.7e-6, rel=1e-3)
+    assert abs(turns[-1] / turns[0]) == pytest.approx(0.15, rel=1e-3)
+
+
+def test_corners_take_a_tenth_of_the_shortest_leg():
+    # Speeding up and braking take v^2 / a of the way together.
+    loops, pair = pieces_of("presliding", acceleration=None)[1:3]
+    shortest = 2.0 * 0.15 * 9.7e-6  # twice the last turning point
+    assert loops.speed**2 / loops.reference.values["acceleration"] == pytest.approx(0.05 * shortest)
+    assert pair.speed**2 / pair.reference.values["acceleration"] == pytest.approx(0.05 * 2.0 * pair.amplitude)
+
+
+def test_corners_keep_the_largest_acceleration():
+    assert LIMITS.corner(1.0, 1.0) == 2.5
+    assert LIMITS.corner(0.1, 1.0) == pytest.approx(0.2)
+
+
+def test_the_shortest_leg_before_sliding_has_twenty_five_samples():
+    smallest = pieces_of("presliding", 0.1)[2]
+    assert 2.0 * smallest.amplitude / smallest.speed == pytest.approx(25.0 * 1e-3)
+    assert pieces_of("presliding", 0.1, velocity=1e-5)[2].speed == 1e-5
+
+
+@pytest.mark.parametrize(("seconds", "cycles"), [(100.0, 2), (400.0, 4), (1000.0, 10)])
+def test_time_goes_into_more_cycles_with_longest_legs_of_five_or_six_seconds(seconds, cycles):
+    pieces = pieces_of("presliding", seconds)
+    assert length_of(pieces) == pytest.approx(seconds, rel=1e-3)
+    assert {piece.reference.values["cycle_count"] for piece in pieces[2:]} == {cycles}
+    assert 2.0 * 9.7e-6 / pieces[-1].speed == pytest.approx(6.0, rel=0.1) or cycles == 2
+
+
+def test_an_axis_slower_than_the_slowest_loops_runs_two_cycles_at_its_largest_velocity():
+    pieces = pieces_of("presliding", 300.0, velocity=1e-6)
+    assert {piece.reference.values["cycle_count"] for piece in pieces[2:]} == {2}
+    assert {piece.speed for piece in pieces[2:]} == {1e-6}
+
+
+def test_break_away_has_three_rates_each_four_times_the_one_before_and_turns_back_first():
+    _, *ramps = pieces_of("break-away")
+    assert [ramp.name for ramp in ramps] == ["break-away ramp"] * 6
+    assert [ramp.speed / ramps[0].speed for ramp in ramps] == pytest.approx([1.0, 1.0, 4.0, 4.0, 16.0, 16.0])
+    assert [ramp.end for ramp in ramps] == pytest.approx([-5e-5, 5e-5] * 3)
+    assert [ramp.amplitude for ramp in ramps] == pytest.approx([-5e-5, 5e-5] * 3)
+    assert {ramp.rest for ramp in ramps} == {0.4}
+
+
+def test_a_ramp_has_fifty_samples_within_the_turn_of_friction():
+    speeds = [piece.speed for piece in pieces_of("break-away", 4.0)[1:]]
+    assert max(speeds) == pytest.approx(2e-5 / (50.0 * 1e-3))
+    assert max(piece.speed for piece in pieces_of("break-away", 4.0, velocity=1e-4)[1:]) == pytest.approx(1e-4)
+
+
+def test_a_ramp_is_at_speed_within_a_tenth_of_the_presliding_amplitude():
+    ramp = pieces_of("break-away", acceleration=None)[1]
+    assert ramp.speed**2 / ramp.reference.values["acceleration"] == pytest.approx(0.05 * 1e-5)
+
+
+@pytest.mark.parametrize("purpose", ["break-away", "stribeck", "damping", "presliding"])
+def test_the_pieces_of_each_purpose_take_the_time_that_it_is_given(purpose):
+    assert length_of(pieces_of(purpose, 25.0)) == pytest.approx(25.0, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("unknown", "why"),
+    [
+        ("velocity", "how much velocity the axis allows is not known: write velocity under [limits]"),
+        ("acceleration", "how much acceleration the axis allows is not known: write acceleration under [limits], or limit under [effort]"),
+        ("travel", "how much travel the axis allows is not known: write stroke under [limits], or give a travel"),
+    ],
+)
+def test_constant_velocities_take_all_limits_of_the_axis(unknown, why):
+    assert missing("stribeck", **{unknown: None}).startswith(why)
+
+
+def test_velocities_span_a_factor_of_three_at_least():
+    # The slowest is a fifth of the Stribeck velocity, the fastest what speeding up within an eighth of the travel reaches.
+    assert missing("stribeck", stribeck_velocity=0.41) == ""
+    assert missing("stribeck", stribeck_velocity=0.42) == "a travel of 100 mm is too short for several velocities"
+    assert missing("stribeck", velocity=0.1, stribeck_velocity=0.16) == ""
+    assert "too short" in missing("stribeck", velocity=0.1, stribeck_velocity=0.17)
+
+
+def speeds_of(seconds=20.0, **changes):
+    return [piece.speed for piece in pieces_of("stribeck", seconds, **changes)]
+
+
+@pytest.mark.parametrize("jerk", [math.inf, 50.0, 3.0])
+def test_the_fastest_sweep_is_at_speed_after_an_eighth_of_the_travel(jerk):
+    # Up to v with an acceleration a that rises and falls by the jerk j takes the way v / 2 (v / a + a / j).
+    v = speeds_of(jerk=jerk)[-1]
+    assert 0.5 * v * (v / 2.5 + 2.5 / jerk) == pytest.approx(0.0125)
+
+
+def test_ten_velocities_follow_each_other_by_the_same_factor():
+    speeds = speeds_of(stribeck_velocity=1e-2)
+    assert len(speeds) == 10
+    assert speeds[0] == pytest.approx(2e-3)
+    assert speeds[-1] == pytest.approx(0.25)
+    assert np.diff(np.log(speeds)) == pytest.approx(math.log(125.0) / 9.0)
+
+
+def test_the_slowest_sweep_takes_three_tenths_of_the_time_at_most():
+    # Of 20 s, for a slide to and fro of five pre-sliding amplitudes to either side: 200 um.
+    assert speeds_of(stribeck_velocity=1e-5)[0] == pytest.approx(2e-4 / 6.0)
+    assert speeds_of(stribeck_velocity=1e-5, count=1e-6)[0] == pytest.approx(8e-4 / 6.0)  # of 200 steps of the encoder
+    # Of a hundredth of the travel where nothing tells more.
+    assert speeds_of(stribeck_velocity=1e-5, count=0.0, presliding=None)[0] == pytest.approx(4e-3 / 6.0)
+
+
+def test_the_slowest_sweep_is_a_third_of_the_fastest_at_most():
+    slowest, *_, fastest = speeds_of(2.0)
+    assert fastest / slowest >= 3.0 - 1e-9
+    slowest, *_, fastest = speeds_of(0.3, stribeck_velocity=1.0)
+    assert fastest / slowest == pytest.approx(3.0)
+
+
+def test_sweeps_of_all_velocities_take_the_same_time():
+    sweeps = pieces_of("stribeck", 60.0, stribeck_velocity=1e-2)
+    ways = np.array([4.0 * piece.amplitude * piece.reference.values["cycle_count"] / piece.speed for piece in sweeps])
+    assert {piece.name for piece in sweeps} == {"constant velocity"}
+    assert ways[:6] == pytest.approx(ways[0])
+    assert ways[6:] == pytest.approx(ways[0], rel=0.3)  # whole cycles of half the travel
+    assert sweeps[-1].reference.values["cycle_count"] == 6
+    assert sweeps[0].reference.values["cycle_count"] == 1
+
+
+def test_sweeps_go_half_the_travel_at_most_and_have_room_to_speed_up_and_brake():
+    sweeps = pieces_of("stribeck", 20.0, stribeck_velocity=1e-2, jerk=50.0)
+    for piece in sweeps:
+        braking = piece.speed**2 / 2.5 + piece.speed * 2.5 / 50.0
+        assert min(2.0 * braking, 0.05) - 1e-12 <= piece.amplitude <= 0.05
+        assert piece.amplitude >= 5e-5
+        assert piece.reference.values["acceleration"] == pytest.approx(min(20.0 * piece.speed**2 / piece.amplitude, 2.5))
+    assert max(piece.amplitude for piece in pieces_of("stribeck", 400.0)) == 0.05
+
+
+def test_slides_stay_within_a_travel_that_is_shorter_than_they_should_be():
+    assert {piece.amplitude for piece in pieces_of("stribeck", count=1e-3, stribeck_velocity=1e-2)} == {0.05}
+
+
+@pytest.mark.parametrize(
+    ("allowed", "refused", "why"),
+    [
+        ({}, {"resonance": None}, "write the moving mass under [plant]"),
+        # Five samples in a period: 200 Hz, and a quarter more than the resonance is needed.
+        ({"resonance": 159.0}, {"resonance": 161.0}, "the sample time of 1 ms is too long for a resonance at 161 Hz"),
+        # An amplitude of two steps: 0.2 um at 150 Hz are 0.178 m/s^2.
+        ({"acceleration": 0.18}, {"acceleration": 0.17}, "at 150 Hz, and the encoder sees no less than 2 of its steps of 100 nm"),
+    ],
+)
+def test_a_chirp_is_allowed_up_to_a_bound(allowed, refused, why):
+    assert missing("damping", **allowed) == ""
+    assert why in missing("damping", **refused)
+
+
+def test_a_chirp_passes_from_an_eighth_of_the_resonance_to_two_and_a_half_of_it():
+    (piece,) = pieces_of("damping", 10.0)
+    values = piece.reference.values
+    assert (piece.name, piece.rest) == ("chirp", 0.2)
+    assert (values["f_0"], values["f_1"]) == pytest.approx((7.5, 150.0))
+    assert values["duration"] == pytest.approx(9.8)
+    assert values["ramp"] == pytest.approx(2.0 / 7.5)
+    assert piece.speed == pytest.approx(2.0 * math.pi * 150.0 * piece.amplitude)
+
+
+def test_a_chirp_takes_four_periods_of_its_lowest_frequency_at_least_and_fades_over_a_fifth():
+    (piece,) = pieces_of("damping", 0.3)
+    assert piece.duration == pytest.approx(4.0 / 7.5)
+    assert piece.reference.values["ramp"] == pytest.approx(0.8 / 7.5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "amplitude"),
+    [
+        ({}, 2e-6),  # a fifth of the pre-sliding amplitude
+        ({"count": 1.5e-6}, 2.5 / 888_264.0),  # two steps would be too fast
+        ({"velocity": 1e-3}, 1e-3 / 942.478),
+        ({"acceleration": 1.0}, 1.0 / 888_264.0),
+        ({"jerk": 1000.0}, 1000.0 / 837_169_000.0),
+        ({"acceleration": None, "count": 1.5e-6}, 3e-6),
+    ],
+)
+def test_a_chirp_is_small_before_sliding_and_keeps_the_limits_at_its_highest_frequency(changes, amplitude):
+    (piece,) = pieces_of("damping", 10.0, **changes)
+    assert piece.amplitude == pytest.approx(amplitude, rel=1e-3)

@@ -1,0 +1,180 @@
+"""A model on a log: errors, doubts, and what is left unexplained, numbers by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction
+from bristle.core import Axis, InputError
+from bristle.core.status import Status
+from bristle.engine import interpreted
+from bristle.logs.log import Channel, Log
+from bristle.plants import inertia
+from bristle.prediction import predict
+from bristle.prediction.predict import MODES, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
+from bristle.simulation.recorded.closed_loop import START_SAMPLES
+
+DT = 2e-3
+PLANT, MODEL = inertia(M=2.0), friction.coulomb_viscous(F_C=3.0, F_v=20.0)
+TIME = DT * np.arange(3000)
+VELOCITY, ACCELERATION = 0.05 * np.cos(4.0 * TIME), -0.2 * np.sin(4.0 * TIME)
+EFFORT = 2.0 * ACCELERATION + 20.0 * VELOCITY + 3.0 * np.sign(VELOCITY)
+
+
+@pytest.fixture(autouse=True)
+def in_plain_python():
+    with interpreted():
+        yield
+
+
+def log_of(effort=EFFORT, **changes):
+    position = 0.0125 * np.sin(4.0 * TIME)
+    channels = {"time": Channel(TIME, "s", "t"), "position": Channel(position, "m", "q"), "effort": Channel(effort, "N", "u")}
+    return Log(**(channels | {"reference": Channel(position, "m", "r"), "sample_time": DT, "segments": (slice(0, 3000),)} | changes))
+
+
+def test_modes_are_the_inverse_and_both_loops():
+    assert MODES == ("inverse", "closed-loop", "open-loop")
+
+
+def test_an_error_is_relative_and_in_the_unit_of_the_signal():
+    force, off = np.array([3.0, 4.0]), np.array([3.0, 3.0])
+    result = _prediction("inverse", log_of(), np.zeros(2), force, off, np.zeros(2), None)
+    assert result.metrics == {
+        "force_error_percent": pytest.approx(20.0),
+        "force_rmse": pytest.approx(np.sqrt(0.5)),
+        "force_unit": "N",
+        "position_error_percent": None,
+        "position_rmse": None,
+        "position_unit": "m",
+    }
+    turning = _prediction("inverse", log_of(kind="rotational"), np.zeros(2), force, None, force, off)
+    assert (turning.metrics["force_unit"], turning.metrics["position_unit"]) == ("N*m", "rad")
+    assert (turning.metrics["force_rmse"], turning.metrics["position_rmse"]) == (None, pytest.approx(np.sqrt(0.5)))
+
+
+def test_a_simulation_that_diverged_has_no_error():
+    lost = _prediction("open-loop", log_of(), np.zeros(2), np.ones(2), np.ones(2), np.ones(2), np.ones(2), Status.NOT_FINITE)
+    assert lost.metrics["force_error_percent"] is lost.metrics["position_rmse"] is None
+    late = _prediction("open-loop", log_of(), np.zeros(2), np.ones(2), np.ones(2), np.ones(2), np.ones(2), Status.SOLVE_INACCURATE)
+    assert late.metrics["position_rmse"] == 0.0
+
+
+def doubts(percent, velocity_max=None, **changes):
+    log = log_of(**changes)
+    prediction = _prediction("inverse", log, np.zeros(2), np.ones(2), np.zeros(2), np.ones(2), np.zeros(2))
+    metrics = dict(prediction.metrics) | {"force_error_percent": percent[0], "position_error_percent": percent[1]}
+    return [
+        (item.code, dict(item.numbers)) for item in with_doubts(replace(prediction, metrics=metrics), log, None, velocity_max).diagnostics
+    ]
+
+
+def test_a_prediction_worse_than_nothing_is_told_of_the_position_first():
+    assert doubts((99.0, 100.0)) == []
+    assert doubts((101.0, 50.0)) == [("worse_than_none", {"signal": "effort", "percent": 101.0})]
+    assert doubts((101.0, 102.0)) == [("worse_than_none", {"signal": "position", "percent": 102.0})]
+    assert doubts((None, 102.0)) == [("worse_than_none", {"signal": "position", "percent": 102.0})]
+
+
+def test_half_more_than_the_fitted_speed_is_beyond_it():
+    # The largest mean speed over twenty samples is a little below 0.05 m/s.
+    assert doubts((1.0, 1.0), velocity_max=0.034) == []
+    ((code, numbers),) = doubts((1.0, 1.0), velocity_max=0.033)
+    assert code == "beyond_speed"
+    assert numbers == {"speed": pytest.approx(0.05, rel=1e-2), "fitted_speed": 0.033}
+    assert numbers["speed"] == pytest.approx(0.05 * np.sin(4.0 * DT * 10.0) / (4.0 * DT * 10.0), rel=1e-4)
+
+
+def test_what_a_model_leaves_unexplained_is_told_at_the_rate_of_the_log():
+    extra = np.where((TIME > 2.0) & (TIME < 3.0), 1.0, 0.0)
+    left = unexplained_force(PLANT, MODEL, log_of(EFFORT + extra), Axis(cutoff=60.0))
+    assert left.shape == TIME.shape
+    moving = np.abs(VELOCITY) > 0.02
+    inside, outside = moving & (TIME > 2.1) & (TIME < 2.9), moving & (TIME > 4.0) & (TIME < 5.5)
+    assert left[inside] == pytest.approx(1.0, abs=0.05)
+    assert left[outside] == pytest.approx(0.0, abs=0.05)
+    assert left[0] == left[-1] == 0.0
+
+
+def test_an_unexplained_force_stands_where_its_stretch_does():
+    extra = np.where(TIME > 3.0, 1.0, 0.0)
+    gap = log_of(EFFORT + extra, segments=(slice(0, 1200), slice(1600, 3000)))
+    left = unexplained_force(PLANT, MODEL, gap, Axis(cutoff=60.0))
+    assert left[1200:1600].tolist() == [0.0] * 400
+    moving = np.abs(VELOCITY) > 0.02
+    assert left[moving & (TIME > 3.5) & (TIME < 5.9)] == pytest.approx(1.0, abs=0.05)
+    assert left[moving & (TIME > 0.1) & (TIME < 2.3)] == pytest.approx(0.0, abs=0.05)
+
+
+def test_the_effort_of_a_motion_is_that_of_inertia_and_friction():
+    effort = effort_of_motion(PLANT, MODEL, {"time": TIME, "position": log_of().position.values}, None, {"cutoff": 60.0})
+    inside = (np.abs(VELOCITY) > 0.02) & (TIME > 0.2) & (TIME < 5.8)
+    assert effort.shape == TIME.shape
+    assert effort[inside] == pytest.approx(EFFORT[inside], abs=0.1)
+
+
+def test_the_effort_of_a_motion_lags_by_the_delay_of_the_treatment_and_of_the_axis():
+    columns = {"time": TIME, "position": log_of().position.values}
+    inside = (np.abs(VELOCITY) > 0.02) & (TIME > 0.2) & (TIME < 5.5)
+    prompt = effort_of_motion(PLANT, MODEL, columns, Axis(), {"cutoff": 60.0})
+    late = effort_of_motion(PLANT, MODEL, columns, Axis(delay=10.0 * DT), {"cutoff": 60.0, "delay": 5.0 * DT})
+    assert late[15:][inside[:-15]] == pytest.approx(prompt[:-15][inside[:-15]], abs=1e-3)
+
+
+def test_rows_are_treated_as_their_identification_did():
+    log = log_of()
+    plain, late = (rows_as_fitted(log, None, {"cutoff": 60.0, "delay": delay}, 1) for delay in (None, 10.0 * DT))
+    assert plain.cutoff == 60.0
+    assert plain.decimation == 1
+    assert rows_as_fitted(log, None, {"cutoff": 60.0}, 3).decimation == 3
+    size = min(plain.effort.size, late.effort.size)
+    assert not np.allclose(plain.effort[:size], late.effort[:size], atol=1e-3)
+
+
+def test_a_model_of_another_kind_of_axis_is_refused():
+    with pytest.raises(InputError, match=r"model: is of another kind of axis than the log; found '?rotational.*allowed '?translational"):
+        predict(inertia(M=2.0, kind="rotational"), friction.coulomb(F_C=1.0, kind="rotational"), log_of())
+    with pytest.raises(InputError, match="log: has no effort to compare with or to apply"):
+        predict(PLANT, MODEL, replace(log_of(), effort=None))
+
+
+def test_a_cut_off_that_the_sampling_does_not_carry_is_lowered_to_two_fifths_of_it():
+    fast = predict(PLANT, MODEL, log_of(), Axis(cutoff=250.0, decimation=1))
+    first, *_, last = fast.diagnostics
+    assert (first.code, dict(first.numbers)) == ("filtered", {"wanted": 250.0, "cutoff": pytest.approx(200.0)})
+    assert dict(last.numbers)["cutoff"] == pytest.approx(200.0)
+    carried = predict(PLANT, MODEL, log_of(), Axis(cutoff=240.0, decimation=1))
+    assert [item.code for item in carried.diagnostics if "wanted" in dict(item.numbers)] == []
+
+
+def test_a_prediction_of_a_loop_has_the_samples_of_every_stretch_that_is_long_enough():
+    log = log_of(segments=(slice(0, 300), slice(300, 338), slice(400, 600)))
+    axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0))
+    opened = predict(PLANT, MODEL, log, axis, "open-loop")
+    # Of each stretch the first twenty samples go, and of the second one no more than twenty are left.
+    assert opened.time == pytest.approx(np.concatenate([TIME[20:300], TIME[420:600]]))
+    assert opened.effort_predicted is None
+    assert [item.code for item in opened.diagnostics].count("short_stretch") == 1
+    assert START_SAMPLES == 20
+    closed = predict(PLANT, MODEL, log, axis, "closed-loop")
+    assert closed.time == pytest.approx(np.concatenate([TIME[:300], TIME[300:338], TIME[400:600]]))
+    assert closed.effort_predicted.shape == closed.time.shape
+    with pytest.raises(InputError, match=r"log: no stretch of the log is long enough.*allowed > 40 samples"):
+        predict(PLANT, MODEL, log_of(segments=(slice(0, 30),)), axis, "open-loop")
+
+
+def test_a_static_map_is_simulated_with_the_presliding_distance_of_the_axis():
+    result = predict(PLANT, MODEL, log_of(segments=(slice(0, 200),)), Axis(presliding=1e-5), "open-loop")
+    told = [dict(item.numbers) for item in result.diagnostics if item.code == "presliding_distance"]
+    assert told == [{"distance": 1e-5}]
+    plain = predict(PLANT, MODEL, log_of(segments=(slice(0, 200),)), Axis(), "open-loop")
+    assert not np.array_equal(plain.position_predicted, result.position_predicted)
+
+
+def test_a_lag_that_is_given_counts_before_that_of_the_axis():
+    axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0), lag=0.02)
+    log = log_of(segments=(slice(0, 200),))
+    own, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
+    assert own.tolist() == same.tolist()
+    assert not np.array_equal(own, prompt)

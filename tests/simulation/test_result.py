@@ -1,0 +1,203 @@
+"""What a simulation returns: numbers by hand, cards, and where a reversal is worst."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.experiment import Experiment
+from bristle.core.status import Status
+from bristle.simulation.result import (
+    NO_STATISTICS,
+    Prediction,
+    SimulationResult,
+    Statistics,
+    VariantResult,
+    mean_result,
+    relative_error_percent,
+    statistics_of,
+    swing_at_worst_reversal,
+    worst_reversal,
+)
+
+SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
+
+
+def variant(name="base", **changes):
+    signals = {signal: np.arange(4.0) for signal in SIGNALS}
+    numbers = {
+        "following_error": Statistics(1e-3, 0.0, 0.0, 2e-3, 0.0, 0.0),
+        "true_error": Statistics(0.0, 0.0, 0.0, 3e-3, 0.0, 0.0),
+        "by_direction": {"forward": Statistics(*range(6))},
+        "effort_rms": 4.0,
+        "effort_peak": 5.0,
+        "motion": Statistics(6e-3, 0.0, 0.0, 0.0, 7e-3, 8e-3),
+    }
+    return VariantResult(name, **(signals | numbers | changes))
+
+
+def test_a_signal_in_six_numbers():
+    assert statistics_of([3.0, -1.0, 1.0, 1.0]) == Statistics(
+        4.0, 1.0, pytest.approx(math.sqrt(2.0)), pytest.approx(math.sqrt(3.0)), -1.0, 3.0
+    )
+    assert np.isnan(list(vars(statistics_of([])).values())).all()
+    assert np.isnan(list(vars(NO_STATISTICS).values())).all()
+
+
+def test_a_signal_that_diverged_has_the_numbers_that_are_left():
+    result = statistics_of([1e200, -1e200])
+    assert (result.rms, result.max, result.min) == (math.inf, 1e200, -1e200)
+
+
+@pytest.mark.parametrize(("predicted", "percent"), [([3.0, 4.0], 0.0), ([0.0, 0.0], 100.0), ([3.0, 3.0], 20.0), ([6.0, 8.0], 100.0)])
+def test_an_error_is_percent_of_the_signal(predicted, percent):
+    assert relative_error_percent(np.array([3.0, 4.0]), np.array(predicted)) == pytest.approx(percent)
+
+
+def test_of_a_signal_of_zeros_no_percent_is_told():
+    assert math.isnan(relative_error_percent(np.zeros(2), np.ones(2)))
+
+
+def test_the_numbers_of_a_variant_have_their_names():
+    numbers = variant().as_dict()
+    assert list(numbers) == ["following_error", "true_error", "by_direction", "effort", "motion", "status", "runs"]
+    assert numbers["following_error"]["rms"] == 2e-3
+    assert numbers["true_error"]["rms"] == 3e-3
+    assert numbers["by_direction"]["forward"] == dict(zip(("peak_to_peak", "mean", "std", "rms", "min", "max"), range(6), strict=True))
+    assert numbers["effort"] == {"rms": 4.0, "peak": 5.0}
+    assert numbers["motion"]["max"] == 8e-3
+    assert (numbers["status"], numbers["runs"]) == (Status.OK.sentence, 1)
+    assert variant(trials=(2.0, 1.0)).as_dict()["trials"] == [2.0, 1.0]
+
+
+def test_a_spread_stands_behind_its_number():
+    numbers = variant(spread={"effort": {"rms": 0.5}}, runs=3).as_dict()
+    assert list(numbers["effort"].items()) == [("rms", 4.0), ("rms_spread", 0.5), ("peak", 5.0)]
+
+
+def test_a_variant_tells_its_card_in_its_units():
+    assert variant()._title() == "base: simulated, 4 samples, translational"
+    assert variant()._remarks() == [
+        "Following error, peak to peak: 1 mm",
+        "its rms: 2 mm",
+        "True error, rms: 3 mm",
+        "Effort, rms: 4 N",
+        "Peak: 5 N",
+        f"Status: {Status.OK.sentence}",
+    ]
+    assert variant(kind="rotational")._row()[3] == "4 N·m"
+
+
+def test_an_open_loop_tells_its_motion_and_no_error():
+    nothing = np.full(4, np.nan)
+    opened = variant(reference=nothing)
+    assert opened.is_open
+    assert not variant().is_open
+    assert not variant(reference=np.array([np.nan, 1.0])).is_open
+    assert not variant(reference=np.zeros(0)).is_open
+    assert opened._remarks()[:3] == ["Position, peak to peak: 6 mm", "lowest: 7 mm", "highest: 8 mm"]
+
+
+def test_a_mean_of_one_run_is_the_run():
+    assert mean_result([variant()]).spread == {}
+    assert mean_result([variant()]).runs == 1
+
+
+def test_a_mean_of_runs_tells_what_went_wrong_in_any():
+    runs = [variant(), variant(status=Status.SOLVE_INACCURATE), variant()]
+    assert mean_result(runs).status is Status.SOLVE_INACCURATE
+    assert mean_result(runs).runs == 3
+    other = replace(runs[0], motion=Statistics(*[9.0] * 6))
+    assert mean_result([runs[0], other]).motion.peak_to_peak == pytest.approx(0.5 * (9.0 + 6e-3))
+    assert mean_result([runs[0], replace(runs[0], true_error=Statistics(*[9.0] * 6))]).true_error.rms == pytest.approx(0.5 * 9.003)
+
+
+def result_of(*variants, refused=()):
+    return SimulationResult(Experiment("bench", "translational", ()), {item.name: item for item in variants}, dict(refused))
+
+
+def test_an_experiment_tells_its_card():
+    one, two = result_of(variant()), result_of(variant(), variant("other"), refused={"third": "has no gains"})
+    assert one._card().title == "bench: 1 variant simulated"
+    card = two._card()
+    assert card.title == "bench: 2 variants simulated"
+    assert card.heads[1] == "Following error, peak to peak"
+    assert [row[0] for row in card.rows] == ["base", "other"]
+    assert card.remarks == ("third was not simulated: has no gains",)
+    opened = variant(reference=np.full(4, np.nan))
+    assert result_of(opened)._card().heads[1] == "Position, peak to peak"
+    assert result_of(opened, variant("other"))._card().heads[1] == "Following error, peak to peak"
+    assert result_of()._card().heads[1] == "Following error, peak to peak"
+
+
+def test_an_experiment_is_plain_data_and_a_table():
+    result = result_of(variant(), variant("other"), refused={"third": "why"})
+    data = result.to_dict()
+    assert (data["name"], data["kind"], data["refused"], list(data["variants"])) == (
+        "bench",
+        "translational",
+        {"third": "why"},
+        ["base", "other"],
+    )
+    frame = result.to_dataframe()
+    assert frame.columns[0] == "variant"
+    assert frame["variant"].tolist() == ["base"] * 4 + ["other"] * 4
+    assert frame.attrs["units"]["position"] == "m"
+    assert result_of().to_dataframe().empty
+
+
+def prediction(**changes):
+    values = {"effort": np.array([1.0, 2.0, 3.0, 4.0]), "effort_predicted": np.array([1.0, 2.5, 3.0, 6.0]), "half_width": np.full(4, 0.5)}
+    values |= {"position": np.zeros(4), "position_predicted": np.array([0.0, 0.0, 0.0, 1.0]), "position_half_width": np.full(4, 0.1)}
+    metrics = {"force_error_percent": 12.3456, "position_error_percent": None, "position_unit": "m"}
+    return Prediction("inverse", np.arange(4.0), metrics=metrics, **(values | changes))
+
+
+def test_the_share_of_samples_inside_a_band():
+    assert prediction().inside_percent == 75.0
+    assert prediction().position_inside_percent == 75.0
+    assert prediction(half_width=None).inside_percent is None
+    assert prediction(effort_predicted=None).inside_percent is None
+    assert prediction(effort=None).inside_percent is None
+    assert prediction(position_half_width=None).position_inside_percent is None
+
+
+def test_a_prediction_tells_its_kind_by_the_unit_of_the_position():
+    assert prediction().kind == "translational"
+    assert replace(prediction(), metrics={"position_unit": "rad"}).kind == "rotational"
+    assert replace(prediction(), metrics={}).kind == "translational"
+
+
+def test_a_prediction_tells_its_card():
+    result = prediction(diagnostics=(Diagnostic("filtered", "", "note", {"cutoff": 100.0}), Diagnostic("at_bound", "F_C", "warning")))
+    assert result._title() == "Prediction (inverse) of 4 samples, translational"
+    remarks = result._remarks()
+    assert remarks[:3] == ["error of the effort: 12.3 %", "inside the band of the effort: 75 %", "inside the band of the position: 75 %"]
+    assert remarks[-2:] == ["note: filtered", "warning: at_bound F_C"]
+
+
+def test_the_worst_reversal_has_the_widest_swing_of_the_error():
+    reference = np.abs(np.arange(1000.0) % 500.0 - 250.0)  # turns at 250, 500 and 750
+    error = np.zeros(1000)
+    error[255], error[495], error[505], error[760] = 1.0, -1.0, 1.0, 1.5
+    around = worst_reversal(reference, error)
+    # A twentieth of the samples, a third of them before the reversal.
+    assert around.stop - around.start == 50
+    assert around.start == pytest.approx(500 - 16, abs=1)
+    assert swing_at_worst_reversal(reference, error) == 2.0
+
+
+def test_a_short_record_shows_forty_samples_around_a_reversal_or_all():
+    reference = np.abs(np.arange(100.0) - 50.0)
+    around = worst_reversal(reference, np.zeros(100))
+    assert around.stop - around.start == 40
+    assert worst_reversal(reference[40:60], np.zeros(20)) == slice(0, 20)
+    late = np.abs(np.arange(100.0) - 98.0)
+    assert worst_reversal(late, np.zeros(100)) == slice(60, 100)
+
+
+def test_a_reference_that_never_turns_has_no_reversal():
+    assert worst_reversal(np.arange(100.0), np.zeros(100)) is None
+    assert swing_at_worst_reversal(np.arange(100.0), np.zeros(100)) is None

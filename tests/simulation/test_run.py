@@ -1,0 +1,199 @@
+"""One run of a variant: what it is asked for, what is judged, and what is learned from trial to trial."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, plants, references, sensors
+from bristle.core.errors import InputError
+from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
+from bristle.core.status import Status
+from bristle.engine import interpreted
+from bristle.engine.loop import sensed
+from bristle.files.variant import at_rest
+from bristle.simulation.run import learn, seeded, simulate, simulate_with
+
+DT = 1e-2
+
+
+@pytest.fixture(autouse=True)
+def in_plain_python():
+    with interpreted():
+        yield
+
+
+def loop(count=40, **changes):
+    """Return a loop along a straight motion of 0.1 m/s, then back."""
+    position = 0.1 * DT * np.minimum(np.arange(count), count - 1.0 - np.arange(count))
+    parts = {
+        "name": "loop",
+        "plant": plants.inertia(M=2.0),
+        "friction": friction.coulomb_viscous(F_C=3.0, F_v=5.0),
+        "controller": controllers.cascade(k_p=10.0, k_v=100.0),
+        "sensor": sensors.encoder(),
+        "reference": references.recorded(position=position, sample_time=DT),
+        "feedforward": Feedforward(),
+        "run": Run(duration=count * DT, sample_time=DT, substeps=1),
+    }
+    return Variant(**(parts | changes))
+
+
+def ran(variant):
+    return simulate(Experiment("bench", "translational", (variant,))).variants[variant.name]
+
+
+def test_errors_are_those_of_the_reference_against_what_is_measured_and_what_is_true():
+    result = ran(loop(sensor=sensors.encoder(resolution=5e-3)))
+    assert result.time == pytest.approx(DT * np.arange(40))
+    assert result.reference == pytest.approx(loop().reference.values["position"])
+    assert result.following_error.max == pytest.approx(np.max(result.reference - result.measured))
+    assert result.true_error.rms == pytest.approx(np.sqrt(np.mean((result.reference - result.position) ** 2)))
+    assert result.true_error.rms != result.following_error.rms
+    assert (result.effort_rms, result.effort_peak) == pytest.approx((np.sqrt(np.mean(result.effort**2)), np.max(np.abs(result.effort))))
+    assert result.motion.max == np.max(result.position)
+
+
+def test_what_is_before_the_settling_time_is_not_judged():
+    result = ran(loop(run=Run(duration=40 * DT, sample_time=DT, substeps=1, settle=0.1)))
+    assert result.following_error.max == pytest.approx(np.max((result.reference - result.measured)[10:]))
+    assert result.true_error.min == pytest.approx(np.min((result.reference - result.position)[10:]))
+    assert result.effort_peak == pytest.approx(np.max(np.abs(result.effort[10:])))
+    assert result.motion.min == np.min(result.position[10:])
+
+
+def test_directions_are_those_of_the_reference():
+    result = ran(loop())
+    error = result.reference - result.measured
+    assert result.by_direction["forward"].mean == pytest.approx(np.mean(error[:20]))
+    assert result.by_direction["backward"].mean == pytest.approx(np.mean(error[20:]))
+    assert list(result.by_direction) == ["forward", "backward"]
+
+
+def test_an_effort_beside_the_feedforward_is_added_to_it():
+    fed = loop(feedforward=Feedforward(friction=friction.coulomb(F_C=3.0)))
+    plain, more = simulate_with(fed, None), simulate_with(fed, np.full(40, 2.0))
+    assert more.feedforward - plain.feedforward == pytest.approx(np.full(40, 2.0))
+
+
+def test_what_is_fed_along_the_measured_motion_is_told_with_the_rest():
+    result = ran(loop(feedforward=Feedforward(friction=friction.coulomb(F_C=3.0), along="measured")))
+    assert np.max(result.feedforward) == pytest.approx(3.0)
+    assert np.all(ran(loop()).feedforward == 0.0)
+
+
+def test_an_effort_needs_one_value_for_each_sample():
+    driven = loop(controller=controllers.open_loop(), effort=Effort(np.ones(40)))
+    assert ran(driven).effort.tolist() == [1.0] * 40
+    with pytest.raises(InputError, match=r"effort: is not as long as the run; found '?39.*allowed 40 samples"):
+        ran(replace(driven, effort=Effort(np.ones(39))))
+
+
+def test_an_effort_runs_by_steps_or_by_a_tolerance_against_what_nobody_sees():
+    push, unseen = np.full(40, 9.0), np.full(40, 2.0)
+    driven = loop(controller=controllers.open_loop(), effort=Effort(push), disturbance=unseen, reference=at_rest("translational"))
+    runs = [Run(duration=40 * DT, sample_time=DT, effort_limit=8.0, **way) for way in ({"substeps": 50}, {"tolerance": 1e-6})]
+    steps, exact = (ran(replace(driven, run=run)) for run in runs)
+    assert steps.position == pytest.approx(exact.position, abs=1e-5)
+    for result in (steps, exact):
+        assert result.effort.tolist() == [8.0] * 40
+        # 2 v' = 8 - 2 - 3 - 5 v
+        assert result.velocity[-1] == pytest.approx(0.6 * (1.0 - np.exp(-2.5 * 0.39)), rel=1e-3)
+        assert result.is_open
+        assert np.isnan(result.following_error.rms)
+
+
+def test_a_motion_that_goes_on_begins_as_it_was_under_way():
+    start = Start(0.2, 0.1, 0.0, 3.5)
+    bristles = friction.lugre(F_C=3.0, F_S=3.0, v_S=1.0, sigma_0=1e4, sigma_1=0.0, sigma_2=5.0)
+    position = 0.2 + 0.1 * DT * np.arange(40)
+    moving = loop(friction=bristles, start=start, reference=references.recorded(position=position, sample_time=DT))
+    result = ran(moving)
+    assert (result.position[0], result.velocity[0]) == (0.2, 0.1)
+    # Its bristles are deflected from the first sample on.
+    assert result.friction[0] == pytest.approx(3.0 + 5.0 * 0.1, rel=0.1)
+    virgin = ran(replace(moving, start=None))
+    assert virgin.position[0] == pytest.approx(0.2)
+    assert virgin.friction[0] < 3.4
+
+
+def test_each_run_has_random_numbers_of_its_own():
+    noisy = sensors.encoder(noise=1e-3, seed=5)
+    assert seeded(noisy, 0) is noisy
+    assert seeded(noisy, 3).values["seed"] == 8
+    exact = friction.coulomb(F_C=1.0)
+    assert seeded(exact, 3) is exact
+
+
+def test_progress_counts_the_runs_of_all_variants():
+    seen = []
+    first = loop(20, name="first", sensor=sensors.encoder(noise=1e-4), run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=3))
+    result = simulate(Experiment("bench", "translational", (first, loop(20, name="second"))), lambda *told: seen.append(told))
+    assert seen == [(0.0, "first"), (0.25, "first"), (0.5, "first"), (0.75, "second")]
+    assert [item.runs for item in result.variants.values()] == [3, 1]
+    assert result.variants["first"].following_error.rms > 0.0
+    assert result.variants["first"].spread["effort"]["rms"] > 0.0
+
+
+def trials(learning, gain=1.0, diverges_at=99):
+    """Return what is learned on an axis whose error is what the learned effort lacks of a wave, with what was asked."""
+    wave, asked = np.sin(0.1 * np.arange(400)), []
+
+    def once(desired, number):
+        asked.append((desired, number))
+        error = wave - gain * desired[3]
+        status = Status.NOT_FINITE if len(asked) == diverges_at else Status.OK
+        return Result(error, np.zeros(400), SimpleNamespace(peak_to_peak=float(np.ptp(error))), status)
+
+    desired = np.stack([np.full(400, float(k)) for k in range(4)]) * [[1.0], [1.0], [1.0], [0.0]]
+    return learn(learning, 1e-3, once, desired, 7), asked, wave
+
+
+class Result(SimpleNamespace):
+    """What a trial returns, as far as learning looks at it."""
+
+    def __init__(self, reference, measured, following_error, status, trials=()):
+        super().__init__(reference=reference, measured=measured, following_error=following_error, status=status, trials=trials)
+
+
+@pytest.fixture
+def replaceable(monkeypatch):
+    monkeypatch.setitem(learn.__globals__, "replace", lambda result, **changes: Result(**(vars(result) | changes)))
+
+
+@pytest.mark.usefixtures("replaceable")
+def test_each_trial_learns_from_the_error_of_the_last():
+    result, asked, wave = trials(Learning(trials=3, k_e=0.5, k_d=0.0, cutoff=200.0))
+    inside = slice(100, 300)
+    assert asked[0][0][3].tolist() == [0.0] * 400
+    assert asked[1][0][3][inside] == pytest.approx(0.5 * wave[inside], abs=5e-3)
+    assert asked[2][0][3][inside] == pytest.approx(0.75 * wave[inside], abs=5e-3)
+    assert [rows[:3, 0].tolist() for rows, _ in asked] == [[0.0, 1.0, 2.0]] * 3
+    assert [number for _, number in asked] == [7, 1007, 2007]
+    assert result.trials == pytest.approx((2.0, 1.0, 0.5), rel=0.2)
+
+
+@pytest.mark.usefixtures("replaceable")
+def test_the_rate_of_the_error_is_learned_too():
+    _, asked, wave = trials(Learning(trials=2, k_e=0.0, k_d=0.01, cutoff=200.0))
+    # 0.1 rad in a sample of 1 ms: 100 rad/s.
+    assert asked[1][0][3][150:250] == pytest.approx(np.cos(0.1 * np.arange(150, 250)), abs=0.02)
+    assert np.ptp(wave) == pytest.approx(2.0, rel=0.01)
+
+
+@pytest.mark.usefixtures("replaceable")
+def test_a_trial_that_diverges_is_the_last():
+    result, asked, _ = trials(Learning(trials=5, k_e=0.5, k_d=0.0, cutoff=200.0), diverges_at=2)
+    assert len(asked) == len(result.trials) == 2
+
+
+def test_a_loop_learns_below_half_its_sampling_frequency():
+    with pytest.raises(InputError, match=r"controller.learning.cutoff: out of range; found '?500.*allowed < 500 Hz"):
+        trials(Learning(trials=2, k_e=0.5, k_d=0.0, cutoff=500.0))
+
+
+def test_the_first_run_has_the_random_numbers_of_the_variant():
+    noisy = sensors.encoder(noise=1e-3, seed=5)
+    result = ran(loop(20, sensor=noisy, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
+    assert result.measured == pytest.approx(sensed(noisy, result.position, DT), abs=1e-15)
