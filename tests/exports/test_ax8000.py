@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 import bristle as br
+from bristle.exports import ax8000
 from bristle.exports.ax8000 import reads, write
+from bristle.exports.drive import levels_and_curves
 from bristle.exports.targets import Request
+from bristle.prediction.drive_table import LevelValues
 
 RISING = br.friction.coulomb_viscous(F_C=8.0, F_v=30.0)
 SOFT = br.friction.dahl(F_C=8.0, sigma_0=4e5)
@@ -90,3 +93,10 @@ def test_without_a_spring_a_drive_follows_the_last_direction():
     drive = reads(write(request).files, request)
     x, dt = np.array([0.0, 0.0, 1e-4, 2e-4, 2e-4, 1e-4]), 1e-3
     assert drive(x, dt) == pytest.approx([0.0, 0.0, 11.0, 11.0, 8.0, -11.0], rel=1e-6)
+
+
+def test_a_line_below_the_curve_that_begins_below_nothing_has_no_level(monkeypatch):
+    levels = LevelValues(0.0, 0.0, -0.5, -0.3, -2.0, -4.0, 0.0, 0.0)
+    monkeypatch.setattr(ax8000, "levels_and_curves", lambda request: (levels_and_curves(request)[0], levels))
+    values, _ = objects(SOFT)
+    assert values == {"0x3144:02": (0.0, "N"), "0x3144:03": (0.0, "N*s/m")}

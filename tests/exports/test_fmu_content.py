@@ -5,8 +5,10 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from tests.exports.test_law import variant
 
 import bristle as br
+from bristle.core.experiment import Feedforward
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
 from bristle.exports.cycle import LARGEST, SOLVER, core_of, loaded, stored
@@ -23,13 +25,15 @@ from bristle.exports.fmu_content import (
     Port,
     Setting,
     content_of,
+    content_of_law,
     parameter_ports,
     ports_of,
 )
 from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.fmu_exchange import exchange_of, why_not
+from bristle.exports.law import law_of
 from bristle.exports.subject import subject_of
-from bristle.exports.tree import struct_type
+from bristle.exports.tree import REAL, Return, Store, struct_type
 
 LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
 GMS = br.friction.gms(F_C=4.0, F_S=5.0, v_S=1e-2, nu_i=[0.25, 0.75], k_i=[1e5, 2e5], C=30.0)
@@ -181,3 +185,25 @@ def test_states_are_local_to_an_fmu_without_a_mass():
     (state,) = (port for port in content.ports.listed if port.role == STATE)
     assert state.name == "z"
     assert [port.name for port in content.ports.listed[:4]] == ["time", "v", "x", "force"]
+
+
+def test_the_step_of_a_law_keeps_all_that_lasts_and_gives_its_effort_back():
+    feedforward = Feedforward(friction=LUGRE)
+    law = law_of(variant(feedforward), tunable=True)
+    content = content_of_law(law, "axis_x", Source())
+    *_, last = content.entry.body
+    assert isinstance(last, Return)
+    assert last.value.type == REAL
+    stored_at = [statement.at.value for statement in content.entry.body if isinstance(statement, Store)]
+    assert stored_at == list(range(1 + len(law.leaves)))
+    assert content.begin.size == 1 + len(law.leaves)
+    assert content.begin[0] == 0.0
+    assert content.most[0] == 2
+    names = [port.name for port in content.ports.listed]
+    assert names[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
+    assert {"effort", "controller_k_p", "friction_sigma_0"} <= set(names)
+    (role,) = {port.role for port in content.ports.listed if port.name == "effort"}
+    assert role == OUTPUT
+    assert content.output == "effort"
+    assert len(content.notes) == 1
+    assert content.notes[0].startswith("step the law before the plant")

@@ -110,3 +110,10 @@ def test_friction_that_looks_viscous_all_over_the_stroke_has_the_level_of_all_of
     assert dry.sliding.viscous == pytest.approx(30.0, rel=0.1)
     with pytest.raises(InputError, match="is zero throughout"):
         context_of(treat(log_of(MOTION, 0.0 * MOTION.time), STATED, 100.0, 10), prior_of())
+
+
+def test_a_pitch_is_looked_for_from_three_turns_over_the_range_on():
+    stroke = float(np.ptp(MOTION.position))
+    few = dataset_with((1, 5.0), turn=stroke / 4.2, noise=0.05)
+    periodic = with_slots(find("coulomb_viscous"), ["periodic"])
+    assert with_pitch(context_of(few, prior_of()), periodic).prior.pitch == pytest.approx(stroke / 4.2, rel=0.02)
