@@ -127,3 +127,13 @@ def test_slow_rows_count_little_and_the_ends_of_a_stretch_nothing(rows):
     assert np.all(stretch.weight[speed < 0.02 * top] == 0.0)
     assert np.max(stretch.weight) == pytest.approx(1.0)
     assert np.all((stretch.weight >= 0.0) & (stretch.weight <= 1.0 + 1e-9))
+
+
+@pytest.mark.parametrize("share", [0.03, 0.1, 0.3])
+def test_friction_may_fall_over_these_shares_of_the_top_speed(share):
+    top = np.quantile(np.abs(MOTION.velocity), 0.995)
+    falling = rows_of(np.sign(MOTION.velocity) * np.exp(-np.abs(MOTION.velocity) / (share * top)))
+    (stretch,) = falling.stretches
+    effort, columns = stretch.weight * stretch.effort_at(stretch.time), (stretch.weight * stretch.columns).T
+    left = effort - columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
+    assert np.linalg.norm(left) < 1e-4 * np.linalg.norm(effort)
