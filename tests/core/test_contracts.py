@@ -1,11 +1,14 @@
 """Models from components and values: what is missing, unknown or out of range is named with its place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bristle import friction, hysteresis, plants, sensors
 from bristle.core.contracts import example_of, make_model
 from bristle.core.errors import InputError
+from bristle.core.read_only import ReadOnly
 
 STRIBECK = {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0}
 
@@ -91,3 +94,11 @@ def test_memory_begins_empty():
     assert memory.size == friction.gms.memory_size(model.parameters) > 0
     assert not memory.any()
     assert friction.coulomb.new_memory(None).size == 0
+
+
+def test_a_component_knows_its_module_and_nobody_changes_its_example():
+    made = replace(friction.coulomb, module="", example={"F_C": 3.0})
+    assert made.module == friction.coulomb.Parameters.__module__ == "bristle.friction.coulomb"
+    assert replace(friction.coulomb, module="elsewhere").module == "elsewhere"
+    assert isinstance(made.example, ReadOnly)
+    assert example_of(made).values["F_C"] == 3.0

@@ -1,6 +1,7 @@
 """Recorders whose channels bring their own times: names, times, units, and values that hold on."""
 
 import json
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -143,3 +144,15 @@ def test_a_file_that_is_cut_off_within_a_lead_in_is_truncated():
     with pytest.raises(InputError, match="is truncated"):
         recorders._refuse_truncated(lead + bytes(12) + b"TDSm", REQUEST.source)
     assert np.isfinite(recorders.NO_VALUE)
+
+
+def test_what_a_library_says_of_damage_is_kept_and_printed_nowhere():
+    log_manager = pytest.importorskip("nptdms.log").log_manager
+    handler, before = log_manager.console_handler, list(log_manager.console_handler.filters)
+    try:
+        remarks = recorders._remarks_kept()
+        for text in ("Segment size is wrong", "Error decoding string of a name"):
+            assert not handler.filter(logging.LogRecord("nptdms", logging.WARNING, "", 0, text, (), None))
+        assert remarks == ["Segment size is wrong"]
+    finally:
+        handler.filters[:] = before
