@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from bristle.core.motion import Motion
+from bristle.exports.page import switches
+from bristle.exports.page.described import stored
 from bristle.exports.page.sliders import Scales
 from bristle.exports.page.switches import (
     NEUTRAL,
@@ -103,3 +105,10 @@ def test_a_page_knows_where_a_slot_does_nothing(kind):
     assert slots["load"]["around"]["name"] == "around_load"
     assert slots["position"]["condition"]["advisory"] is False
     assert np.isfinite(slots["position"]["condition"]["least"])
+
+
+def test_walks_of_the_package_are_those_of_every_set_of_slots(monkeypatch):
+    monkeypatch.setattr(switches, "walks_of", lambda model: {"contact": {}})
+    monkeypatch.setattr(switches, "slot_walks", lambda *_, complete: {"complete": complete})
+    assert switches.all_walks(viscous(F_v=1.0)) == {"contact": {}, "slots": {"complete": True}}
+    assert all(walks["slots"]["complete"] for walks in stored().values())
