@@ -8,6 +8,18 @@ import pytest
 
 from bristle.core import mathematics
 from bristle.core.kernel import activate, kernel_options
+from bristle.core.mathematics import (
+    NEWTON_LAST,
+    Bracket,
+    bracket_guess,
+    bracket_update,
+    direction,
+    hyperbolic_mean,
+    log1p,
+    newton_from,
+    newton_next,
+    power,
+)
 
 UNIT = np.finfo(float).eps
 
@@ -171,3 +183,92 @@ def test_the_fitted_weight_is_exact_to_the_last_places_on_both_sides_of_its_seam
         for rate in rates.tolist():
             x = mpmath.mpf(rate)
             assert abs(mathematics.fitted_weight(rate) - (1 / (1 - mpmath.exp(-x)) - 1 / x)) < 2e-15
+
+
+def found(function, slope, search):
+    """The root that a search comes to, and how many times it looked."""
+    while abs(function(search.x)) > 1e-13 and search.rounds < 100:
+        search = newton_next(search, function(search.x), slope(search.x))
+    return search.x, search.rounds
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.3, 2.0])
+def test_newtons_search_finds_the_root_in_few_steps(begin):
+    root, rounds = found(lambda x: x**3 - 0.5, lambda x: 3.0 * x**2, newton_from(2.0, begin))
+    assert root == pytest.approx(0.5 ** (1.0 / 3.0), abs=1e-12)
+    assert rounds <= 10
+
+
+def test_newtons_search_halves_its_interval_where_the_slope_tells_nothing():
+    search = newton_from(8.0, 3.0)
+    assert search == (0.0, 8.0, 3.0, 16.0, 0)
+    below = newton_next(search, -1.0, 0.0)
+    assert below == (3.0, 8.0, 5.5, 5.0, 1)  # the root lies above
+    above = newton_next(search, 1.0, 0.0)
+    assert above == (0.0, 3.0, 0.0, 3.0, 1)  # the root lies below
+    assert newton_next(above, -1.0, 0.0) == (0.0, 3.0, 1.5, 3.0, 2)
+    assert newton_next(search, 1.0, 0.5) == (0.0, 3.0, 1.0, 2.0, 1)  # a step of Newton's within the interval
+    assert newton_next(search, 1.0, 0.25) == (0.0, 3.0, 1.5, 3.0, 1)  # one beyond the interval
+    assert newton_next(search._replace(step=3.0), 1.0, 0.5) == (0.0, 3.0, 1.5, 3.0, 1)  # one that is no shorter than half of the last
+    assert newton_next(search._replace(rounds=16), 1.0, 0.5) == (0.0, 3.0, 1.5, 3.0, 17)
+    assert newton_next(search, 0.0, 1.0) == (3.0, 8.0, 3.0, 0.0, 1)
+
+
+def test_a_step_function_is_found_to_the_last_place():
+    search = newton_from(1.0, 1.0)
+    for _ in range(NEWTON_LAST):
+        search = newton_next(search, 1.0 if search.x > 0.3 else -1.0, 1e-3)
+    assert search.high - search.low <= 1e-15
+    assert search.low <= 0.3 <= search.high
+
+
+@pytest.mark.parametrize("function", [lambda x: x**9 - 0.2, lambda x: math.expm1(9.0 * (x - 0.9)), lambda x: math.atan(50.0 * (x - 0.1))])
+def test_a_bracket_closes_in_on_its_root_from_both_sides(function):
+    bracket = Bracket(0.0, function(0.0), 1.0, function(1.0), 0.0)
+    for _ in range(40):
+        x = bracket_guess(bracket)
+        assert bracket.low < x < bracket.high
+        if abs(function(x)) < 1e-12:
+            break
+        bracket = bracket_update(bracket, x, function(x))
+    assert abs(function(x)) < 1e-12
+
+
+def test_a_bracket_halves_the_value_of_an_end_that_stays_and_itself_where_that_stalls():
+    bracket = Bracket(1.0, -2.0, 5.0, 6.0, 0.0)
+    assert bracket_guess(bracket) == 2.0  # where the line between both ends crosses
+    once = bracket_update(bracket, 2.0, -1.0)
+    assert once == (2.0, -1.0, 5.0, 6.0, -1.0)
+    twice = bracket_update(once, 2.5, -0.5)
+    assert twice == (2.5, -0.5, 5.0, 3.0, -2.0)
+    thrice = bracket_update(twice, 2.6, -0.4)
+    assert thrice == (2.6, -0.4, 5.0, 1.5, -3.0)
+    assert bracket_guess(thrice) == pytest.approx(3.8)  # the middle
+    assert bracket_update(thrice, 3.8, -0.1).stalled == 0.0
+    assert bracket_update(bracket, 2.0, 1.0) == (1.0, -2.0, 2.0, 1.0, 1.0)
+    high = bracket_update(bracket._replace(stalled=1.0), 2.0, 1.0)
+    assert high == (1.0, -1.0, 2.0, 1.0, 2.0)
+    assert bracket_update(bracket._replace(stalled=3.0), 2.0, 1.0).stalled == 0.0
+    assert bracket_update(bracket._replace(stalled=-2.0), 2.0, 1.0).stalled == 1.0
+    assert bracket_update(bracket._replace(stalled=2.0), 2.0, -1.0).stalled == -1.0
+    assert bracket_guess(bracket._replace(stalled=3.0)) == bracket_guess(bracket._replace(stalled=-3.0)) == 3.0
+    assert bracket_guess(Bracket(1.0, 1.0, 5.0, 1.0, 0.0)) == 3.0
+    assert bracket_guess(Bracket(1.0, 0.0, 5.0, 1.0, 0.0)) == 3.0  # an end is no new place
+
+
+@pytest.mark.parametrize("u", [-0.5, -0.0101, -0.0099, -1e-5, 1e-9, 1e-3, 0.0099, 0.0101, 0.7, 30.0])
+def test_the_hyperbolic_mean_is_exact_on_both_sides_of_its_seam(u):
+    assert hyperbolic_mean(u) == pytest.approx(math.log1p(u) / u, rel=4e-16)
+    assert hyperbolic_mean(0.0) == 1.0
+
+
+@pytest.mark.parametrize("x", [-0.2928, -0.2930, 0.4142, 0.4143, 1.5, 3.0, 1e-8, -1e-8, 1e3, 2.0**53, -0.999999])
+def test_the_logarithm_of_one_and_more_is_exact_on_both_sides_of_its_seams(x):
+    assert log1p(x) == pytest.approx(math.log1p(x), rel=3e-16)
+
+
+def test_powers_of_nothing_and_of_less_are_none():
+    assert [power(0.0, y) for y in (0.0, 0.5, 1.0, 2.0, 3.0, 2.5)] == [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert [power(-2.0, y) for y in (0.0, 1.0, 2.0)] == [1.0, 0.0, 0.0]
+    assert [power(1.7, y) for y in (0.0, 1.0, 2.0, 3.0)] == [1.0, 1.7, 1.7 * 1.7, 1.7 * 1.7 * 1.7]
+    assert [direction(v) for v in (2.0, 0.0, -0.0, -3.0)] == [1.0, 1.0, -1.0, -1.0]

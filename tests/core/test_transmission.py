@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bristle.core.errors import InputError
-from bristle.core.motion import Transmission
+from bristle.core.motion import RECORDED, Motion, Reference, Transmission
 
 
 @pytest.mark.parametrize(
@@ -56,3 +56,11 @@ def test_no_power_is_lost(kind, measured, side, gear, lead):
 def test_without_a_lead_an_angle_is_no_travel():
     with pytest.raises(InputError, match='lead = "5 mm"'):
         Transmission("translational").travel("rotational")
+
+
+def test_a_motion_without_surroundings_is_under_its_nominal_load_at_room_temperature():
+    motion = Motion(1.0, 2.0)
+    assert (motion.load, motion.transmitted) == (1.0, 0.0)  # a load is told over its nominal value
+    assert motion.temperature == pytest.approx(20.0 + 273.15)
+    assert Reference(0.0, 0.0, 0.0).effort == 0.0
+    assert set(RECORDED) == {"load", "temperature"}

@@ -2,13 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.core.quantities import PRODUCTS, UNITS
 
 from bristle.core.dimensions import KINDS, unit_of
-from bristle.core.typography import number, scale_of, typeset, with_unit
+from bristle.core.typography import number, printable, scale_of, typed, typeset, with_unit
 from bristle.core.units import factor
 from bristle.report.page import typeset_sentence
 
@@ -56,3 +57,44 @@ def test_units_are_set_for_reading():
 
 def test_a_unit_in_a_sentence_is_set_whole():
     assert typeset_sentence("k_I = 7 N*m/(rad*s) (at 2 N*s^2/m^2.)") == "k_I = 7 N·m/(rad·s) (at 2 N·s²/m².)"
+
+
+@pytest.mark.parametrize(
+    ("value", "resolution", "digits", "text"),
+    [
+        (1234.567, None, 4, "1235"),
+        (0.00123456, None, 4, "0.001235"),
+        (12.3456, 0.2, 4, "12.35"),
+        (1234.0, 300.0, 4, "1230"),
+        (1254.0, 3000.0, 4, "1300"),
+        (5.0, 0.0, 4, "5.000"),
+        (-0.00001, 0.1, 4, "0.00"),
+        (-2.5, None, 2, "−2.5"),
+        (1.5e-12, None, 4, "1.500e−12"),
+        (0.0, None, 4, "0"),
+    ],
+)
+def test_a_number_has_two_digits_of_its_resolution_or_so_many_of_its_own(value, resolution, digits, text):
+    assert number(value, resolution, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        *((7e-6, "m", "7 µm"), (0.04, "N*m", "40 mN·m"), (0.25, "s", "250 ms"), (0.0, "N", "0 N"), (3.0, "1", "3"), (1e-3, "s", "1 ms")),
+        *((0.9999999999999999e-3, "m", "1 mm"), (999.0, "N", "999 N"), (12345.0, "N/m", "12.3 kN/m")),
+    ],
+)
+def test_a_number_in_a_sentence_has_a_fitting_unit_and_no_zeros_at_its_end(value, unit, text):
+    assert with_unit(value, unit) == text
+
+
+def test_values_are_typed_in_six_digits():
+    assert typed(2.0) == "2"
+    assert typed(1.23456789) == "1.23457"
+    assert typed(np.array([1.0, 2.5])) == "[1, 2.5]"
+    assert typed("held") == "held"
+    assert printable("a\x07b\udcff") == "a b\\xff"
+    assert typeset("1") == ""
+    assert typeset("um*s^2") == "µm·s²"
+    assert typeset("m^2.5") == "m^2.5"

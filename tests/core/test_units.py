@@ -125,6 +125,8 @@ def test_decimal_units_are_converted_to_the_nearest_number(number, unit):
         ("20 degC", "K", 293.15),
         ("30 %", "rated", 0.3),
         ("30 %", "1", 0.3),
+        ("30 ‰", "1", 0.03),
+        ("30 permille", "rated", 0.03),
         ("4 count", "count", 4.0),
         ("5 1/min", "1/s", 5 / 60),
     ],
@@ -300,3 +302,8 @@ def test_infinity_is_a_value_only_where_it_is_said_to_be():
     assert units.quantity(math.inf, Variable("length/time", "speed"), infinite=True) == math.inf
     with pytest.raises(InputError, match="finite"):
         units.quantity(math.nan, Variable("length/time", "speed"), infinite=True)
+
+
+@pytest.mark.parametrize(("unit", "si"), [("‰", "1"), ("%", "1"), ("mm", "m"), ("kN*m", "N*m"), ("g", "kg"), ("1", "1"), ("ms", "s")])
+def test_a_unit_of_which_nobody_told_the_quantity_has_that_of_si(unit, si):
+    assert units.si_of(unit) == si

@@ -7,7 +7,8 @@ import pytest
 
 import bristle as br
 from bristle.engine.contact import steady_force
-from bristle.exports.drive import Side, side_of
+from bristle.exports.drive import Side, reads, side_of, write
+from bristle.exports.targets import Request
 from bristle.exports.tf5200 import merged
 from bristle.prediction.drive_units import DriveUnit
 
@@ -121,3 +122,22 @@ def test_the_deviation_that_is_told_holds_between_the_points_too(points, v_S):
     off = np.max(np.abs(np.interp(speeds, *side.entries.T) - steady))
     assert off <= 1.01 * side.deviation
     assert side.deviation < 1.2 * off + 1e-4 * 85.0
+
+
+@pytest.mark.parametrize("against", [(), ("position",), ("effort",), ("position", "effort")])
+def test_a_table_is_read_back_whichever_way_the_columns_of_the_log_run(against):
+    columns = {
+        name: {"column": name[0], "unit": unit} | ({"sign": -1} if name in against else {})
+        for name, unit in (("time", "s"), ("position", "deg"), ("effort", "N*m"))
+    }
+    axis = br.read_axis({"schema": 1, "kind": "rotational", "columns": columns})
+    uneven = br.friction.with_slots(br.friction.coulomb, ["asymmetry"])(kind="rotational", F_C_pos=0.3, F_C_neg=0.2, offset=0.05)
+    request = Request(uneven, "axis_x", 1e-3, axis=axis, speed=2.0, points=8, rest="held")
+    product = write(request)
+    x = np.array([0.0, 1e-3, 2e-3, 1e-3, 1e-3])
+    assert reads(product.files, request)(x, 1e-3) == pytest.approx([0.05 + 0.05, 0.35, 0.35, -0.15, -0.15])
+    told = any("runs against its position column" in note for note in product.notes)
+    assert told == (len(against) == 1)
+    rows = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if not line.startswith("#")][1:]
+    velocities = [float(velocity) for velocity, _ in rows]
+    assert velocities == sorted(velocities)

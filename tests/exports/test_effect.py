@@ -13,11 +13,24 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.engine.contact import steady_force
 from bristle.exports.described import Source
-from bristle.exports.effect import TIMES, Limits, driven_by, effect_in_loop, effect_of_files, loop_for, samples_ahead
+from bristle.exports.effect import (
+    TIMES,
+    Along,
+    Effect,
+    Limits,
+    driven_by,
+    effect_in_loop,
+    effect_of_files,
+    loop_for,
+    samples_ahead,
+    sliding_level,
+    turning_distance,
+)
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.plants.terms import with_terms
+from bristle.prediction.drive_table import reversal_distance
 
 DT = 1e-3
 MASS = 25.0
@@ -235,3 +248,110 @@ def test_the_command_line_states_it_and_writes_it(tmp_path, capsys):
     assert message["effect"]["quantity"] == "following_error"
     assert [each["motion"] for each in message["effect"]["along"]][:4] == ["moves"] * 4
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["effect"] == message["effect"]
+
+
+def moved(distance, without, with_it, **others):
+    return Along("moves", distance, without, with_it, **others)
+
+
+def effect_along(*along, kind="translational", distance=1e-5, assumed=False, in_loop=True):
+    return Effect(along, kind, distance, assumed, in_loop, 1)
+
+
+def test_worse_is_more_than_a_twentieth_and_better_than_no_compensation_more_than_that_too():
+    assert [moved(1e-5, 1.0, size).is_worse for size in (0.5, 1.0, 1.04, 1.06, np.inf, np.nan)] == [False, False, False, True, True, True]
+    assert [moved(1e-5, 1.0, size).is_no_better for size in (0.5, 0.94, 0.96, 1.0, np.nan)] == [False, False, True, True, True]
+    # A gain of less than half counts where a tenth more friction leaves the most of it.
+    assert [moved(1e-5, 1.0, size, too_much=0.97).is_no_better for size in (0.45, 0.55)] == [False, True]
+    assert not moved(1e-5, 1.0, 0.55, too_much=0.9).is_no_better
+    assert moved(1e-5, 4.0, 1.0).ratio == 0.25
+
+
+def test_an_export_is_harmful_where_long_moves_or_the_motion_of_the_log_become_worse():
+    better, worse = moved(1e-5, 1.0, 0.2), moved(9e-5, 1.0, 2.0)
+    assert not effect_along(better, worse).is_harmful
+    assert effect_along(better, moved(1e-4, 1.0, 2.0)).is_harmful
+    assert effect_along(better, Along("log", 0.0, 1.0, 2.0)).is_harmful
+    assert not effect_along(better, moved(1e-4, 1.0, 2.0), in_loop=False).is_harmful
+
+
+def test_the_ratio_of_an_effect_is_the_geometric_mean():
+    assert effect_along(moved(1e-5, 1.0, 0.5), moved(3e-5, 1.0, 0.125)).ratio == pytest.approx(0.25)
+    assert effect_along(moved(1e-5, 1.0, np.inf)).ratio == np.inf
+
+
+def test_below_the_least_distance_a_compensation_is_switched_off():
+    short, long, longer = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4), moved(3e-3, 1.0, 0.1)
+    effect = effect_along(short, long, longer)
+    assert effect.least_distance == 3e-4
+    assert effect.lines()[0] == (
+        "following error, peak to peak, simulated: 1000 mm -> 100 mm at 3.00 mm; 1000 mm -> 1500 mm at 10.0 um: switch off below 300 um"
+    )
+    assert effect_along(long, longer).least_distance == 0.0
+    assert "switch off" not in effect_along(long, longer).lines()[0]
+    none = effect_along(short)
+    assert none.least_distance == np.inf
+    assert none.lines()[0].endswith(": worse than no compensation")
+    assert effect_along(moved(1e-5, 1.0, 1.0)).lines()[0].endswith(": no better than no compensation")
+    text = "\n".join(effect_along(short, long, assumed=True).lines())
+    assert "switch off below 300 um, or 30 times the pre-sliding distance where that exceeds 10.0 um" in text
+    assert "the pre-sliding distance is not known: 10.0 um assumed" in text
+
+
+def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
+    turning = effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational")
+    assert turning.lines()[0].startswith("following error, peak to peak, simulated: 10.0 urad -> diverges at 200 urad")
+    force = effect_along(moved(2e-4, 50.0, 10.0), in_loop=False)
+    assert force.lines()[0] == "residual friction force, simulated: 50.0 % -> 10.0 % at 200 um"
+    assert "no controller is known" in force.lines()[-1]
+    assert force.as_data()["unit"] == "%"
+    data = turning.as_data()
+    assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", True, None)
+    assert data["along"] == [
+        {
+            "motion": "moves",
+            "distance": 2e-4,
+            "without": 1e-5,
+            "with": None,
+            "worse": True,
+            "not_fed_ahead": None,
+            "with_a_tenth_more": None,
+        }
+    ]
+
+
+def test_what_a_tenth_more_than_acts_does_is_told_of_the_move_that_suffers_most():
+    mild = moved(1e-5, 1.0, 0.2, too_much=0.4)
+    lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=0.9)).lines()
+    assert "where friction is a tenth less than what is fed: 1000 mm -> 900 mm at 20.0 um" in lines
+    lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=1.2), Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)).lines()
+    assert any(line.endswith("at 20.0 um: worse than no compensation, so feed 90 % of it") for line in lines)
+    assert "along the motion of the log: 500 mm -> 100 mm, 300 mm where it is not fed ahead" in lines
+    assert not any("not fed ahead" in line for line in effect_along(mild, Along("log", 0.0, 0.5, 0.1)).lines())
+
+
+def test_the_distance_of_a_turn_is_that_of_the_model_or_of_the_axis_or_an_assumption():
+    known = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
+    own, assumed = turning_distance(LUGRE, known, 0.1)
+    assert not assumed
+    assert own == pytest.approx(reversal_distance(LUGRE, 0.1))
+    assert turning_distance(STRIBECK, known, 0.1) == (pytest.approx(3e-5), False)
+    assert turning_distance(STRIBECK, AXIS, 0.1) == turning_distance(STRIBECK, None, 0.1) == (1e-5, True)
+    assert turning_distance(br.friction.coulomb(kind="rotational", F_C=1.0), None, 0.1) == (2e-4, True)
+
+
+def test_sliding_friction_is_the_mean_of_both_directions():
+    heavy = br.friction.with_slots(br.friction.coulomb, ["asymmetry"])(F_C_pos=9.0, F_C_neg=5.0, offset=40.0)
+    assert sliding_level(heavy, 0.1) == pytest.approx(7.0)
+
+
+def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_the_axis():
+    loop = loop_for(export_request())
+    assert loop.feedforward.friction is None
+    assert loop.run.effort_limit == pytest.approx(2000.0)
+    assert loop.run.sample_time == DT
+    assert loop.plant.values["M"] == MASS
+    assert loop_for(export_request(axis=None)) is None
+    assert loop_for(replace(export_request(), plant=None)) is None
+    given = loop_for(replace(export_request(), loop=loop))
+    assert given.plant is loop.plant

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import bristle as br
+from bristle.exports.mjcf import write
+from bristle.exports.targets import Request
 
 needs_mujoco = pytest.mark.skipif(importlib.util.find_spec("mujoco") is None, reason="needs mujoco")
 LUGRE = br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=316.0, sigma_2=0.4)
@@ -34,6 +36,25 @@ def test_dry_and_viscous_friction_belong_to_the_joint_and_an_offset_is_a_motor(t
     assert (joint["type"], float(joint["frictionloss"]), float(joint["damping"])) == ("hinge", 0.2, 0.03)
     assert root.find("keyframe/key").attrib["ctrl"] == "0 -0.1"
     assert len(notes) == 2
+
+
+@pytest.mark.parametrize(("kind", "inertia", "axis"), [("translational", "1 1 1", "1 0 0"), ("rotational", "0.5 0.5 0.5", "0 0 1")])
+def test_what_moves_is_a_mass_that_slides_or_an_inertia_about_its_hinge(kind, inertia, axis):
+    friction = br.friction.coulomb(kind=kind, F_C=0.2)
+    root = ElementTree.fromstring(write(Request(friction, "axis_x", 1e-3, mass=0.5)).files["axis_x.xml"])
+    body = root.find("worldbody/body")
+    assert body.find("inertial").attrib["diaginertia"] == inertia
+    assert float(body.find("inertial").attrib["mass"]) == (0.5 if kind == "translational" else 1.0)
+    assert body.find("joint").attrib["axis"] == axis
+    assert "damping" not in body.find("joint").attrib
+    assert root.find("keyframe") is None
+    assert root.find("actuator/dcmotor") is None
+
+
+def test_a_bristle_needs_steps_that_are_short_beside_its_period():
+    text = write(Request(LUGRE, "axis_x", 1e-3, mass=4.0)).files["axis_x.xml"]
+    assert f"{(4.0 / 1e5) ** 0.5:.2g}" in text
+    assert "--" not in text.partition("<!--")[2].partition("-->")[0]
 
 
 @pytest.mark.parametrize(

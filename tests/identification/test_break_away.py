@@ -12,6 +12,7 @@ from bristle.excitation import excite
 from bristle.friction import find
 from bristle.identification import identify
 from bristle.identification.preprocessing import treat
+from bristle.logs.break_away import Recording, break_aways
 from bristle.plants import inertia
 
 AXIS = replace(STAGE, resolution=2e-8, sample_time=5e-4, jerk_limit=None)
@@ -97,3 +98,55 @@ def test_an_identification_tells_them_and_too_fast_a_pull_is_left_out(motion):
 def test_a_log_without_pulls_from_rest_has_none(motion):
     triangles = excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion
     assert treat(pulled(triangles), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET) == ()
+
+
+def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):
+    """A recording of pulls to and fro, one each way at each speed, from rest; friction turns over a straight way."""
+    position, force, x, f = [], [], 0.0, -level
+    for speed in speeds:
+        for side in (1.0, -1.0):
+            position += [x] * still
+            force += [f] * still
+            way = speed * dt * np.arange(1, round(4.0 * reach / (speed * dt)))
+            turned = np.minimum(way / reach, 1.0)
+            own = side * level * (2.0 * turned - 1.0) + side * peak * np.exp(-(((way - reach) / (0.2 * reach)) ** 2))
+            position += (x + side * way).tolist()
+            force += own.tolist()
+            x, f = x + side * float(way[-1]), side * level
+    position += [x] * still
+    force += [f] * still
+    time = dt * np.arange(len(position))
+    return Recording(time, np.array(position), np.array(force))
+
+
+def found_in(recording, cutoff=100.0, noise=0.0, resolution=1e-8):
+    return break_aways([recording], cutoff=cutoff, sample_time=1e-3, resolution=resolution, noise=noise)
+
+
+def test_rates_apart_by_less_than_a_third_are_one_and_the_slowest_stands_first():
+    result = found_in(ramps(4e-4, 1e-4, 2e-4))
+    assert [item.speed for item in result] == pytest.approx([1e-4, 2e-4, 4e-4], rel=0.05)
+    assert [item.legs for item in result] == [2, 2, 2]
+    (one,) = found_in(ramps(1e-4, 1.2e-4))
+    assert (one.legs, one.speed) == (4, pytest.approx(1.2**0.5 * 1e-4, rel=0.05))
+    assert len(found_in(ramps(1e-4, 1.5e-4))) == 2
+
+
+def test_a_contact_that_turns_evenly_has_turned_by_nine_tenths_at_nine_tenths_of_its_way():
+    (result,) = found_in(ramps(1e-4, 1e-4, 1e-4))
+    assert result.force == pytest.approx(60.0, rel=1e-6)
+    assert result.distance == pytest.approx(0.9 * 2e-5, rel=0.01)
+    low, high = result.distance_interval
+    assert low < result.distance < high < 1.01 * low
+    (higher,) = found_in(ramps(1e-4, 1e-4, 1e-4, peak=15.0))
+    assert higher.force == pytest.approx(75.0, rel=0.02)  # the peak before the axis slides
+
+
+def test_what_the_filter_is_too_slow_for_and_what_rests_unloaded_is_no_break_away():
+    assert found_in(ramps(1e-4, 1e-4), cutoff=2.0) == ()
+    released = ramps(1e-4, 1e-4)
+    at_rest = np.concatenate([[True], np.diff(released.position) == 0.0])
+    assert found_in(released._replace(force=np.where(at_rest, 0.0, released.force))) == ()
+    assert found_in(ramps(1e-4, 1e-4), noise=1e-3) == ()
+    (few,) = found_in(ramps(1e-4))
+    assert (few.legs, few.force_interval, few.distance_interval) == (2, None, None)

@@ -1,12 +1,23 @@
 """Forces that a model may lack lie in the columns of their causes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import columns_by_cause, lagging_columns
-from bristle.identification.missing_rows import Rows
+from bristle.identification.missing_force import (
+    _LowPass,
+    columns_by_cause,
+    force_of,
+    lagging_columns,
+    missing_forces,
+    ripple_in,
+    slow_forces,
+)
+from bristle.identification.missing_rows import Rows, Weighed
+from bristle.identification.settings import DEFAULT
 
 DT = 2e-3
 TIME = DT * np.arange(5000)
@@ -73,3 +84,142 @@ def test_a_fall_that_lags_behind_the_speed(lag, share):
     fall = share * np.quantile(speed, 0.99)
     force = 5.0 * (np.exp(-late / fall) - np.exp(-speed / fall)) * np.sign(rows.velocity)
     assert left(lagging_columns(rows), force) < 0.12
+
+
+def with_residual(rows, force, noise=0.02, seed=1):
+    """Rows whose model lacks a force, far from reversals wherever the axis moves."""
+    residual = force + noise * np.random.default_rng(seed).standard_normal(rows.time.size)
+    distance = np.min(np.abs(rows.time[:, None] - rows.time[rows.cycles.first][None, :]), axis=1)
+    return replace(rows, residual=residual, slope=rows.side, effort=rows.predicted + residual, turned=distance)
+
+
+def test_a_force_of_the_place_is_found_with_its_size_and_what_is_left_is_noise():
+    rows = rows_of()
+    place = (rows.position / np.max(np.abs(rows.position))) ** 2
+    (missing,), left_over = missing_forces(with_residual(rows, 0.6 * place), DEFAULT)
+    assert missing.cause == "position"
+    assert missing.share > 0.95
+    assert missing.force == pytest.approx(0.6 * float(np.std(place)), rel=0.25)
+    assert left_over < 2.0
+    assert missing_forces(with_residual(rows, 0.0 * place), DEFAULT)[0] == ()
+    short = with_residual(rows, 0.6 * place)
+    assert missing_forces(short.at(np.arange(5000) < 150), DEFAULT) == ((), 0.0)
+
+
+def test_a_force_below_its_share_of_friction_is_none():
+    rows = rows_of()
+    place = rows.position / np.max(np.abs(rows.position))
+    assert missing_forces(with_residual(rows, 0.01 * place, noise=1e-4), DEFAULT)[0] == ()
+    loose = replace(DEFAULT, missing_force=0.0, missing_effort=0.0)
+    assert missing_forces(with_residual(rows, 0.01 * place, noise=1e-4), loose)[0] != ()
+
+
+@pytest.mark.parametrize(("odd", "alike"), [(False, True), (True, False)])
+def test_a_ripple_has_its_period_and_its_overtones(odd, alike):
+    rows = rows_of()
+    phase = 2.0 * np.pi * rows.position / 0.008
+    force = np.sin(phase) + 0.5 * np.sin(3.0 * phase + 0.4)
+    (missing, *_), _ = missing_forces(with_residual(rows, rows.side * force if odd else force), DEFAULT)
+    assert missing.cause == "ripple"
+    assert missing.period == pytest.approx(0.008, rel=5e-3)
+    assert missing.alike is alike
+    assert missing.overtones == ((1, 3) if alike else ())
+
+
+def test_waves_faster_than_the_filter_at_the_usual_speed_are_not_looked_for():
+    rows = with_residual(rows_of(), np.sin(2.0 * np.pi * rows_of().position / 0.008))
+    weighed = Weighed.of(rows)
+    usual = float(np.median(np.abs(rows.velocity)))
+    _, period = ripple_in(rows, weighed, rows.explained, 50.0)
+    assert period == pytest.approx(0.008, rel=5e-3)
+    _, period = ripple_in(rows, weighed, rows.explained, 0.5 * usual / 0.008)
+    assert period > 0.012
+    assert ripple_in(rows, weighed, rows.explained, 1e-3) == (None, 0.0)
+
+
+def test_the_weight_of_a_link_has_an_amplitude_of_its_own():
+    rows = rows_of(1.5, "rotational")
+    columns = columns_by_cause(rows)["gravity"]
+    lacking = with_residual(rows, columns @ np.array([3.0, 4.0]))
+    weighed = Weighed.of(lacking)
+    found = force_of(weighed, "gravity", columns, explained=lacking.explained, left=weighed.left(lacking.explained))
+    assert found.amplitude == pytest.approx(5.0, rel=0.05)
+    assert found.share > 0.9
+    assert force_of(weighed, "position", columns, explained=lacking.explained, left=weighed.left(lacking.explained)).amplitude == 0.0
+
+
+def test_columns_of_a_place_are_from_end_to_end_and_of_the_direction_of_either_sign():
+    rows = rows_of()
+    columns = columns_by_cause(replace(rows, position=rows.position + 7.0))
+    assert columns["position"][:, 0].max() == pytest.approx(1.0)
+    assert columns["position"][:, 0].min() == pytest.approx(-1.0)
+    assert left(columns["direction"], np.full(rows.time.size, 2.0)) < 1e-9
+    assert left(columns["direction"], rows.side * 1.0) > 0.5
+    assert left(columns["speed"], rows.velocity * np.abs(rows.velocity)) < 1e-9
+    assert "gravity" not in columns
+
+
+def test_play_builds_up_behind_a_reversal_and_before_it():
+    rows = rows_of()
+    behind, before = rows.from_ends(rows.position)
+    reach = float(np.ptp(rows.position))
+    play = columns_by_cause(rows)["play"]
+    for way in (behind, before):
+        assert left(play, rows.side * np.exp(-way / (1e-3 * reach))) < 0.2
+    first, last = rows.from_ends(rows.time)
+    assert first[rows.cycles.first].tolist() == [0.0] * rows.cycles.count
+    assert np.all(first >= 0.0)
+    assert last[np.append(rows.cycles.first[1:], rows.time.size) - 1].tolist() == [0.0] * rows.cycles.count
+
+
+def test_rows_are_far_from_reversals_three_periods_of_the_cutoff():
+    rows = with_residual(rows_of(), 0.0 * TIME)
+    assert rows.turned[rows.far].min() > 3.0 / 50.0
+    beside = (rows.turned > 3.5 / 50.0) & (np.abs(rows.velocity) > 0.01 * np.abs(rows.velocity).max())
+    first, last = rows.from_ends(rows.time)
+    assert np.all(rows.far[beside & (np.minimum(first, last) > 3.5 / 50.0)])
+
+
+def test_a_rate_is_none_across_rows_that_are_left_out():
+    rows = rows_of()
+    kept = rows.at((TIME < 2.0) | (TIME > 2.5))
+    assert kept.stretch.max() == 1
+    edge = int(np.flatnonzero(np.diff(kept.stretch))[0])
+    rate = kept.rate(3.0 * kept.time)
+    assert rate[[edge, edge + 1]].tolist() == [0.0, 0.0]
+    assert np.delete(rate, [edge, edge + 1]) == pytest.approx(3.0)
+    assert rows.enough
+    assert not rows.at(TIME < 0.3).enough
+
+
+def test_scatter_of_the_level_from_half_cycle_to_half_cycle_is_weighed_down():
+    rows = rows_of()
+    levels = np.random.default_rng(3).standard_normal(rows.cycles.count)[rows.cycles.index]
+    scattered = Weighed.of(with_residual(rows, 0.5 * levels * rows.side, noise=0.05))
+    steady = Weighed.of(with_residual(rows, 0.0 * levels, noise=0.05))
+    assert np.median(scattered.lost) > 0.8
+    assert np.median(steady.lost) < 0.5
+    assert np.mean(scattered.weight**2) == pytest.approx(1.0)
+    assert set(np.unique(scattered.part)) <= set(range(10))
+
+
+def test_a_slow_force_is_seen_below_the_noise_of_single_rows():
+    rows = rows_of()
+    place = rows.position / np.max(np.abs(rows.position))
+    hidden = with_residual(rows, 0.4 * place**2, noise=0.5)
+    assert missing_forces(hidden, DEFAULT)[0] == ()
+    (missing,), left_over = slow_forces(hidden, DEFAULT)
+    assert missing.cause == "position"
+    assert left_over > 0.0
+    assert slow_forces(with_residual(rows, 0.0 * place, noise=0.4), DEFAULT)[0] == ()
+
+
+def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
+    rows = rows_of()
+    passed = _LowPass.of(rows)
+    assert passed(np.full(TIME.size, 3.0)) == pytest.approx(3.0)
+    wave = np.sin(2.0 * np.pi * rows.narrow * TIME)
+    inner = slice(500, -500)
+    assert np.std(passed(wave)[inner]) / np.std(wave[inner]) == pytest.approx(0.5**0.5, rel=0.02)
+    pair = np.column_stack([wave, np.ones_like(wave)])
+    assert passed(pair)[:, 0] == pytest.approx(passed(wave))

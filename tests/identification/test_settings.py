@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from scipy.stats import chi2
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis, InputError
@@ -111,3 +112,27 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     table = changed_settings(changed)
     assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
     assert set(changed.as_data()) == {threshold.name for threshold in thresholds()}  # all of them stand in summary.json
+
+
+def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
+    by_name = {threshold.name: threshold for threshold in thresholds()}
+    assert DEFAULT.seen_rise == pytest.approx(chi2.ppf(0.95, 1), abs=1e-3)
+    assert (DEFAULT.white_level, DEFAULT.missing_level) == (0.95, 0.99)
+    assert by_name["seen_rise"].source == "95 % of chi-square"
+    for name in ("unsure_std", "inseparable", "usable_error", "poor_error", "useless_error"):
+        assert by_name[name].least <= by_name[name].default <= by_name[name].most
+    # What is said grows graver with the error.
+    assert DEFAULT.coloured_error < DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
+    assert DEFAULT.unsure_std < DEFAULT.hopeless_std
+    assert DEFAULT.acceleration_noise < DEFAULT.noisy_inertia
+    assert DEFAULT.delay_rough < DEFAULT.delay_unsure
+    assert DEFAULT.flat_rise < DEFAULT.seen_rise
+    assert DEFAULT.missing_slow_force < DEFAULT.missing_slow_force_around < DEFAULT.missing_force < DEFAULT.missing_sought_force
+    assert DEFAULT.missing_share < DEFAULT.missing_share_around
+
+
+def test_fixed_thresholds_are_no_settings():
+    for name in ("repeated_size", "filter_seen", "hopeless_std", "nested_loop"):
+        assert name not in {threshold.name for threshold in thresholds()}
+        with pytest.raises(InputError, match="is fixed, and no longer set"):
+            Settings.of({name: 1.0})

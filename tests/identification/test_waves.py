@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.logs.waves import frequency_in, refined
+from bristle.logs.waves import frequency_in, refined, waves
 
 TURNS = 7.38  # over the range
 
@@ -45,3 +45,22 @@ def test_a_wave_is_sought_between_the_fewest_and_the_most_turns(passes):
         assert abs(result - TURNS) > 1.0
     assert frequency_in(x, side, wave, 1.0) is None
     assert frequency_in(0.0 * x, side, wave, 100.0) is None
+
+
+def test_of_two_waves_the_stronger_is_found_and_none_from_outside_the_range(passes):
+    x, side = passes
+    turns = 2.0 * np.pi / np.ptp(x) * x
+    noise = 0.05 * np.random.default_rng(5).standard_normal(x.size)
+    strong, weak = np.sin(30.3 * turns), 0.7 * np.sin(6.2 * turns)
+    assert frequency_in(x, side, strong + weak + noise, 60.0) * np.ptp(x) == pytest.approx(30.3, abs=0.1)
+    assert frequency_in(x, side, strong + weak + noise, 20.0) * np.ptp(x) == pytest.approx(6.2, abs=0.1)
+    # Whatever the unit of the effort is.
+    small = 1e-9 * (strong + weak + noise)
+    assert frequency_in(x, side, small, 20.0) * np.ptp(x) == pytest.approx(6.2, abs=0.1)
+    assert frequency_in(x, side, small, 60.0, 12.0) * np.ptp(x) == pytest.approx(30.3, abs=0.1)
+
+
+def test_waves_are_cosine_and_sine_alone_and_with_the_direction():
+    x, side = np.array([0.0, 0.25, 0.5]), np.array([1.0, -1.0, -1.0])
+    expected = [[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, -1.0], [-1.0, 0.0, 1.0, 0.0]]
+    np.testing.assert_allclose(waves(x, side, 1.0), expected, atol=1e-12)

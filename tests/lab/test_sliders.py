@@ -5,7 +5,9 @@ import math
 import pytest
 
 from bristle.core.variable import Variable
-from bristle.exports.page.sliders import slider_for
+from bristle.exports.page.sliders import Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
+from bristle.exports.subject import subject_of
+from bristle.friction import coulomb, coulomb_viscous, dahl, maxwell_slip, stribeck, with_slots
 
 FORCE = Variable("force", "some force", min=0.0)
 
@@ -38,3 +40,65 @@ def test_infinity_is_at_its_end():
 def test_a_number_of_either_sign_lies_in_the_middle():
     assert slider_for(Variable("force", "offset"), 3.0)[:2] == (-12.0, 12.0)
     assert slider_for(Variable("force", "offset"), 0.0, span=28.0)[:2] == (-28.0, 28.0)
+
+
+def test_a_slider_goes_a_hundredfold_to_either_side_of_a_positive_number():
+    assert slider_for(FORCE, 20.0)[:2] == (0.2, 2000.0)
+    assert slider_for(FORCE, 20.0, around=10.0)[:2] == (2.0, 200.0)
+    assert slider_for(FORCE, 20.0, interval=(0.0, 21.0))[:2] == (0.2, 2000.0)
+    assert slider_for(Variable("force", "some force", min=0.0, nominal=3.0), 0.0)[:2] == (0.03, 300.0)
+    assert slider_for(Variable("1", "a factor", min=10.0), 20.0)[:2] == (10.0, 2000.0)
+
+
+def test_ends_are_by_factors_from_two_decades_on():
+    decades = Variable("1", "exponent", min=0.1, max=10.0)
+    assert slider_for(decades, 2.0) == (0.1, 10.0, True, False, False)
+    assert slider_for(Variable("1", "exponent", min=0.11, max=10.0), 2.0) == (0.11, 10.0, False, False, False)
+    assert slider_for(Variable("1", "share", min=-1.0, max=1.0), 0.3) == (-1.0, 1.0, False, False, False)
+
+
+def test_a_number_of_either_sign_keeps_to_what_is_allowed_and_holds_its_interval():
+    offset = Variable("force", "offset", min=-5.0)
+    assert slider_for(offset, 3.0)[:2] == (-5.0, 12.0)
+    assert slider_for(Variable("force", "offset", max=5.0), 3.0)[:2] == (-12.0, 5.0)
+    assert slider_for(Variable("force", "offset"), 3.0, interval=(-10.0, 4.0))[:2] == (-40.0, 40.0)
+    assert slider_for(Variable("force", "offset", nominal=2.0), 0.0)[:2] == (-2.0, 2.0)
+
+
+def test_a_mass_that_sticks_and_slips_waits_for_thirty_of_its_periods():
+    scales = Scales(reach=1e-5, speed=0.04, force=20.0)
+    pulled = pulled_by(scales, coulomb(F_C=20.0), mass=4.0)
+    values = pulled.values
+    assert (values["M"], values["v_e"]) == (4.0, 0.01)
+    waits = 2.0 * 0.3 * 20.0 / (values["k"] * values["v_e"])  # from one side of friction to the other, 0.3 of it each
+    assert waits == pytest.approx(30.0 * 2.0 * math.pi * math.sqrt(4.0 / values["k"]), rel=0.05)
+    assert pulled_by(scales, coulomb(F_C=20.0)).values["M"] == 1.0
+
+
+def test_scales_are_the_largest_force_the_speed_of_the_fall_and_the_distance_before_sliding():
+    falling = scales_of(subject_of(stribeck(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0)))
+    assert (falling.speed, falling.force) == (4e-3, 11.0)
+    viscous = scales_of(subject_of(coulomb_viscous(F_C=1.0, F_v=3000.0)))
+    assert viscous.speed == pytest.approx(1000.0 * viscous.reach)
+    assert viscous.force == pytest.approx(3000.0 * 10.0 * viscous.speed)
+    bristles = scales_of(subject_of(dahl(F_C=8.0, sigma_0=4e5)))
+    assert bristles.force == 8.0
+    assert 0.3 < bristles.reach / (8.0 / 4e5) < 10.0
+
+
+def test_shares_of_a_whole_and_conditions_are_told_of_models_that_have_them():
+    assert shares_of(maxwell_slip) == ["nu_i"]
+    assert shares_of(dahl) == []
+    (condition,) = (entry for entry in conditions_of(stribeck) if entry["left"] == ["F_S"])
+    assert (condition["sign"], condition["right"]) == (">=", ["F_C"])
+    both = [entry for entry in conditions_of(with_slots(stribeck, ["asymmetry"])) if entry["left"][0].startswith("F_S")]
+    assert [(entry["left"], entry["right"]) for entry in both] == [(["F_S_pos"], ["F_C_pos"]), (["F_S_neg"], ["F_C_neg"])]
+
+
+def test_elements_are_drawn_of_models_that_have_some():
+    model = maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
+    drawn = elements_of(model, 2)
+    assert (drawn["numbers"], drawn["word"], drawn["unit"]) == (2, "deflection", "m")
+    assert drawn["limits"] == [{"times": ["nu_i", "F_C"], "over": ["k_i"]}] * 2
+    assert elements_of(model, 0) is None
+    assert elements_of(dahl(F_C=8.0, sigma_0=4e5), 2) is None

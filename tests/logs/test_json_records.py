@@ -1,12 +1,15 @@
 """Records in JSON: counts of a time are times, other large numbers are numbers, and too many names are told."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bristle.core import InputError
+from bristle.logs import json_records
 from bristle.logs.readers import read_table
+from bristle.logs.table import ALL, Request
 
 
 def table_of(tmp_path, records):
@@ -50,3 +53,69 @@ def test_rows_without_names_are_read_below_a_head_of_their_own(tmp_path):
     rows = [[1e-3 * k, 0.1 * k] for k in range(200)]
     columns = table_of(tmp_path, {"title": "run 7", "data": rows}).columns
     np.testing.assert_array_equal(np.column_stack(list(columns.values())), rows)
+
+
+REQUEST = Request(Path("log.json"), None, ALL, 2**20)
+
+
+def read_text(content, **request):
+    data = content if isinstance(content, bytes) else json.dumps(content).encode()
+    return json_records.read(data, REQUEST._replace(**request))
+
+
+ROWS = [{"t": 0.001 * k, "q": 1.5 + k, "about": {"u": k}} for k in range(6)]
+
+
+def test_records_columns_and_signals_are_the_same_table():
+    columns = {"t": [row["t"] for row in ROWS], "q": [row["q"] for row in ROWS]}
+    signals = [{"name": name, "values": values, "unit": "mm"} for name, values in columns.items() if name == "q"]
+    for content in (ROWS, columns, {"log": columns}, {"log": ROWS, "rated": 2.5, "device": "A"}):
+        table = read_text(content)
+        assert table.columns["q"].tolist() == columns["q"]
+        assert table.columns[table.stamps["q"]].tolist() == columns["t"]
+    assert table.constants == {"rated": 2.5}
+    assert table.facts == {"device": "A"}
+    assert read_text(ROWS).columns["about.u"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+    two = read_text([*signals, {"name": "u", "values": [1.0] * 6}])
+    assert two.units == {"q": "mm"}
+    assert two.columns["u"].tolist() == [1.0] * 6
+    assert read_text({"units": {"q": "mm", "t": "s"}, **columns}).units["q"] == "mm"
+
+
+def test_the_longest_of_several_tables_is_read_unless_one_is_named():
+    content = {"a": {"t": [0, 1, 2], "q": [1, 2, 3]}, "b": {"t": [0, 1], "q": [7, 8]}}
+    assert read_text(content).columns["q"].tolist() == [1.0, 2.0, 3.0]
+    assert read_text(content, table="b").columns["q"].tolist() == [7.0, 8.0]
+    with pytest.raises(InputError, match="holds no table 'c'"):
+        read_text(content, table="c")
+    assert read_text({"a": content["a"]}, table="c").columns["q"].size == 3
+
+
+def test_a_recording_of_a_record_a_line_may_be_cut_in_its_last_one():
+    lines = "\n".join(json.dumps(row) for row in ROWS)
+    assert read_text(lines.encode()).columns["q"].size == 6
+    assert read_text(lines.encode()[:-4]).columns["q"].size == 5
+    with pytest.raises(InputError, match="is truncated or no JSON"):
+        read_text((lines[:30] + lines[35:]).encode())
+    assert read_text(json.dumps(ROWS).encode("utf-16")).columns["q"].size == 6
+
+
+def test_a_value_that_a_record_lacks_makes_a_channel_that_was_recorded_less_often():
+    table = read_text([{"t": k, "q": k} | ({"u": 10 * k} if k % 2 else {}) for k in range(6)])
+    assert table.columns["u"].tolist() == [10.0, 30.0, 50.0]
+    assert table.columns[table.stamps["u"]].tolist() == [1.0, 3.0, 5.0]
+    assert table.columns["q"].size == 6
+
+
+def test_dates_and_counts_are_seconds_from_the_first():
+    dates = ["2024-03-01T10:00:00", "2024-03-01T10:00:00.500", "2024-03-01T10:00:02"]
+    table = read_text({"time": dates, "q": [1, 2, 3]})
+    assert table.columns[table.stamps["q"]].tolist() == [0.0, 0.5, 2.0]
+    for first, per_second in ((17 * 10**14, 1e6), (17 * 10**16, 1e7), (17 * 10**17, 1e9)):
+        table = read_text({"time": [first, first + 5, first + 10], "q": [1, 2, 3]})
+        assert table.columns[table.stamps["q"]] == pytest.approx([0.0, 5.0 / per_second, 10.0 / per_second])
+    texts = read_text({"t": [0.0, 1.0], "q": ["1.5", "2.5"], "word": ["a", "b"]})
+    assert texts.columns["q"].tolist() == [1.5, 2.5]
+    assert texts.notes == ("text was left out: word",)
+    with pytest.raises(InputError, match="holds no column of numbers"):
+        read_text({"a": ["x", "y"], "b": ["z", "w"]})

@@ -5,7 +5,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bristle.logs.turns import half_cycle_numbers, numbered, reversals, turning_points, whole_cycle
+from bristle.logs.turns import (
+    by_lag,
+    graininess,
+    half_cycle_numbers,
+    legs_of,
+    noise_of,
+    numbered,
+    period_of,
+    rests,
+    rests_of,
+    reversals,
+    turning_points,
+    whole_cycle,
+    with_sides,
+)
 
 MOTIONS = st.lists(st.integers(-20, 20), min_size=2, max_size=60).map(lambda steps: np.cumsum(steps).astype(float))
 
@@ -55,3 +69,104 @@ def test_a_cycle_is_over_where_the_motion_passes_its_beginning_in_the_same_direc
     downward = int(np.argmax((position < position[0]) & (velocity < 0.0)))
     assert whole_cycle(position, velocity) == 1000 > downward > 500
     assert whole_cycle(position[:900], velocity[:900]) is None
+
+
+def test_of_a_motion_to_and_fro_the_farthest_sample_is_the_turning_point():
+    assert turning_points(np.array([0.0, 3.0, 2.5, 4.0, 3.9, 0.0]), 1.0) == [3]
+    assert turning_points(np.array([0.0, -3.0, -2.5, -4.0, 0.0]), 1.0) == [3]
+    assert turning_points(np.array([0.0, 1.0, 0.0]), 1.0) == []  # no farther than the least
+
+
+def test_an_axis_that_never_moves_has_no_side():
+    assert np.array_equal(np.signbit(with_sides(np.array([-1.0, 2.0]), np.array([True, True]))), [False, False])
+    assert np.array_equal(with_sides(np.array([-1.0, 2.0]), np.array([False, False])), [-1.0, 2.0])
+
+
+def test_a_rest_lasts_over_whole_windows_and_a_turning_point_is_none():
+    stay = np.concatenate([np.arange(10.0), np.full(12, 10.0), np.arange(11.0, 21.0)])
+    resting = rests(stay, 3, 1.0)
+    assert np.array_equal(np.flatnonzero(resting), np.arange(9, 23))  # a step to either side is within one
+    assert not rests(np.arange(30.0), 3, 1.0).any()
+    around = np.abs(np.arange(-15.0, 16.0))
+    assert not rests(around, 3, 1.0).any()
+    assert rests(np.zeros(8), 3, 1.0).all()
+
+
+@pytest.mark.parametrize("shift", [0.0, 7.0])
+def test_a_period_is_that_of_the_motion_wherever_its_middle_lies(shift):
+    time = 0.01 * np.arange(2000)
+    motion = shift + np.sin(2.0 * np.pi * time / 2.5)
+    assert period_of(motion, 0.01, 0.9, 2.0) == pytest.approx(2.5, rel=0.01)
+    assert period_of(motion, 0.02, 0.9, 2.0) == pytest.approx(5.0, rel=0.01)
+    assert period_of(motion[:400], 0.01, 0.9, 2.0) is None  # 1.6 periods
+    assert period_of(time**2, 0.01, 0.9, 2.0) is None
+    assert period_of(np.ones(500), 0.01, 0.9, 2.0) is None
+
+
+def test_a_period_is_the_whole_one_where_half_of_it_is_nearly_alike():
+    time = 0.01 * np.arange(3000)
+    motion = np.sin(2.0 * np.pi * time / 1.5) + 0.8 * np.sin(2.0 * np.pi * time / 3.0)
+    assert period_of(motion, 0.01, 0.9, 2.0) == pytest.approx(3.0, rel=0.01)
+    noise = np.random.default_rng(1).standard_normal(3000)
+    assert period_of(noise, 0.01, 0.5, 2.0) is None
+    assert period_of(noise + motion, 0.01, 0.9, 2.0) is None  # less alike than is asked for
+    assert period_of(noise + motion, 0.01, 0.3, 2.0) == pytest.approx(3.0, rel=0.02)
+
+
+def test_of_two_signals_all_lags_are_looked_at_over_what_both_share():
+    x, y = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0])
+    count, product, of_x, of_y = by_lag(x, y)
+    assert count.tolist() == [1, 2, 2, 1]
+    assert product == pytest.approx([1.0 * 5.0, 1.0 * 3.0 + 2.0 * 5.0, 2.0 * 3.0 + 4.0 * 5.0, 4.0 * 3.0])
+    assert of_x == pytest.approx([1.0, 1.0 + 4.0, 4.0 + 16.0, 16.0])
+    assert of_y == pytest.approx([25.0, 9.0 + 25.0, 9.0 + 25.0, 9.0])
+
+
+def test_noise_is_told_from_motion_by_its_second_differences():
+    noise = 0.01 * np.random.default_rng(2).standard_normal(20_000)
+    motion = np.sin(np.linspace(0.0, 6.0, noise.size))
+    assert noise_of(motion + noise) == pytest.approx(0.01, rel=0.03)
+    assert noise_of(np.arange(9.0)) == noise_of(np.ones(2)) == 0.0
+    # Four times the noise, or two steps and a half of the encoder.
+    assert graininess(motion + noise, 1e-9) == pytest.approx(0.04, rel=0.03)
+    assert graininess(np.arange(9.0), 0.2) == pytest.approx(0.5)
+    assert graininess(2.0 * np.arange(9.0), None) == pytest.approx(5.0)
+    assert graininess(np.ones(9), None) == 0.0
+
+
+def test_a_rest_lasts_longer_than_an_eighth_of_a_second_within_a_grain():
+    dt = 0.01
+    ramp = np.arange(1.0, 41.0)
+    position = np.concatenate([np.zeros(30), ramp, np.full(8, 41.0), 41.0 + ramp, np.full(30, 82.0)])
+    first, last = rests_of(position, 0.4, dt)
+    assert (first.start, last.stop) == (0, position.size)
+    assert first.stop == pytest.approx(30, abs=1)
+    assert last.start == pytest.approx(position.size - 30, abs=1)
+    assert rests_of(position[:5], 0.4, dt) == []
+    assert rests_of(np.arange(60.0), 0.4, dt) == []
+
+
+def test_legs_go_from_rest_to_turning_point_at_the_speed_of_their_cruise():
+    dt, grain = 0.01, 0.02
+    speed = np.concatenate([np.zeros(30), np.linspace(0.0, 2.0, 20), np.full(160, 2.0), np.full(100, -2.0), np.zeros(30)])
+    position = np.cumsum(dt * speed)
+    there, back = legs_of(position, rests_of(position, grain, dt), grain, dt)
+    assert (there.from_rest, back.from_rest) == (True, False)
+    assert there.speed == pytest.approx(2.0, rel=0.01)
+    assert back.speed == pytest.approx(2.0, rel=0.01)
+    assert there.last == back.first == 209
+    assert there.distance == pytest.approx(position[209], abs=2.0 * grain)
+    assert back.distance == pytest.approx(-2.0, abs=2.0 * grain)
+    assert back.duration == pytest.approx(1.0, abs=0.06)
+    assert 0.85 < there.cruise_share < 1.0
+    assert position[there.cruise.start] == pytest.approx(0.2, abs=0.2)  # where the speed is reached
+
+
+def test_a_leg_that_is_nothing_beside_its_neighbours_is_part_of_one_motion():
+    dt, grain = 0.01, 1e-4
+    speed = np.concatenate([np.full(200, 1.0), np.full(4, -0.5), np.full(4, 0.5), np.full(200, -1.0)])
+    position = np.cumsum(dt * speed)
+    there, back = legs_of(position, [], grain, dt)
+    assert there.distance == pytest.approx(2.0, abs=0.05)
+    assert back.distance == pytest.approx(-2.0, abs=0.05)
+    assert not there.from_rest

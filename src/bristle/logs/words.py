@@ -252,7 +252,7 @@ def unit_in_name(name: str) -> str:
     """Return the unit that a name ends with behind a stroke, a blank or an underscore; empty where it names none."""
     parts = [part for part in re.split(r"[\s_\-./\[\]()]+", name.strip()) if part]
     if len(parts) > 2 and parts[-1].lower() in ("s", "sec", "min") and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u"):
-        return f"{plain_unit(parts[-2])}/{parts[-1].lower()[:3].removesuffix('ec')}".replace("rev/min", "rpm")
+        return plain_unit(f"{parts[-2].lower()}/{parts[-1].lower().removesuffix('ec')}")
     if len(parts) < 2 or len(parts[-1]) > 8:
         return ""
     if parts[-1] == NANOMETERS:

@@ -1,0 +1,104 @@
+"""Models from components and values: what is missing, unknown or out of range is named with its place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle import friction, hysteresis, plants, sensors
+from bristle.core.contracts import example_of, make_model
+from bristle.core.errors import InputError
+from bristle.core.read_only import ReadOnly
+
+STRIBECK = {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0}
+
+
+def made(values=None, component=friction.stribeck, **options):
+    return make_model(component, STRIBECK if values is None else values, **{"kind": None, "validate": True} | options)
+
+
+@pytest.mark.parametrize("path", ["", "friction"])
+def test_what_is_wrong_is_told_below_the_place_that_the_model_has(path):
+    before = f"{path}." if path else ""
+    for values, place in (
+        (STRIBECK | {"F_X": 1.0}, f"{before}F_X"),
+        (STRIBECK | {"F_C": -1.0}, f"{before}F_C"),
+        (STRIBECK | {"F_C": np.nan}, f"{before}F_C"),
+        (STRIBECK | {"F_C": "8 kg"}, f"{before}F_C"),
+        ({"F_C": 8.0, "F_S": 11.0}, path or "stribeck"),
+        (STRIBECK | {"F_S": 7.0}, path or "stribeck"),
+    ):
+        with pytest.raises(InputError) as told:
+            made(values, path=path)
+        assert told.value.path == place
+    with pytest.raises(InputError) as told:
+        made(kind="magnetic", path=path)
+    assert (told.value.path, told.value.allowed) == (f"{before}kind", "translational or rotational")
+    with pytest.raises(InputError) as told:
+        made(validate=1, path=path)
+    assert told.value.path == f"{before}validate"
+
+
+def test_a_parameter_that_is_missing_is_described():
+    with pytest.raises(InputError, match=r"needs v_S.*Give v_S, .*\[m/s\]"):
+        made({"F_C": 8.0, "F_S": 11.0})
+    with pytest.raises(InputError, match=r"\[rad/s\]"):
+        made({"F_C": 8.0, "F_S": 11.0}, kind="rotational")
+
+
+def test_the_kind_of_axis_is_given_or_told_by_units():
+    assert made().kind == "translational"
+    assert made(STRIBECK | {"F_C": "8 N*m"}).kind == "rotational"
+    assert made(kind="rotational").kind == "rotational"
+    assert make_model(hysteresis.play, {"r": 1.0}, kind="magnetic", validate=True).kind == "magnetic"
+
+
+def test_without_a_check_ranges_and_relations_are_left():
+    assert made(STRIBECK | {"F_S": 7.0}, validate=False).values["F_S"] == 7.0
+    assert made(STRIBECK | {"F_S": 7.0}, related=False).values["F_S"] == 7.0
+    assert made(STRIBECK | {"F_C": -1.0}, validate=False).values["F_C"] == -1.0
+
+
+def test_models_are_equal_where_component_kind_and_numbers_are():
+    model = made()
+    assert model == made()
+    assert hash(model) == hash(made())
+    assert model != made(STRIBECK | {"F_C": 8.5})
+    assert model != made(kind="rotational")
+    assert model != 3
+    assert model.with_values(F_C=8.5) == made(STRIBECK | {"F_C": 8.5})
+    assert model.with_values(F_C=8.5).kind == "translational"
+    assert repr(friction.coulomb(F_C=2.0)).startswith("coulomb(F_C=2 N")
+
+
+def test_a_surrounding_kernel_brings_the_values_that_it_tells():
+    operator = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
+    with pytest.raises(InputError, match="has no kernel that an operator could take the place of"):
+        made({"F_C": 1.0, "kernel": operator}, component=friction.coulomb)
+    with pytest.raises(InputError, match=r"is translational, and this friction is rotational"):
+        made({"kernel": operator}, component=friction.preisach_lugre, kind="rotational")
+
+
+@pytest.mark.parametrize("component", [friction.gms, plants.inertia, sensors.encoder, friction.coulomb])
+def test_an_example_is_a_valid_model(component):
+    model = example_of(component)
+    assert model.component is component
+    for name, variable in component.variables.items():
+        assert np.all(np.asarray(model.values[name], dtype=float) >= variable.min)
+        assert np.all(np.asarray(model.values[name], dtype=float) <= variable.max)
+
+
+def test_memory_begins_empty():
+    model = example_of(friction.gms)
+    memory = friction.gms.new_memory(model.parameters)
+    assert memory.size == friction.gms.memory_size(model.parameters) > 0
+    assert not memory.any()
+    assert friction.coulomb.new_memory(None).size == 0
+
+
+def test_a_component_knows_its_module_and_nobody_changes_its_example():
+    made = replace(friction.coulomb, module="", example={"F_C": 3.0})
+    assert made.module == friction.coulomb.Parameters.__module__ == "bristle.friction.coulomb"
+    assert replace(friction.coulomb, module="elsewhere").module == "elsewhere"
+    assert isinstance(made.example, ReadOnly)
+    assert example_of(made).values["F_C"] == 3.0

@@ -1,0 +1,51 @@
+"""The best of a search that may be interrupted."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle.core.diagnostic import BestSoFar, to_the_end
+
+
+def test_the_best_is_the_cheapest_point_and_its_numbers_stay():
+    best = BestSoFar()
+    assert (best.at, best.result, best.whole) == (None, None, False)
+    at = np.array([1.0, 2.0])
+    best.see(at, 3.0)
+    best.see(np.array([9.0, 9.0]), 3.0)
+    at[0] = 7.0
+    assert (best.at.tolist(), best.cost) == ([1.0, 2.0], 3.0)
+    best.see(at, 2.0)
+    assert (best.at.tolist(), best.cost) == ([7.0, 2.0], 2.0)
+
+
+def test_a_descent_that_ended_is_kept_where_none_is_cheaper():
+    best = BestSoFar()
+    assert not best.is_known(np.zeros(2))
+    first = SimpleNamespace(cost=2.0, theta=np.array([1.0, -1.0]))
+    best.take(first)
+    best.take(SimpleNamespace(cost=2.0, theta=np.zeros(2)))
+    best.take(SimpleNamespace(cost=5.0, theta=np.zeros(2)))
+    assert best.result is first
+    assert best.is_known(np.array([1.019, -1.019]))
+    assert not best.is_known(np.array([1.021, -1.0]))
+    assert not best.is_known(np.array([1.0, -0.979]))
+    cheaper = SimpleNamespace(cost=1.0, theta=np.zeros(2))
+    best.take(cheaper)
+    assert best.result is cheaper
+
+
+def test_short_work_that_a_person_interrupts_is_done_again():
+    calls = []
+
+    def work():
+        calls.append(1)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return len(calls)
+
+    assert to_the_end(work) == (2, True)
+    assert to_the_end(lambda: 5) == (5, False)
+    with pytest.raises(KeyboardInterrupt):
+        to_the_end(lambda: (_ for _ in ()).throw(KeyboardInterrupt))

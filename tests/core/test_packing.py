@@ -1,0 +1,117 @@
+"""Parameters as flat vectors and back: the layout, and what holds in every lane."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from bristle.core.packing import (
+    LANES,
+    flattener,
+    is_scalar,
+    lane_constants,
+    lane_packer,
+    lane_unpacker,
+    number_count,
+    pack,
+    packer,
+    structure_of,
+    unpacker,
+)
+
+
+class Inner(NamedTuple):
+    a: float
+    b: float
+
+
+class Outer(NamedTuple):
+    first: Inner
+    count: int
+    second: Inner
+    last: float
+
+
+class WithArray(NamedTuple):
+    a: float
+    k: np.ndarray
+    inner: Inner
+    z: np.ndarray
+
+
+def same_array(value, other):
+    return np.array_equal(value.k, other.k) and np.array_equal(value.z, other.z) and (value.a, value.inner) == (other.a, other.inner)
+
+
+VALUE = Outer(Inner(1.0, 2.0), 7, Inner(3.0, 4.0), 5.0)
+ARRAYS = WithArray(1.0, np.array([5.0, 6.0]), Inner(2.0, 3.0), np.zeros(0))
+
+
+def test_numbers_lie_field_by_field_and_arrays_behind_their_length():
+    assert pack(VALUE).tolist() == [1.0, 2.0, 7.0, 3.0, 4.0, 5.0]
+    assert pack(ARRAYS).tolist() == [1.0, 2.0, 5.0, 6.0, 2.0, 3.0, 0.0]
+    assert flattener(structure_of(VALUE))(VALUE) == (1.0, 2.0, 7, 3.0, 4.0, 5.0)
+    assert number_count(structure_of(VALUE)) == 6
+
+
+def test_a_structure_is_its_class_and_what_each_field_holds():
+    assert structure_of(VALUE) == (Outer, ((Inner, ("number", "number")), "integer", (Inner, ("number", "number")), "number"))
+    assert structure_of(Inner(True, np.float64(2.0)))[1] == ("number", "number")
+    assert structure_of(Inner(np.int64(1), 2))[1] == ("integer", "integer")
+    assert is_scalar(structure_of(VALUE))
+    assert not is_scalar(structure_of(ARRAYS))
+
+    class Around(NamedTuple):
+        part: WithArray
+
+    assert not is_scalar(structure_of(Around(ARRAYS)))
+
+
+@pytest.mark.parametrize("value", [VALUE, ARRAYS])
+def test_what_is_packed_is_unpacked(value):
+    back = unpacker(structure_of(value))(pack(value))
+    assert type(back) is type(value)
+    assert back == value if value is VALUE else same_array(back, value)
+    if value is VALUE:
+        assert isinstance(back.count, int)
+        vector = np.zeros(6)
+        packer(structure_of(value))(value, vector)
+        assert vector.tolist() == pack(value).tolist()
+
+
+@pytest.mark.parametrize("value", [VALUE, ARRAYS])
+def test_a_lane_is_every_so_many_numbers_of_a_block(value):
+    numbers, lane, row = pack(value), 3, 2
+    block = np.full((row + numbers.size + 1) * LANES, -1.0)
+    block[row * LANES + lane : (row + numbers.size) * LANES + lane : LANES] = numbers
+    back = lane_unpacker(structure_of(value))(block, row, lane)
+    assert back == value if value is VALUE else same_array(back, value)
+    if value is VALUE:
+        written = np.full(block.size, -1.0)
+        lane_packer(structure_of(value))(value, written, row, lane)
+        assert np.array_equal(written, block)
+
+
+def test_what_is_infinite_or_the_same_in_every_lane_is_known_of_the_structure():
+    rows = np.array([[1.0, 2.0, 7.0, 1.0, 2.0, np.inf], [3.0, 4.0, 8.0, 3.0, 4.0, np.inf]])
+    constants = lane_constants(structure_of(VALUE), rows)
+    assert constants.infinite == {5}
+    assert constants.twins == {(3, 0), (4, 1)}
+    apart = rows.copy()
+    apart[1, 4], apart[0, 5] = 5.0, 6.0
+    other = lane_constants(structure_of(VALUE), apart)
+    assert (other.infinite, other.twins) == (frozenset(), frozenset())
+    assert constants.word != other.word
+    assert len(constants.word) == 8
+    assert lane_constants(structure_of(ARRAYS), rows) == other
+    negative = -rows
+    assert lane_constants(structure_of(VALUE), negative).infinite == frozenset()
+
+
+def test_a_lane_that_is_known_to_have_twins_reads_them_once():
+    structure = structure_of(VALUE)
+    rows = np.array([[1.0, 2.0, 7.0, 1.0, 2.0, np.inf]])
+    unpack = lane_unpacker(structure, lane_constants(structure, rows))
+    block = np.zeros(6 * LANES)
+    block[::LANES] = [1.0, 2.0, 7.0, -9.0, -9.0, -9.0]
+    assert unpack(block, 0, 0) == Outer(Inner(1.0, 2.0), 7, Inner(1.0, 2.0), np.inf)

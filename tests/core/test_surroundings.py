@@ -1,0 +1,115 @@
+"""Channels of a log that friction depends on, and slots over them."""
+
+from typing import Annotated, NamedTuple
+
+import pytest
+
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.motion import Motion
+from bristle.core.slot import Slot, refuse_unfit
+from bristle.core.surroundings import OF_MOTION, Surrounding, at_rest, motion_with, on_side, reader_of
+from bristle.core.variable import Variable
+
+HUMID = Variable("1", "relative humidity", min=0.0, max=1.0)
+HUMIDITY = Surrounding("humidity", HUMID, usual=0.5)
+
+
+class Parameters(NamedTuple):
+    k_H: Annotated[float, Variable("1", "rise with humidity", excitation="channel")] = 0.0
+    H_0: Annotated[float, Variable("1", "where nothing rises")] = 0.5
+
+
+@kernel
+def factor(c, p):
+    return 1.0 + p.k_H * (c - p.H_0)
+
+
+def slot(**changes):
+    parts = {"name": "humid", "description": "rises", "Parameters": Parameters, "channel": HUMIDITY, "factor": factor}
+    return Slot(**parts | changes)
+
+
+@pytest.mark.parametrize("name", ["", "a b", "class", "_x", "größe", "1x", 3])
+def test_a_channel_has_a_name_that_can_be_asked_for(name):
+    with pytest.raises(InputError, match="is no name of a channel"):
+        Surrounding(name, HUMID, 0.5)
+
+
+def test_a_channel_of_ones_own_is_no_channel_of_bristle_and_has_a_usual_value_in_its_range():
+    with pytest.raises(InputError, match="is the name of a channel of bristle"):
+        Surrounding("load", HUMID, 0.5)
+    with pytest.raises(InputError, match="usual value of humidity"):
+        Surrounding("humidity", HUMID, 1.5)
+    with pytest.raises(InputError, match="carries no Variable"):
+        Surrounding("humidity", "1", 0.5)
+
+
+def test_what_must_be_recorded_beside_the_motion_is_told():
+    assert (HUMIDITY.field, HUMIDITY.is_own, HUMIDITY.is_recorded) == ("humidity", True, True)
+    load, position, transmitted = (OF_MOTION[name] for name in ("load", "position", "transmitted"))
+    assert (load.field, load.is_own, load.is_recorded) == ("load", False, True)
+    assert (position.field, position.is_own, position.is_recorded) == ("x", False, False)
+    assert (transmitted.is_own, transmitted.is_recorded) == (False, False)
+    assert position.usual == 0.0
+
+
+def test_a_motion_holds_what_is_asked_of_it_once():
+    assert motion_with([OF_MOTION["load"]]) is Motion
+    wider = motion_with([HUMIDITY, OF_MOTION["load"], HUMIDITY])
+    assert wider._fields == (*Motion._fields, "humidity")
+    assert wider(1.0, 2.0).humidity == 0.5
+    with pytest.raises(InputError, match="described by two slots, and not alike"):
+        motion_with([HUMIDITY, Surrounding("humidity", HUMID, usual=0.4)])
+
+
+def test_a_motion_at_rest_passes_nothing_on_and_one_of_a_side_does():
+    motion = motion_with([HUMIDITY])(3.0, 2.0, 1.5, 300.0, 7.0, 0.9)
+    assert at_rest(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 0.0, 0.9)
+    assert on_side(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 7.0, 0.9)
+    assert reader_of(HUMIDITY)(motion) == 0.9
+    assert reader_of(HUMIDITY)(Motion(3.0, 2.0)) == 0.5
+    assert reader_of(OF_MOTION["position"])(motion) == 2.0
+
+
+def test_a_slot_tells_what_a_log_is_to_identify():
+    assert slot().identified == ("k_H",)
+    assert slot().neutral == (0.0, 0.5)
+    assert slot(channel="load").channel == OF_MOTION["load"]
+    refuse_unfit(slot())
+    with pytest.raises(InputError, match="is no channel of a log"):
+        slot(channel="wind")
+    with pytest.raises(InputError, match="none of the choices"):
+        slot(of="all")
+
+
+class NoDefault(NamedTuple):
+    k_H: Annotated[float, Variable("1", "rise", excitation="channel")]
+
+
+class NothingToTell(NamedTuple):
+    k_H: Annotated[float, Variable("1", "rise")] = 0.0
+
+
+class OtherNeed(NamedTuple):
+    k_H: Annotated[float, Variable("1", "rise", excitation="sliding")] = 0.0
+
+
+@kernel
+def of_one(c):
+    return c
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"Parameters": NoDefault}, "has no default"),
+        ({"Parameters": NothingToTell}, "no parameter that a log could tell"),
+        ({"Parameters": OtherNeed}, "is not what a slot needs of a log"),
+        ({"factor": lambda c, p: 1.0}, "is not a kernel"),
+        ({"factor": of_one}, r"takes 1 arguments.*factor\(channel, p\)"),
+    ],
+)
+def test_what_is_no_slot_is_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        refuse_unfit(slot(**changes))

@@ -1,0 +1,170 @@
+"""Laws of control in samples: what they are told, what is fed forward, and what they say of it."""
+
+import math
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core.errors import InputError
+from bristle.core.experiment import Effort, Feedforward, Learning, Run, Variant
+from bristle.exports.described import Source
+from bristle.exports.law import Gravity, Inputs, Load, law_facts, law_of, law_walk, loads_of
+
+M, DT = 2.0, 1e-3
+COULOMB = br.friction.with_slots(br.friction.coulomb, [])(F_C=5.0, offset=0.5)
+RISEN = br.friction.find("coulomb+transmitted")(F_C=5.0, c_T=0.2)
+LINK = br.plants.find("inertia+gravity")(M=3.0, g_sin=4.0, g_cos=1.0)
+LUGRE = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
+
+
+def variant(feedforward=None, delay=0, limit=math.inf, **changes):
+    parts = {
+        "name": "loop",
+        "plant": br.plants.inertia(M=M),
+        "friction": COULOMB,
+        "controller": br.controllers.cascade(k_p=20.0, k_v=30.0),
+        "sensor": br.sensors.encoder(resolution=0.0),
+        "reference": br.references.recorded(position=np.zeros(100), sample_time=DT),
+        "feedforward": feedforward or Feedforward(),
+        "run": Run(0.1, DT, delay=delay, effort_limit=limit),
+    }
+    return Variant(**parts | changes)
+
+
+def samples(v=0.1, a=0.0, count=5, ahead=1, measured=None):
+    """Samples of a motion at a constant speed, measured without an error."""
+    x = v * DT * np.arange(count + ahead + 1)
+    read = x if measured is None else measured
+    return [Inputs(x[k], v, a, read[k], x[k + 1 : k + 1 + ahead], np.full(ahead, a)) for k in range(count)]
+
+
+def test_inertia_is_fed_forward_as_the_mean_of_two_samples():
+    law = law_of(variant(Feedforward(mass=M)))
+    assert law.inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")
+    rising = [Inputs(0.0, 0.0, a, 0.0, np.zeros(1), np.array([a + 1.0])) for a in (0.0, 1.0, 2.0)]
+    without = law_of(variant()).efforts(rising)
+    assert law.efforts(rising) - without == pytest.approx([1.0, 3.0, 5.0])
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_friction_along_the_desired_motion_is_fed_ahead_by_the_delay(delay):
+    law = law_of(variant(Feedforward(friction=COULOMB), delay=delay))
+    assert law.samples_ahead == delay + 1
+    x = np.array([0.0, 0.0, 0.0, 0.0, 1e-4, 2e-4, 1e-4, 0.0, -1e-4, -2e-4])
+    told = [Inputs(0.0, 0.0, 0.0, 0.0, x[k + 1 : k + 2 + delay], np.zeros(delay + 1)) for k in range(6)]
+    ways = np.sign(np.diff(x))[delay : delay + 6]
+    efforts = law.efforts(told) - law_of(variant(delay=delay)).efforts(told)
+    moving = ways != 0.0
+    assert efforts[moving] == pytest.approx(5.0 * ways[moving] + 0.5)
+
+
+def test_friction_along_the_measured_motion_needs_nothing_to_come():
+    law = law_of(variant(Feedforward(friction=COULOMB, along="measured"), delay=2))
+    assert law.inputs == ("position", "velocity", "acceleration", "measured")
+    measured = np.array([0.0, 1e-4, 2e-4, 1e-4])
+    told = [Inputs(0.0, 0.0, 0.0, x, np.zeros(3), np.zeros(3)) for x in measured]
+    efforts = law.efforts(told) - law_of(variant(delay=2)).efforts(told)
+    assert efforts[1:] == pytest.approx([5.5, 5.5, -4.5])
+
+
+def test_gain_asymmetry_and_limit_shape_what_is_fed():
+    def fed(v, **shape):
+        told = samples(v)
+        return (law_of(variant(Feedforward(friction=COULOMB, **shape))).efforts(told) - law_of(variant()).efforts(told))[-1]
+
+    assert fed(0.1) == pytest.approx(5.5)
+    assert fed(0.1, gain=0.5) == pytest.approx(2.75)
+    assert fed(0.1, gain=0.5, offset=1.0) == pytest.approx(3.75)
+    assert fed(0.1, limit=3.0) == pytest.approx(3.0)
+    assert fed(-0.1, limit=3.0) == pytest.approx(-3.0)
+    assert fed(0.1, asymmetry=0.2) > fed(0.1) > -fed(-0.1, asymmetry=0.2) - 1.0
+
+
+def test_a_drive_limits_the_effort():
+    far = [Inputs(1.0, 0.0, 0.0, 0.0, np.ones(1), np.zeros(1))] * 3
+    assert law_of(variant(limit=7.0)).efforts(far) == pytest.approx([7.0] * 3)
+    assert law_of(variant()).efforts(far)[-1] > 100.0
+
+
+def test_the_place_is_that_between_two_samples():
+    fed, carried = loads_of(Feedforward(plant=LINK))
+    assert fed is carried
+    assert fed.place == Gravity(4.0, 1.0)
+    assert fed.numbers == (0.0, 4.0, 1.0)
+    law = law_of(variant(Feedforward(plant=LINK)))
+    told = [Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))]
+    gravity = law.efforts(told) - law_of(variant()).efforts(told)
+    assert gravity == pytest.approx([4.0 * math.sin(0.3) + math.cos(0.3)])
+
+
+def test_what_passes_through_friction_is_what_is_fed_or_what_is_carried():
+    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN))
+    assert fed is carried
+    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=LINK))
+    assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", M, "carried_", 3.0)
+    same = br.plants.inertia(M=M)
+    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=same))
+    assert carried is fed
+    assert loads_of(Feedforward(mass=M, friction=RISEN, carries=same), apart=True)[1].prefix == "carried_"
+    assert loads_of(Feedforward(mass=M, friction=COULOMB, carries=LINK))[1].prefix == ""
+    with pytest.raises(InputError, match="carries more than inertia, gravity and cogging"):
+        loads_of(Feedforward(friction=RISEN, carries=br.testing.example_of(br.plants.oscillator)))
+    assert Load("", 0.0, None).text("", "0") == "0.0"
+
+
+def test_a_compensator_with_a_past_begins_with_the_memory_of_a_sweep():
+    fresh, worn = (law_of(variant(Feedforward(friction=LUGRE, conditioning=size))) for size in (0.0, 1e-3))
+    assert float(fresh.lasting.fed.state.z) == 0.0
+    assert worn.lasting.fed.state == br.engine.conditioned(LUGRE, 1e-3)[0]
+
+
+def test_leaves_are_all_numbers_that_last_in_order():
+    law = law_of(variant(Feedforward(friction=LUGRE)))
+    paths = [".".join(path) for path, _ in law.leaves]
+    assert paths[-3:] == ["fed.state.z", "fed.place", "fed.effort"]
+    assert all(path.startswith(("controller.", "fed.")) for path in paths)
+    assert law.memory_size == law.memory.size
+    assert law.dt == DT
+
+
+def test_what_is_no_law_is_refused():
+    for changes, words in (
+        ({"effort": Effort(np.zeros(100))}, "drives an open loop"),
+        ({"learning": Learning(2, 1.0, 0.0, 20.0)}, "needs the whole motion"),
+    ):
+        with pytest.raises(InputError, match=words):
+            law_of(variant(**changes))
+
+
+def test_facts_of_a_law_name_what_is_fed_and_what_is_to_come():
+    facts = law_facts(law_of(variant(Feedforward(mass=M, friction=COULOMB, gain=0.5), delay=2, limit=9.0)), "axis_x", Source())
+    assert facts["fed"] == ["inertia along the desired motion: 2 kg", "friction along the desired motion by coulomb, gain 0.5"]
+    assert (facts["ahead"], facts["delay"], facts["limit"], facts["rate"]) == (3, 2, "9", "1000")
+    assert [(entry["declared"], entry["unit"], entry["several"]) for entry in facts["inputs"]] == [
+        ("position", "m", False),
+        ("velocity", "m/s", False),
+        ("acceleration", "m/s^2", False),
+        ("measured", "m", False),
+        ("place_ahead[3]", "m", True),
+        ("acceleration_ahead[3]", "m/s^2", True),
+    ]
+    nothing = law_facts(law_of(variant()), "axis_x", Source())
+    assert (nothing["fed"], nothing["limit"], nothing["along"], nothing["friction"]) == (["nothing"], "", "", "")
+    risen = law_facts(law_of(variant(Feedforward(friction=RISEN, plant=LINK, carries=LINK))), "axis_x", Source())
+    assert risen["fed"][0].startswith("what inertia+gravity takes by its place")
+    assert risen["fed"][-1].endswith("that of inertia+gravity")
+    beside = law_facts(law_of(variant(Feedforward(mass=M, friction=RISEN))), "axis_x", Source())
+    assert beside["fed"][-1].endswith("that of what is fed forward beside it")
+
+
+def test_the_self_test_reads_each_position_a_sample_late():
+    law = law_of(variant(Feedforward(mass=M, friction=COULOMB)))
+    walk, told, efforts = law_walk(law, 40)
+    assert told == 40 + law.samples_ahead + 1
+    assert efforts.shape == (40,)
+    x = walk.positions(told)
+    v = np.diff(x) / DT
+    first = Inputs(x[0], v[0], 100.0 * v[0], x[0], x[1:2], 100.0 * v[1:2])
+    second = Inputs(x[1], v[1], 100.0 * v[1], x[0], x[2:3], 100.0 * v[2:3])
+    assert law.efforts([first, second]) == pytest.approx(efforts[:2])

@@ -1,0 +1,205 @@
+"""Segments of a log, and the rows that signals along them become."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, strokes
+
+from bristle.core import Axis, InputError
+from bristle.friction import coulomb_viscous, with_slots
+from bristle.identification.dataset import Alignment, Segment
+from bristle.identification.preprocessing import aligned, differentiated, shifted, treat, treat_all
+from bristle.plants import inertia
+
+MOTION = sines(4.0)
+DT = 1e-3
+
+
+def dataset_of(motion=MOTION, effort=None, cutoff=100.0, decimation=10, axis=STATED, **given):
+    return treat(log_of(motion, sliding_effort(motion, noise=0.0) if effort is None else effort, **given), axis, cutoff, decimation)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return dataset_of()
+
+
+def test_rows_are_every_so_many_samples_behind_the_edges(dataset):
+    assert dataset.dropped == 50  # five periods of the cut-off
+    assert np.allclose(np.diff(dataset.time), 0.01)
+    assert dataset.time[0] == pytest.approx(0.05)
+    assert dataset.sampled([np.arange(4000)]).tolist() == list(range(50, 3950, 10))
+    assert dataset.effort.size == dataset.time.size == 390
+    assert np.all(dataset.log_of_row == 0)
+    assert np.all(dataset.segment_of_row == 0)
+
+
+def test_a_row_takes_so_much_of_each_sample_that_a_constant_stays(dataset):
+    response = dataset.response
+    assert np.sum(response) == pytest.approx(1.0, abs=1e-4)
+    assert response == pytest.approx(response[::-1], abs=1e-4)
+    assert np.argmax(response) == response.size // 2
+    assert dataset.rows_of([np.full(4000, 3.0)]) == pytest.approx(3.0)
+    assert dataset.reach == 2 + 10
+    assert replace(dataset, decimation=1).reach == 20
+    assert dataset.bandwidth == 50.0
+    assert replace(dataset, decimation=4).bandwidth == 100.0
+
+
+def test_rows_follow_motion_and_effort(dataset):
+    at = np.round(dataset.time / DT).astype(int)
+    assert dataset.time[1] == pytest.approx(0.06)
+    np.testing.assert_allclose(dataset.position, MOTION.position[at], atol=2e-5)
+    np.testing.assert_allclose(dataset.velocity[2:-2], MOTION.velocity[at][2:-2], atol=5e-4)
+    np.testing.assert_allclose(dataset.acceleration[2:-2], MOTION.acceleration[at][2:-2], atol=2e-2)
+
+
+def test_reversals_and_rests_are_as_far_from_a_row_as_samples_lie_between(dataset):
+    (turns,) = dataset.reversals
+    truth = np.flatnonzero(np.diff(np.sign(MOTION.velocity))) + 1
+    inside = truth[(truth > 50) & (truth < 3950)]
+    assert np.abs(np.array(turns) - inside).max() <= 3
+    sample = np.round(dataset.time / DT).astype(int)
+    expected = np.min(np.abs(sample[:, None] - np.array(turns)), axis=1)
+    assert dataset.samples_from_reversal.tolist() == expected.tolist()
+    assert dataset.samples_from_rest.tolist() == expected.tolist()
+    one_way = dataset_of(MOTION._replace(position=0.1 * MOTION.time, velocity=0.1 + 0.0 * MOTION.time))
+    assert np.all(np.isinf(one_way.samples_from_reversal))
+
+
+def test_rests_are_no_rows_unless_they_are_kept():
+    motion = strokes(2)
+    moving = dataset_of(motion)
+    assert moving.rest_share == pytest.approx(0.44, abs=0.08)
+    kept = dataset_of(motion, axis=replace(STATED, keeps_rests=True))
+    assert kept.time.size > 1.5 * moving.time.size
+    assert np.all(np.abs(moving.velocity) > 0.0)
+    assert np.max(moving.samples_from_rest) < np.max(moving.samples_from_reversal)
+
+
+def test_noise_of_the_position_counts_by_the_fifth_power_of_the_bandwidth(dataset):
+    noisy = replace(dataset, noise=1e-6)
+    share = noisy.acceleration_noise_share
+    white = np.random.default_rng(1).normal(0.0, 1e-6, 400_000)
+    # Twice differentiated up to 50 Hz, what is below of the spectrum.
+    spectrum = np.abs(np.fft.rfft(white)) ** 2 * 2.0 / white.size**2
+    frequency = np.fft.rfftfreq(white.size, DT)
+    inside = frequency <= 50.0
+    square = float(np.sum(spectrum[inside] * (2.0 * np.pi * frequency[inside]) ** 4))
+    assert share == pytest.approx(square / float(np.mean(dataset.acceleration**2)), rel=0.03)
+    assert replace(noisy, noise=2e-6).acceleration_noise_share == pytest.approx(4.0 * share)
+    assert replace(noisy, noise=1e3).acceleration_noise_share == 1.0
+
+
+def test_a_plant_and_its_friction_explain_what_was_made_of_them(dataset):
+    plant, friction = inertia(M=12.0), with_slots(coulomb_viscous, [])(F_C=8.0, F_v=30.0, offset=1.5)
+    (explained,) = dataset.explained(plant, friction)
+    inner = slice(100, -100)
+    np.testing.assert_allclose(explained[inner], dataset.segments[0].effort[inner], atol=0.6)
+    assert dataset.contacts(friction, plant) == (None,)
+    np.testing.assert_allclose(dataset.mechanical_rows(plant), 12.0 * dataset.acceleration, atol=1e-9)
+
+
+def test_a_motion_that_repeats_has_been_through_its_first_cycle():
+    motion = sines(4.0, amplitudes=(0.02,), frequencies=(0.5,), phases=(0.3,))
+    segment = dataset_of(motion, axis=replace(STATED, in_cycle=True)).segments[0]
+    assert segment.first_cycle == pytest.approx(2000, abs=2)
+    signals = segment.signals(DT)
+    assert signals["v"].size == 4000 + segment.first_cycle
+    assert signals["v"][segment.first_cycle :].tolist() == segment.velocity.tolist()
+    np.testing.assert_allclose(signals["x"][segment.first_cycle :], segment.position + 0.5 * DT * segment.velocity, rtol=1e-12)
+    with pytest.raises(InputError, match="does not come back to where it began"):
+        dataset_of(sines(0.9), axis=replace(STATED, in_cycle=True))
+
+
+def test_logs_follow_each_other_in_time_and_noise_is_their_root_mean_square():
+    logs = [log_of(MOTION, sliding_effort(MOTION, seed=seed, noise=noise), step=1e-6) for seed, noise in ((1, 0.3), (2, 0.9))]
+    parts = [treat(log, STATED, 100.0, 10) for log in logs]
+    both = treat_all(logs, [STATED, STATED], 100.0, 10)
+    assert both.time.size == sum(part.time.size for part in parts)
+    assert np.all(np.diff(both.time) > 0.0)
+    assert both.segments[1].time[0] == pytest.approx(both.segments[0].time[-1] + DT)
+    assert [segment.log for segment in both.segments] == [0, 1]
+    assert both.log_of_row.tolist() == [0] * parts[0].time.size + [1] * parts[1].time.size
+    assert both.effort_noise == pytest.approx(np.hypot(parts[0].effort_noise, parts[1].effort_noise) / 2.0**0.5)
+    assert both.noise == pytest.approx(np.hypot(parts[0].noise, parts[1].noise) / 2.0**0.5)
+    slower = sines(8.0, dt=2e-3)
+    with pytest.raises(InputError, match=r"was sampled every 2 ms, the first log every 1 ms"):
+        treat_all([logs[0], log_of(slower, sliding_effort(slower))], [STATED, STATED], 50.0, 10)
+    with pytest.raises(InputError, match="has another cutoff than the first log"):
+        treat_all(logs, [replace(STATED, cutoff=80.0), replace(STATED, cutoff=90.0)], None, 10)
+
+
+@pytest.mark.parametrize("delay", [0.004, -0.0035])
+def test_an_effort_that_lags_is_brought_back(dataset, delay):
+    late = np.interp(MOTION.time - delay, MOTION.time, MOTION.position)
+    moved = shifted(dataset_of(effort=late), delay)
+    inner = slice(100, -100)
+    np.testing.assert_allclose(moved.segments[0].effort[inner], dataset.segments[0].position[inner], atol=2e-6)
+    assert moved.delay == delay
+    assert shifted(dataset, 0.0) is dataset
+
+
+def test_a_filter_of_the_position_is_taken_out_of_all_that_is_made_of_it(dataset):
+    lag = 0.003
+    sharp = aligned(dataset, Alignment(delay=0.0, smoothing=-lag, of_position=True))
+    blurred = aligned(dataset, Alignment(delay=0.0, smoothing=lag, of_position=True))
+    inner = slice(200, -200)
+    frequency = 2.0 * np.pi * 3.1
+    for moved, way in ((sharp, 1.0), (blurred, -1.0)):
+        (segment,) = moved.segments
+        # A first-order filter without its delay hardly turns slow sines, and makes the fastest one smaller.
+        change = np.std(segment.acceleration[inner]) / np.std(dataset.segments[0].acceleration[inner])
+        assert change == pytest.approx((1.0 + (frequency * lag) ** 2) ** (0.5 * way), rel=2e-3)
+        assert segment.effort is not None
+        np.testing.assert_allclose(segment.effort, dataset.segments[0].effort)
+
+
+def test_a_derivative_of_fourth_order_is_that_of_a_fast_sine():
+    fast = sines(1.0, dt=2e-3, amplitudes=(0.01,), frequencies=(10.0,), phases=(0.4,))
+    coarse = dataset_of(fast, cutoff=200.0, decimation=1)
+    true = differentiated(coarse)
+    inner, truth = slice(60, -60), fast.acceleration[60:-60]
+    error = [np.max(np.abs(item.segments[0].acceleration[inner] - truth)) / np.max(truth) for item in (coarse, true)]
+    assert 4e-3 < error[0] < 8e-3
+    assert error[1] < 5e-4
+
+
+def test_what_was_found_of_the_alignment_is_told_and_what_was_not_is_left_out():
+    found = Alignment(delay=2e-3, delay_half_width=1e-4, smoothing=-3e-3, smoothing_half_width=1e-3, mass=12.0, slow=5.0)
+    assert found.as_data() == (
+        {"delay": 2e-3, "delay_half_width": 1e-4, "smoothing": -3e-3, "smoothing_half_width": 1e-3, "mass": 12.0, "slow": 5.0}
+    )
+    of_position = replace(found, of_position=True).as_data()
+    assert (of_position["position_smoothing"], of_position["position_smoothing_half_width"]) == (3e-3, 1e-3)
+    assert Alignment().as_data() == {}
+
+
+def test_a_cutoff_lies_below_half_of_the_sampling_frequency_and_is_a_tenth_of_that_unless_told():
+    log = log_of(MOTION, sliding_effort(MOTION))
+    treated = treat(log, Axis())
+    assert (treated.cutoff, treated.decimation) == (100.0, 10)
+    assert treat(log, Axis(cutoff=60.0, decimation=5)).cutoff == 60.0
+    assert treat(log, Axis(cutoff=60.0, decimation=5), 70.0, 4).decimation == 4
+    for wrong in (0.0, 500.0, np.nan, -1.0):
+        with pytest.raises(InputError, match="between 0 and 500 Hz"):
+            treat(log, None, wrong)
+    assert treat(log, replace(STATED, gravity=True, kind="translational"), 100.0).decimation == 4
+
+
+def test_an_effort_that_is_held_acts_half_a_sample_later(dataset):
+    ramp = np.arange(4000.0)
+    plain, held = dataset_of(effort=ramp), dataset_of(effort=ramp, axis=replace(STATED, held=True))
+    inner = slice(200, -200)
+    np.testing.assert_allclose(plain.segments[0].effort[inner] - held.segments[0].effort[inner], 0.5, atol=1e-6)
+
+
+def test_segments_too_short_for_the_filter_are_left_out():
+    cut = dataset_of(segments=(slice(0, 300), slice(300, 2000), slice(2000, 4000)))
+    assert [segment.time[0] for segment in cut.segments] == pytest.approx([0.3, 2.0])
+    assert cut.segment_of_row.max() == 1
+    assert isinstance(cut.segments[0], Segment)
+    with pytest.raises(InputError, match="is too short for this filter and decimation"):
+        dataset_of(segments=(slice(0, 599),))
+    assert dataset_of(segments=(slice(0, 600),)).time.size >= 50

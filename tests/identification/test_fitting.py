@@ -1,0 +1,224 @@
+"""What one fit tells of each parameter: how sure it is, why it is not, and where it ended."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle.core.variable import Variable
+from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck
+from bristle.identification.excitation import Excitation, shortest_zone
+from bristle.identification.fitting import Judgement, about_estimates, about_fixed, about_level, combinations_of, why_fixed
+from bristle.identification.parameters import Fixed, Scales
+from bristle.identification.result import Estimate
+from bristle.identification.settings import DEFAULT
+from bristle.plants import inertia
+
+SCALES = Scales(20.0, 50.0, 0.6, 1e-3, 3.0, 0.09, 1e-5, 10.0, 1e-3)
+EFFORT = np.array([10.0, -10.0] * 50)
+VALUES = {"M": 12.0, "F_C": 8.0, "F_v": 30.0}
+
+
+def data(**changes):
+    facts = {
+        "kind": "translational",
+        "effort": EFFORT,
+        "acceleration": np.array([2.0, -5.0]),
+        "velocity": np.linspace(0.01, 0.6, 100),
+        "all_velocities": np.linspace(-0.1, 0.1, 1001),
+        "acceleration_noise_share": 0.0,
+        "resolution": 1e-6,
+        "noise": 1e-7,
+        "cutoff": 100.0,
+        "sample_time": 1e-3,
+        "reversals": ((10, 60),),
+        "segments": (SimpleNamespace(position=1e-5 * np.arange(200.0), time=1e-3 * np.arange(200), effort=None),),
+    }
+    return SimpleNamespace(**facts | changes)
+
+
+def judged(component=coulomb_viscous, values=None, std=0.1, at_edge=None, fixed=None, filtered=True, redundant=(), **changes):
+    """The estimates of a fit, by name, whose relative standard errors are given."""
+    values, fixed = VALUES if values is None else values, fixed or {}
+    variables = inertia.variables | {name: component.variables[name] for name in component.variables if name in values}
+    dataset = data(**changes)
+    free = {name: value for name, value in values.items() if name not in fixed}
+    shares = std if isinstance(std, dict) else dict.fromkeys(free, std)
+    deviations = np.array([shares[name] * abs(value) if value else shares[name] for name, value in free.items()])
+    parameters = SimpleNamespace(
+        fixed=fixed, component=component, variables=variables, plant=inertia, is_redundant=lambda name: name in redundant
+    )
+    problem = SimpleNamespace(parameters=parameters, dataset=dataset, mechanical=lambda values: 0.0 * EFFORT)
+    solution = SimpleNamespace(values=free, at_edge=at_edge or {}, space=SimpleNamespace(names=tuple(free)))
+    uncertainty = SimpleNamespace(std=deviations, robust_std=0.5 * deviations)
+    excitation = Excitation(dataset, SCALES, values, variables, DEFAULT)
+    return {entry.name: entry for entry in Judgement(problem, solution, uncertainty, excitation, filtered).estimates()}
+
+
+def test_a_parameter_is_identified_to_half_of_itself():
+    sure = judged(std=0.49)
+    assert {entry.status for entry in sure.values()} == {"identified"}
+    assert (sure["F_v"].std, sure["F_v"].robust_std) == (pytest.approx(14.7), pytest.approx(7.35))
+    assert (sure["M"].unit, sure["F_v"].unit) == ("kg", "N*s/m")
+    unsure = judged(std={"M": 0.1, "F_C": 0.1, "F_v": 0.51})["F_v"]
+    assert (unsure.status, unsure.reason.code) == ("unidentifiable", "low_speed")
+    assert unsure.reason.numbers["std_percent"] == pytest.approx(51.0)
+    assert unsure.std == pytest.approx(15.3)
+
+
+def test_of_an_error_that_says_nothing_none_is_given():
+    wild = judged(std={"M": 0.1, "F_C": 0.1, "F_v": 11.0})["F_v"]
+    assert "std_percent" not in wild.reason.numbers
+    assert wild.std == pytest.approx(330.0)
+    hopeless = judged(std={"M": 0.1, "F_C": 0.1, "F_v": 101.0})["F_v"]
+    assert hopeless.std is None
+    unknown = judged(std={"M": 0.1, "F_C": 0.1, "F_v": np.inf})["F_v"]
+    assert (unknown.status, unknown.std) == ("unidentifiable", None)
+
+
+def test_a_force_whose_error_is_nothing_beside_the_effort_is_known_to_be_small():
+    small = VALUES | {"F_C": 0.01}
+    assert judged(values=small, std={"M": 0.1, "F_C": 15.0, "F_v": 0.1})["F_C"].status == "identified"  # 0.15 N of 10 N
+    assert judged(values=small, std={"M": 0.1, "F_C": 25.0, "F_v": 0.1})["F_C"].status == "unidentifiable"
+
+
+def test_a_level_that_never_acted_is_beyond_the_effort():
+    beyond = judged(values=VALUES | {"F_C": 12.1})["F_C"]
+    assert (beyond.status, beyond.reason.code, beyond.reason.numbers) == ("unidentifiable", "beyond_effort", {"effort": 10.0})
+    assert judged(values=VALUES | {"F_C": 11.9})["F_C"].status == "identified"
+
+
+def test_noise_hides_an_inertia_where_rows_are_filtered():
+    noisy = judged(acceleration_noise_share=0.051, bandwidth=50.0)["M"]
+    assert (noisy.status, noisy.reason.code) == ("unidentifiable", "noisy_acceleration")
+    assert judged(acceleration_noise_share=0.051, filtered=False)["M"].status == "identified"
+    assert judged(acceleration_noise_share=0.05)["M"].status == "identified"
+
+
+def test_a_parameter_on_an_edge_says_which_and_why():
+    at_edge = judged(values=VALUES | {"F_v": 0.0}, at_edge={"F_v": "smallest"})["F_v"]
+    assert (at_edge.status, at_edge.reason.code) == ("at_edge", "edge_of_model")
+    assert (at_edge.reason.numbers["edge"], at_edge.reason.numbers["cause"]) == ("smallest", "low_speed")
+    assert judged(values=VALUES, at_edge={"F_v": "largest"})["F_v"].reason.code == "edge_of_search"
+    both = judged(values=VALUES | {"F_C": 0.0, "F_v": 0.0}, at_edge={"F_C": "smallest", "F_v": "smallest"})
+    assert both["F_C"].reason.code == "no_friction"
+    assert judged(values=VALUES | {"F_C": 0.0}, at_edge={"F_C": "smallest"})["F_C"].reason.code != "no_friction"
+    assert judged(at_edge={"M": "smallest"})["M"].reason.code == "low_acceleration"
+
+
+FALL = {"M": 12.0, "F_C": 8.0, "F_S": 9.0, "v_S": 0.05, "F_v": 30.0}
+
+
+def test_a_fall_is_as_unsure_as_the_force_or_the_velocity_that_it_needs():
+    errors = dict.fromkeys(FALL, 0.1)
+    assert {entry.status for entry in judged(stribeck, FALL, errors).values()} == {"identified"}
+    unsure = judged(stribeck, FALL, errors | {"v_S": 0.9})
+    assert [unsure[name].status for name in ("v_S", "F_S", "F_C")] == ["unidentifiable", "unidentifiable", "identified"]
+    edge = judged(stribeck, FALL, errors, at_edge={"F_S": "smallest"})
+    assert (edge["F_S"].reason.code, edge["v_S"].status) == ("edge_no_fall", "unidentifiable")
+    held = judged(stribeck, FALL, errors, fixed={"v_S": Fixed(0.05, "no_fall", redundant=True)}, redundant=("v_S",))
+    assert held["F_S"].status == "unidentifiable"
+
+
+def test_what_is_held_says_why_and_what_was_found_before_has_an_interval():
+    held = judged(fixed={"F_v": Fixed(30.0, "held_known")})["F_v"]
+    assert (held.status, held.reason.code, held.reason.severity) == ("held", "held_known", "note")
+    redundant = judged(fixed={"F_v": Fixed(30.0, "no_fall", redundant=True)})["F_v"]
+    assert (redundant.status, redundant.reason.severity) == ("unidentifiable", "warning")
+    before = judged(fixed={"M": Fixed(12.0, "", half_width=1.96)})["M"]
+    assert before.std == pytest.approx(1.0, rel=1e-3)
+    assert before.interval == pytest.approx((10.04, 13.96))
+    assert before.status == "identified"
+
+
+def cause_of(name, component=lugre, values=None, **changes):
+    values = {"M": 12.0, "F_C": 8.0, "F_S": 9.0, "v_S": 0.05, "sigma_0": 1e6, "sigma_1": 10.0, "sigma_2": 3.0} | (values or {})
+    found = Excitation(data(**changes), SCALES, values, inertia.variables | component.variables, DEFAULT)
+    return found, found.cause(name)
+
+
+def test_what_a_log_lacks_is_told_by_what_a_parameter_takes():
+    assert (cause_of("M")[1].code, cause_of("M")[1].numbers) == ("low_acceleration", {"acceleration": 5.0})
+    assert (cause_of("sigma_2")[1].code, cause_of("sigma_2")[1].numbers) == ("low_speed", {"speed": 0.6})
+    assert cause_of("sigma_2", velocity=np.linspace(0.5, 0.6, 100))[1].code == "few_speeds"
+    sliding = cause_of("F_C")[1]
+    assert (sliding.code, sliding.numbers) == ("few_strokes", {"reversals": 2, "stroke": 0.09})
+    assert {cause_of(name)[1].severity for name in ("M", "F_C", "sigma_2")} == {"warning"}
+
+
+def test_a_fall_that_is_not_shown_tells_how_few_samples_are_so_slow():
+    _, cause = cause_of("v_S", values={"v_S": 0.02})
+    assert cause.code == "no_fall"
+    assert (cause.numbers["samples"], cause.numbers["speed"]) == (1001, 0.02)
+    assert cause.numbers["slow_samples"] == pytest.approx(199, abs=2)
+
+
+def test_presliding_is_hidden_within_a_period_of_the_filter_and_below_the_encoder():
+    # The zone is 20 N over the stiffness; samples are 10 um apart, a period of the filter is ten of them.
+    shown, cause = cause_of("sigma_0", values={"sigma_0": 1.5e5})
+    assert not shown.is_hidden("sigma_0")
+    assert cause.code == "few_reversals"
+    assert cause.numbers["zone"] == pytest.approx(20.0 / 1.5e5)
+    assert (cause.numbers["samples"], cause.numbers["filter_samples"]) == (14.0, pytest.approx(10.0))
+    fast, _ = cause_of("sigma_0", values={"sigma_0": 3e5})
+    assert fast.is_hidden("sigma_0")
+    assert not fast.is_hidden("sigma_0", filtered=False)
+    assert not fast.is_hidden("F_C")
+    coarse, cause = cause_of("sigma_0", values={"sigma_0": 1.5e5}, resolution=3e-5)
+    assert coarse.is_hidden("sigma_0")
+    assert (cause.code, cause.numbers["counts"], cause.numbers["resolution"]) == ("coarse_position", 5.0, 3e-5)
+    noisy, cause = cause_of("sigma_0", values={"sigma_0": 1.5e5}, noise=1.4e-5)
+    assert noisy.is_hidden("sigma_0")
+    assert (cause.code, cause.numbers["deviations"]) == ("coarse_position", 10.0)
+    still, cause = cause_of("sigma_0", reversals=((),))
+    assert still.is_hidden("sigma_0")
+    assert (cause.code, cause.numbers) == ("few_reversals", {})
+    assert shortest_zone(data(), DEFAULT) == pytest.approx(5e-6)
+    assert shortest_zone(data(noise=1e-6), DEFAULT) == pytest.approx(1e-5)
+
+
+def entry(name, status="identified", value=2.0, std=0.1):
+    return Estimate(name, "N", "", value, std, status=status, robust_std=0.3)
+
+
+def test_pairs_of_sure_parameters_that_go_together_are_told_once():
+    correlation = np.array([[1.0, -0.995, 0.5], [-0.995, 1.0, 0.2], [0.5, 0.2, 1.0]])
+    (pair,) = about_estimates([entry("a"), entry("b"), entry("c")], correlation, ["a", "b", "c"], 0.99)
+    assert (pair.parameter, pair.numbers) == ("b", {"other": "a", "correlation": -0.995})
+    assert about_estimates([entry("a"), entry("b", "unidentifiable"), entry("c")], correlation, ["a", "b", "c"], 0.99) == ()
+    assert about_estimates([entry("a"), entry("b"), entry("c")], correlation, ["a", "b", "c"], 0.996) == ()
+
+
+def test_a_level_without_its_curve_is_told_as_seen():
+    found, _ = cause_of("M")
+    (remark,) = about_level([entry("F_C"), entry("v_S", "unidentifiable")], found)
+    assert (remark.code, remark.numbers) == ("level_as_seen", {"names": ("F_C",), "speed": 0.6})
+    assert about_level([entry("F_C"), entry("v_S")], found) == ()
+    assert about_level([entry("F_C"), entry("sigma_2", "held")], found) == ()
+    assert about_level([entry("F_C", "unidentifiable")], found) == ()
+    plain = Excitation(data(), SCALES, VALUES, inertia.variables | coulomb.variables, DEFAULT)
+    assert about_level([entry("F_C")], plain) == ()
+
+
+def test_why_a_parameter_is_fixed_has_its_value_and_a_guessed_weight_is_a_doubt():
+    fixed = {
+        "offset": Fixed(1.5, "held_constant", numbers={"levels": ("F_C_pos",)}),
+        "v_S": Fixed(0.1, "no_fall"),
+        "M": Fixed(12.0, "", half_width=0.5),
+    }
+    variables = {"offset": Variable("force", "offset"), "v_S": Variable("length/time", "velocity"), "M": Variable("mass", "mass")}
+    problem = SimpleNamespace(parameters=SimpleNamespace(fixed=fixed, variables=variables), dataset=SimpleNamespace(kind="translational"))
+    weight, reason = about_fixed(problem)
+    assert (weight.code, weight.severity, weight.numbers["weight"]) == ("weight_guessed", "warning", 1.5)
+    assert (reason.parameter, reason.numbers) == ("offset", {"value": 1.5, "unit": "N", "levels": ("F_C_pos",)})
+    assert why_fixed("v_S", fixed["v_S"], variables["v_S"], "rotational").numbers["unit"] == "rad/s"
+
+
+def test_products_of_a_redundant_factor_have_the_errors_of_their_member():
+    component = SimpleNamespace(
+        redundancies=(SimpleNamespace(name="alpha", factor_of=("k",)),),
+        variables={"alpha": Variable("1", "factor"), "k": Variable("force/length", "stiffness")},
+    )
+    (product,) = combinations_of(component, {"alpha": entry("alpha", value=-3.0), "k": entry("k")}, "translational")
+    assert (product.name, product.unit, product.value) == ("alpha*k", "N/m", -6.0)
+    assert (product.std, product.robust_std) == (pytest.approx(0.3), pytest.approx(0.9))

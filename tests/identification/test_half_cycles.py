@@ -1,0 +1,193 @@
+"""Half-cycles of a log: their rows, levels, noise, blocks that are held out, and motions before a filter."""
+
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+
+from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
+from bristle.identification.half_cycles import (
+    SHORT,
+    TIME,
+    Groups,
+    beside,
+    between_samples,
+    blocks_for,
+    correlation_time,
+    disturbance_of,
+    force_with_scatter,
+    independent_rows,
+    least_way,
+    neighbour_correlation,
+    noise_density,
+    recovered,
+    room_for_blocks,
+    scaled,
+    signs,
+    time_blocks,
+    within_cycles,
+)
+from bristle.identification.preprocessing import treat
+from bristle.identification.settings import DEFAULT
+
+RNG = np.random.default_rng(1)
+MOTION = sines(4.0)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return treat(log_of(MOTION, sliding_effort(MOTION), step=1e-6), STATED, 100.0, 10)
+
+
+def test_groups_are_counted_among_those_that_have_rows():
+    groups = Groups(np.array([2, 2, 5, 5, 5, 9]))
+    assert (groups.index.tolist(), groups.first.tolist(), groups.count) == ([0, 0, 1, 1, 1, 2], [0, 2, 5], 3)
+    assert groups.summed(np.arange(6.0)).tolist() == [1.0, 9.0, 5.0]
+    assert [part.tolist() for part in groups.split(np.arange(6))] == [[0, 1], [2, 3, 4], [5]]
+
+
+def test_a_way_is_none_within_two_steps_or_eight_times_the_noise():
+    assert (least_way(1.0, 0.1), least_way(1.0, 0.5)) == (2.0, 4.0)
+
+
+def test_correlated_rows_count_as_fewer():
+    white = RNG.standard_normal(20_000)
+    assert neighbour_correlation(white) == pytest.approx(0.0, abs=0.03)
+    assert independent_rows(white) == pytest.approx(20_000, rel=0.06)
+    lasting = np.zeros(20_000)
+    for k in range(1, lasting.size):
+        lasting[k] = 0.5 * lasting[k - 1] + white[k]
+    assert neighbour_correlation(lasting) == pytest.approx(0.5, abs=0.03)
+    assert independent_rows(lasting) == pytest.approx(20_000 / 3.0, rel=0.1)
+    assert independent_rows(np.tile([1.0, -1.0], 50)) == 100.0  # no more than there are
+    assert neighbour_correlation(np.zeros(5)) == 0.0
+    assert 0.0 < independent_rows(np.ones(1000)) < 1.0
+
+
+def test_within_half_cycles_the_level_of_each_is_taken_out():
+    groups, slope = Groups(np.array([0, 0, 1, 1])), np.array([1.0, 1.0, -1.0, -2.0])
+    rest = within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0]))
+    assert rest == pytest.approx([-1.0, 1.0, 0.0, 0.0])
+    assert within_cycles(groups, 0.0 * slope, np.ones(4)) == pytest.approx(1.0)
+
+
+def test_five_blocks_are_held_out_where_there_is_room(dataset):
+    room = room_for_blocks(dataset, DEFAULT)
+    assert room == dataset.effort.size // (20 + 2 * dataset.reach)
+    assert blocks_for(dataset, None, DEFAULT) == min(room, 5)
+    assert blocks_for(dataset, 3, DEFAULT) == 3
+    assert blocks_for(dataset, None, replace(DEFAULT, held_out_rows=120.0)) == 2
+    assert blocks_for(dataset, None, replace(DEFAULT, held_out_rows=200.0)) == 0
+    two = SimpleNamespace(log_of_row=np.array([0, 1]), effort=dataset.effort, reach=dataset.reach)
+    assert blocks_for(two, None, replace(DEFAULT, held_out_rows=200.0)) == 5
+
+
+def rows_like(velocity, reach=2):
+    return SimpleNamespace(effort=velocity, velocity=velocity, reach=reach)
+
+
+def test_blocks_follow_each_other_unless_one_has_speeds_of_its_own():
+    even = np.where(np.arange(1000) % 20 < 10, 0.1, -0.1)
+    of, parts = time_blocks(rows_like(even), 4)
+    assert of == TIME
+    assert [np.flatnonzero(part)[[0, -1]].tolist() for part in parts] == [[0, 249], [250, 499], [500, 749], [750, 999]]
+    grown = np.where(np.arange(1000) < 750, 0.1, 10.0)
+    of, parts = time_blocks(rows_like(grown), 4)
+    assert of == SHORT
+    assert np.sum(parts, axis=0).tolist() == [1] * 1000
+    assert all(part[750:].any() for part in parts)
+    assert time_blocks(rows_like(grown, reach=500), 4)[0] == TIME  # no room for short ones
+
+
+def test_rows_beside_a_part_share_no_sample_with_the_filters():
+    part = np.zeros(12, dtype=bool)
+    part[5:7] = True
+    assert np.flatnonzero(~beside(part, 2)).tolist() == [3, 4, 5, 6, 7, 8]
+    assert np.flatnonzero(~beside(part, 0)).tolist() == [5, 6]
+
+
+def test_rounding_is_no_jitter():
+    facts = SimpleNamespace(noise=0.37e-6, resolution=1e-6, effort_noise=0.2)
+    assert disturbance_of(facts, 0.1) == (0.1, 0.2, 1e-6, 0.0, 0.0)
+    facts.noise = 1e-6
+    assert disturbance_of(facts, 0.1).jitter == pytest.approx(np.sqrt(1.0 - 0.37**2) * 1e-6)
+
+
+def test_signs_last_over_a_fortieth_of_a_segment():
+    drawn = signs(4000, np.random.default_rng(2))
+    assert set(drawn) == {-1.0, 1.0}
+    assert np.all(np.diff(drawn).reshape(-1)[np.arange(3999) % 100 != 99] == 0.0)
+    assert signs(7, np.random.default_rng(2)).size == 7
+
+
+def test_what_a_model_lacks_keeps_its_side_as_long_as_it_does_not_average_out():
+    lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)
+    assert correlation_time(lasting, 0.01, 1.0) == pytest.approx(1.0)  # a block of 100 rows
+    assert correlation_time(lasting, 0.01, 2.0) == pytest.approx(0.25)
+    assert correlation_time(RNG.standard_normal(4000), 0.01, 1.0) < 0.05
+    assert correlation_time(lasting, 0.01, 0.0) == 0.0
+
+
+def test_forces_are_scaled_and_the_offset_and_stiffness_are_not():
+    component = with_slots(lugre, [])
+    values = {"F_C": 4.0, "F_S": 5.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
+    assert scaled(component, values, 3.0) == {"F_C": 12.0, "F_S": 15.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
+
+
+def test_the_level_is_drawn_anew_on_each_half_cycle(dataset):
+    segment = dataset.segments[0]
+    starts = (0, *dataset.reversals[0])
+    drawn = np.random.default_rng(4).standard_normal(len(starts))
+    model = coulomb(F_C=8.0)
+    force = force_with_scatter(model, segment, starts, 1e-3, 0.1, np.random.default_rng(4))
+    middle = [(a + b) // 2 for a, b in pairwise(starts[1:])]
+    expected = [8.0 * (1.0 + 0.1 * level) * np.sign(segment.velocity[k]) for level, k in zip(drawn[1:-1], middle, strict=True)]
+    assert force[middle] == pytest.approx(expected)
+    none = force_with_scatter(model, segment, starts, 1e-3, 0.0, np.random.default_rng(4))
+    assert np.abs(none[middle]) == pytest.approx(8.0)
+    wild = force_with_scatter(model, segment, starts, 1e-3, 50.0, np.random.default_rng(4))
+    assert np.min(np.abs(wild[middle])) == pytest.approx(0.05 * 8.0)
+
+
+def test_viscous_friction_does_not_scatter_with_the_level(dataset):
+    segment, starts = dataset.segments[0], (0, *dataset.reversals[0])
+    model = coulomb_viscous(F_C=8.0, F_v=30.0)
+    plain = force_with_scatter(coulomb(F_C=8.0), segment, starts, 1e-3, 0.1, np.random.default_rng(4))
+    force = force_with_scatter(model, segment, starts, 1e-3, 0.1, np.random.default_rng(4))
+    assert force - plain == pytest.approx(30.0 * segment.velocity, abs=1e-9)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 2e-3])
+def test_the_density_of_white_noise_is_twice_its_variance_over_the_sampling_frequency(dt):
+    time = dt * np.arange(40_000)
+    noisy = 0.01 * np.sin(2.0 * np.pi * time) + 1e-6 * np.random.default_rng(5).standard_normal(time.size)
+    assert noise_density(noisy, 0.0, dt) == pytest.approx(2.0 * dt * 1e-12, rel=0.15)
+    assert noise_density(noisy, 1e-4, dt) == pytest.approx(2.0 * dt * 1e-8 / 12.0)
+
+
+def test_a_motion_before_the_filter_has_the_corners_that_stand_out_of_the_noise():
+    time = 1e-3 * np.arange(3000)
+    corner = 0.02 * np.abs(time - 1.5)
+    motion = MOTION._replace(time=time, position=corner, velocity=np.gradient(corner, 1e-3), acceleration=0.0 * time)
+    data = treat(log_of(motion, np.sign(motion.velocity), step=1e-8), STATED, 20.0, 10)
+    before = recovered(data.segments[0], data)
+    inner = slice(500, -500)
+    smooth = np.max(np.abs(data.segments[0].position - corner)[inner])
+    assert np.max(np.abs(before.segment.position - corner)[inner]) < 0.15 * smooth
+    assert before.visible[1500] == pytest.approx(1.0)
+    assert before.visible[700] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_finer_grid_has_the_samples_among_its_points(dataset):
+    segment = dataset.segments[0]
+    fine = between_samples(segment, 1e-3)
+    assert fine.position.size == 5 * 3999 + 1
+    assert fine.time[::5] == pytest.approx(segment.time)
+    assert fine.position[::5] == pytest.approx(segment.position, abs=5e-8)
+    assert fine.effort[::5] == pytest.approx(segment.effort)
+    middle = slice(50, -50)
+    assert np.cumsum(fine.velocity * 2e-4)[middle] == pytest.approx((fine.position - fine.position[0])[middle], abs=5e-5)
+    assert between_samples(replace(segment, first_cycle=7), 1e-3).first_cycle == 35

@@ -1,0 +1,119 @@
+"""What comes back with each turn of a motor or a screw: harmonics, pitches, and plants that have them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+
+from bristle.core.axis import Axis, Cogging
+from bristle.core.errors import InputError
+from bristle.friction import find, with_slots
+from bristle.identification.estimation import context_of, harmonics_in, sliding_problem, told_by, with_harmonics, with_pitch
+from bristle.identification.parameters import PriorKnowledge
+from bristle.identification.preprocessing import treat
+from bristle.plants import inertia
+from bristle.plants.terms import TermedPlant, with_terms
+
+MOTION = sines(6.0, dt=2e-3, amplitudes=(0.03, 0.008), frequencies=(0.25, 0.7), phases=(0.0, 1.0))
+TURN = 0.01
+
+
+def dataset_with(*waves, motion=MOTION, turn=TURN, noise=0.05):
+    effort = sliding_effort(motion, noise=noise)
+    for order, amplitude in waves:
+        effort = effort + amplitude * np.sin(2.0 * np.pi * order * motion.position / turn + 0.3 * order)
+    return treat(log_of(motion, effort), STATED, 100.0, 4)
+
+
+def prior_of(plant=inertia, **values):
+    return PriorKnowledge(plant=plant, values=values)
+
+
+@pytest.fixture(scope="module")
+def rippled():
+    return dataset_with((2, 2.0), (6, 1.0), (11, 0.6))
+
+
+def found_in(dataset, turn=TURN, turner="motor"):
+    return harmonics_in(sliding_problem(dataset, prior_of()), Cogging(turner, turn), "cogging[0].harmonics")
+
+
+def test_harmonics_are_those_that_were_put_in_whole_and_in_order(rippled):
+    assert found_in(rippled) == [2, 6, 11]
+    assert found_in(rippled, turn=2.0 * TURN) == [4, 12, 22]
+
+
+def test_what_is_not_seen_or_not_turned_through_is_refused():
+    unseen = (
+        r"cogging\[0\]\.harmonics: are not seen in this log: no effort recurs with the screw.*Leave .*cogging.* out, or write harmonics"
+    )
+    with pytest.raises(InputError, match=unseen):
+        found_in(dataset_with(), turner="screw")
+    stroke = float(np.ptp(MOTION.position))
+    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, and the log has 1\.4"):
+        found_in(dataset_with((1, 2.0)), turn=stroke / 1.4)
+    assert found_in(dataset_with((3, 4.0), turn=stroke / 1.6), turn=stroke / 1.6) == [3]
+
+
+def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_the_terms_that_were_there(rippled):
+    cogging = (Cogging("motor", TURN, None),)
+    prior = with_harmonics(prior_of(), Axis(cogging=cogging), rippled)
+    assert prior.plant.orders == (("motor", 2), ("motor", 6), ("motor", 11))
+    assert prior.plant.inner is inertia
+    assert prior.values["motor_turn"] == TURN
+    termed = with_terms(inertia, gravity=True, cogging={"screw": [1]})
+    prior = with_harmonics(prior_of(termed, screw_turn=0.02), Axis(kind="translational", cogging=cogging), rippled)
+    assert isinstance(prior.plant, TermedPlant)
+    assert prior.plant.gravity
+    assert prior.plant.inner is inertia
+    assert set(prior.plant.orders) == {("screw", 1), ("motor", 2), ("motor", 6), ("motor", 11)}
+    assert prior.values == {"screw_turn": 0.02, "motor_turn": TURN}
+    known = (Cogging("motor", TURN, (6,)),)
+    same = prior_of()
+    assert with_harmonics(same, Axis(cogging=known), rippled) is same
+    assert with_harmonics(same, None, rippled) is same
+
+
+def test_an_axis_is_told_the_harmonics_of_a_plant():
+    plant = with_terms(inertia, cogging={"motor": [6, 12], "screw": [1]})
+    axis = Axis(cogging=(Cogging("screw", 0.01, None), Cogging("motor", 0.005, None)))
+    assert [entry.harmonics for entry in told_by(plant, axis).cogging] == [(1,), (6, 12)]
+    assert [entry.turn for entry in told_by(plant, axis).cogging] == [0.01, 0.005]
+
+
+def test_a_pitch_is_found_in_what_sliding_leaves():
+    dataset = dataset_with((1, 3.0), turn=0.00713, noise=0.3)
+    context = context_of(dataset, prior_of())
+    periodic = with_slots(find("coulomb_viscous"), ["periodic"])
+    assert with_pitch(context, periodic).prior.pitch == pytest.approx(0.00713, rel=2e-3)
+    assert with_pitch(context, find("coulomb_viscous")) is context
+    told = replace(context, prior=replace(context.prior, pitch=0.02))
+    assert with_pitch(told, periodic) is told
+
+
+def test_a_log_of_a_short_way_resolves_no_pitch():
+    motion = sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))
+    context = context_of(dataset_with(motion=motion), prior_of())
+    narrow = replace(context, dataset=replace(context.dataset, cutoff=3.0))
+    with pytest.raises(InputError, match="does not resolve a pitch"):
+        with_pitch(narrow, with_slots(find("coulomb_viscous"), ["periodic"]))
+
+
+def test_friction_that_looks_viscous_all_over_the_stroke_has_the_level_of_all_of_it():
+    viscous = sliding_effort(MOTION, noise=0.01, F_C=0.0, F_v=200.0, offset=0.0)
+    context = context_of(treat(log_of(MOTION, viscous), STATED, 100.0, 10), prior_of())
+    assert context.sliding.viscous == pytest.approx(200.0, rel=0.02)
+    assert context.scales.force == pytest.approx(200.0 * np.sqrt(np.mean(MOTION.velocity**2)), rel=0.1)
+    dry = context_of(treat(log_of(MOTION, sliding_effort(MOTION, noise=0.01)), STATED, 100.0, 10), prior_of())
+    assert dry.scales.force == dry.sliding.coulomb == pytest.approx(8.0, rel=0.02)
+    assert dry.sliding.viscous == pytest.approx(30.0, rel=0.1)
+    with pytest.raises(InputError, match="is zero throughout"):
+        context_of(treat(log_of(MOTION, 0.0 * MOTION.time), STATED, 100.0, 10), prior_of())
+
+
+def test_a_pitch_is_looked_for_from_three_turns_over_the_range_on():
+    stroke = float(np.ptp(MOTION.position))
+    few = dataset_with((1, 5.0), turn=stroke / 4.2, noise=0.05)
+    periodic = with_slots(find("coulomb_viscous"), ["periodic"])
+    assert with_pitch(context_of(few, prior_of()), periodic).prior.pitch == pytest.approx(stroke / 4.2, rel=0.02)

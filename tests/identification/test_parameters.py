@@ -1,0 +1,120 @@
+"""Roles of parameters, and the magnitudes that a log gives them."""
+
+import math
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, strokes
+
+from bristle.core.variable import Variable
+from bristle.friction import coulomb_viscous, lugre, stribeck, with_slots
+from bristle.identification.parameters import Role, Scales, acts_in_sliding, constant_of, name_of, names_of, offset_of, scales_of, stroke_of
+from bristle.identification.preprocessing import treat
+
+SCALES = Scales(
+    force=20.0, peak=50.0, speed=0.6, slowest=1e-3, acceleration=3.0, stroke=0.09, shortest=1e-5, duration=10.0, sample_time=1e-3
+)
+
+
+def variable(quantity, **more):
+    return Variable(quantity, "something", **more)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "low", "high"),
+    [
+        ("length", 1e-5, 0.09),
+        ("length/time", 1e-3, 0.2),
+        ("force/length", 20.0 / 0.09, 20.0 / 1e-5),
+        ("time", 1e-3, 10.0),
+        ("1/time", 0.1, 1000.0),
+        ("force/time", 2.0, 20_000.0),
+        ("force", 0.02, 2000.0),
+    ],
+)
+def test_a_magnitude_that_nothing_is_known_of_is_sought_between_what_the_log_can_show(quantity, low, high):
+    assert SCALES.range(variable(quantity)) == pytest.approx((low, high))
+
+
+def test_a_slow_log_seeks_speeds_up_to_twice_its_slowest():
+    assert SCALES._replace(slowest=0.3).range(variable("length/time")) == pytest.approx((0.3, 0.6))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "typical"),
+    [
+        ("length", math.sqrt(0.09 * 1e-5)),
+        ("length/time", math.sqrt(1e-3 * 0.6)),
+        ("force/length", 20.0 / math.sqrt(0.09 * 1e-5)),
+        ("1/length", 1.0 / 0.09),
+        ("time", 0.1),
+        ("1/time", 10.0),
+        ("force/time", 200.0),
+        ("force", 20.0),
+        ("mass", 20.0 / 3.0),
+        ("force*time/length", 20.0 / 0.6),
+        ("force*time^2/length^2", 20.0 / 0.36),
+    ],
+)
+def test_a_typical_value_follows_from_force_speed_and_acceleration(quantity, typical):
+    assert SCALES.magnitude(variable(quantity)) == pytest.approx(typical)
+
+
+def test_numbers_without_a_unit_and_those_of_a_drive_have_their_nominal_value():
+    assert SCALES.magnitude(variable("1", nominal=2.0)) == 2.0
+    assert SCALES.magnitude(variable("temperature", nominal=290.0)) == 290.0
+    assert SCALES.magnitude(variable("force", nominal=7.0, excitation="drive")) == 7.0
+
+
+def test_magnitudes_of_a_log_are_those_of_its_motion():
+    motion = sines(6.0)
+    dataset = treat(log_of(motion, sliding_effort(motion, noise=0.0), step=1e-6), STATED, 100.0, 10)
+    scales = scales_of(dataset, 9.0)
+    assert scales.force == 9.0
+    assert scales.peak == pytest.approx(np.max(np.abs(dataset.effort)))
+    assert scales.speed == pytest.approx(np.max(np.abs(motion.velocity)), rel=0.03)
+    assert scales.slowest == pytest.approx(np.quantile(np.abs(motion.velocity), 0.01), rel=0.1)
+    assert scales.acceleration == pytest.approx(np.sqrt(np.mean(motion.acceleration**2)), rel=0.02)
+    assert scales.stroke == stroke_of(dataset) == pytest.approx(np.ptp(motion.position), rel=1e-3)
+    assert scales.duration == pytest.approx(5.9, abs=0.02)
+    assert scales.shortest == max(1e-6, scales.slowest * 1e-3)
+    assert scales.sample_time == 1e-3
+
+
+def test_a_log_that_rests_is_as_slow_as_it_moves():
+    motion = strokes(2)
+    dataset = treat(log_of(motion, sliding_effort(motion), step=1e-6), STATED, 100.0, 10)
+    scales = scales_of(dataset, 9.0)
+    assert scales.slowest >= 1e-4 * scales.speed
+    assert scales.slowest > 0.0
+
+
+def test_the_stroke_is_that_of_one_segment():
+    motion = sines(4.0, amplitudes=(0.02,), frequencies=(0.25,), phases=(0.0,))
+    halves = log_of(motion, sliding_effort(motion), segments=(slice(0, 2000), slice(2000, 4000)))
+    dataset = treat(halves, STATED, 100.0, 10)
+    assert stroke_of(dataset) == pytest.approx(0.02, rel=0.01)
+
+
+def test_roles_are_told_by_quantity_and_excitation():
+    variables = lugre.variables
+    assert name_of(Role.LEVEL, variables) == "F_C"
+    assert name_of(Role.BREAK_AWAY, variables) == "F_S"
+    assert name_of(Role.FALL, variables) == "v_S"
+    assert name_of(Role.STIFFNESS, variables) == "sigma_0"
+    assert name_of(Role.MICRO_DAMPING, variables) == "sigma_1"
+    assert name_of(Role.VISCOUS, variables) == "sigma_2"
+    assert name_of(Role.INERTIA, variables) is None
+    both = with_slots(stribeck, ["asymmetry"]).variables
+    assert names_of(Role.LEVEL, both) == ["F_C_pos", "F_C_neg"]
+    assert [name for name in variables if acts_in_sliding(variables[name])] == ["F_C", "F_S"]
+
+
+def test_the_constant_part_is_the_offset_and_half_of_what_two_levels_differ_by():
+    model = with_slots(coulomb_viscous, ["asymmetry"])(F_C_pos=9.0, F_C_neg=5.0, F_v_pos=1.0, F_v_neg=1.0, offset=1.5)
+    variables, values = model.component.variables, model.values
+    assert offset_of(variables, values) == 1.5
+    assert constant_of(variables, values) == pytest.approx(3.5)
+    assert offset_of(variables, {}) == 0.0
+    assert offset_of({}, values) == 0.0
+    assert constant_of(coulomb_viscous.variables, {"F_C": 3.0, "F_v": 1.0}) == 0.0

@@ -1,0 +1,183 @@
+"""Standard errors of a fit: of white noise, of rows that last, of half-cycles left out; and how draws move."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle.identification.half_cycles import Groups
+from bristle.identification.least_squares import Differences
+from bristle.identification.least_squares import between as part_of
+from bristle.identification.problem import Away, Contrast, Jackknife, between, covariance_of, is_white
+
+RNG = np.random.default_rng(1)
+ROWS = 800
+
+
+def solution_of(jacobian, at_edge=(), low=-np.inf, high=np.inf, derivative=None, theta=None):
+    count = jacobian.shape[1]
+    names = tuple("abcdef"[:count])
+    space = SimpleNamespace(names=names, reported=names, low=np.full(count, low), high=np.full(count, high))
+    theta = np.ones(count) if theta is None else theta
+    return SimpleNamespace(
+        space=space, theta=theta, jacobian=jacobian, at_edge=dict.fromkeys(at_edge, "smallest"), derivative=derivative or np.eye(count)
+    )
+
+
+def test_errors_of_white_noise_are_those_of_the_normal_equations():
+    columns = np.column_stack([np.ones(ROWS), np.linspace(-1.0, 1.0, ROWS), 1e6 * np.sin(np.arange(ROWS))])
+    noise = 0.5 * RNG.standard_normal(ROWS)
+    residual = noise - columns @ np.linalg.lstsq(columns, noise, rcond=None)[0]
+    covariance = covariance_of(solution_of(columns), residual)
+    expected = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) * np.sum(residual**2) / (ROWS - 3))
+    assert covariance.std == pytest.approx(expected)
+    assert covariance.robust_std == pytest.approx(expected, rel=0.4)
+    assert np.diag(covariance.correlation) == pytest.approx(1.0)
+    assert covariance.condition_number < 1.2  # columns of one length
+
+
+def test_two_columns_that_are_nearly_one_are_correlated_and_one_that_is_the_same_is_not_known():
+    first = RNG.standard_normal(ROWS)
+    near = covariance_of(solution_of(np.column_stack([first, first + 0.1 * RNG.standard_normal(ROWS)])), np.ones(ROWS))
+    assert near.correlation[0, 1] < -0.99
+    assert near.condition_number > 10.0
+    same = covariance_of(solution_of(np.column_stack([first, 2.0 * first, RNG.standard_normal(ROWS)])), RNG.standard_normal(ROWS))
+    assert np.isinf(same.std[:2]).all()
+    assert np.isfinite(same.std[2])
+    unseen = covariance_of(solution_of(np.column_stack([first, 0.0 * first])), RNG.standard_normal(ROWS))
+    assert np.isfinite(unseen.std[0])
+    assert np.isinf(unseen.std[1])
+
+
+def test_what_lies_on_an_edge_has_no_error_and_leaves_the_others_theirs():
+    columns = np.column_stack([np.ones(ROWS), np.linspace(0.0, 1.0, ROWS)])
+    residual = RNG.standard_normal(ROWS)
+    on_edge = covariance_of(solution_of(columns, at_edge=("b",)), residual)
+    assert np.isnan(on_edge.std[1])
+    assert on_edge.std[0] == pytest.approx(np.sqrt(np.sum(residual**2) / (ROWS - 2) / ROWS))
+
+
+def test_residuals_that_last_widen_the_robust_error_alone():
+    lasting = np.repeat(RNG.standard_normal(40), 20)
+    covariance = covariance_of(solution_of(np.ones((ROWS, 1))), lasting)
+    assert covariance.robust_std[0] / covariance.std[0] == pytest.approx(20.0**0.5, rel=0.15)
+
+
+def test_an_error_of_all_rows_at_once_adds_to_the_robust_error():
+    columns, residual = np.ones((ROWS, 1)), 0.1 * RNG.standard_normal(ROWS)
+    covariance = covariance_of(solution_of(columns), residual, [np.full(ROWS, 0.3)])
+    assert covariance.robust_std[0] == pytest.approx(0.3, rel=0.01)
+    assert covariance.std[0] == pytest.approx(0.1 / ROWS**0.5, rel=0.1)
+
+
+def test_the_jackknife_is_that_of_fits_without_each_half_cycle():
+    cycles = Groups(np.repeat(np.arange(8), 100))
+    columns = np.column_stack([np.ones(ROWS), 50.0 * RNG.standard_normal(ROWS)])
+    noise = RNG.standard_normal(ROWS) + np.repeat(RNG.standard_normal(8), 100)
+    whole = np.linalg.lstsq(columns, noise, rcond=None)[0]
+    kept = [np.linalg.lstsq(columns[cycles.index != k], noise[cycles.index != k], rcond=None)[0] for k in range(8)]
+    changes = np.array(kept) - whole
+    expected = np.sqrt(7 / 8 * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
+    jackknife = Jackknife.of(solution_of(columns), cycles)
+    assert jackknife.std(noise - columns @ whole) == pytest.approx(expected)
+    assert jackknife.named(expected) == pytest.approx({"a": expected[0], "b": expected[1]})
+    held = Jackknife.of(solution_of(columns, at_edge=("b",)), cycles)
+    assert held.named(expected) == pytest.approx({"a": expected[0]})
+    few = Jackknife.of(solution_of(columns), Groups(np.repeat(np.arange(4), 200)))
+    assert few.named(few.std(noise)) == {}
+    assert Jackknife.of(solution_of(columns), Groups(np.repeat(np.arange(5), 160))).names == ("a", "b")
+
+
+def test_independent_residuals_are_white_and_lasting_ones_are_not():
+    white = np.random.default_rng(3).standard_normal(2000)
+    assert is_white(white)
+    assert is_white(white + 7.0)  # a constant is no correlation
+    assert not is_white(white[1:] + 0.3 * white[:-1])
+    assert not is_white(np.zeros(2000))
+    assert not is_white(white[:40])
+    assert not is_white(white[1:] - 0.3 * white[:-1])
+
+
+def test_draws_go_all_the_way_between_both_fits_where_the_other_is_surer():
+    rng = np.random.default_rng(4)
+    errors = rng.standard_normal((400, 2))
+    usual = np.column_stack([-0.5 * errors[:, 0], 0.5 * rng.standard_normal(400)])
+    change = np.array([10.0, 10.0])
+    moves = between(change, usual, errors, np.random.default_rng(5))
+    share = moves[:, 1] / (change[1] - np.mean(usual[:, 1]))
+    beyond = np.sqrt(1.0 - 4.0 * np.var(usual[:, 1]) / (change[1] - np.mean(usual[:, 1])) ** 2)
+    shares = share / beyond
+    assert shares.min() >= -0.2
+    assert shares.max() <= 1.2
+    assert shares[::2] + shares[1::2] == pytest.approx(1.0)  # pairs share an edge
+    assert moves[:, 0] == pytest.approx(shares * (change[0] - usual[:, 0]))
+
+
+def test_a_change_within_chance_moves_nothing():
+    usual = np.random.default_rng(6).standard_normal((400, 1))
+    errors = 0.1 * np.random.default_rng(7).standard_normal((400, 1))
+    assert between(np.array([1.5]), usual, errors, np.random.default_rng(8)) == pytest.approx(0.0)
+
+
+def away_of(count=ROWS):
+    rows = np.arange(count) % 4 != 0
+    velocity = np.where(np.arange(count) % 100 < 50, 0.1, -0.2)
+    return Away(rows, rows, np.linspace(0.0, 1.0, count), velocity, 30.0)
+
+
+def test_a_fit_away_from_reversals_differs_by_what_the_rows_there_say():
+    away = away_of()
+    columns = np.column_stack([np.ones(ROWS), np.sign(away.velocity), RNG.standard_normal(ROWS)])
+    contrast = Contrast.of(solution_of(columns), away, np.ones(3, dtype=bool))
+    assert contrast.determined.all()
+    disturbed = np.where(away.rows, columns @ np.array([0.5, -2.0, 3.0]), 99.0)
+    change = contrast.change(disturbed)
+    assert change[2] == pytest.approx(3.0)
+    held = Contrast.of(solution_of(columns), away, np.array([True, True, False]))
+    assert held.determined.tolist() == [True, True, False]
+    nowhere = Contrast.of(solution_of(columns), Away.nowhere(ROWS), np.ones(3, dtype=bool))
+    assert not nowhere.determined.any()
+    assert nowhere.change(disturbed).tolist() == [0.0, 0.0, 0.0]
+    few = away_of()
+    few.rows[49:] = False
+    assert not Contrast.of(solution_of(columns), few, np.ones(3, dtype=bool)).determined.any()
+
+
+def test_waves_beside_friction_are_those_that_take_a_twentieth_of_what_is_left():
+    away = away_of(4000)
+    wave = np.sin(2.0 * np.pi * 9.3 * away.position)
+    noise = np.random.default_rng(9).standard_normal(4000)
+    speed = np.abs(away.velocity)
+    assert away.beside().shape == (4000, 1)
+    assert away.beside()[:, 0] == pytest.approx(speed)
+    shown = away.beside(0.6 * wave + noise)
+    assert shown.shape == (4000, 3)
+    basis = np.linalg.qr(shown[:, 1:])[0]
+    assert np.linalg.norm(basis.T @ wave) == pytest.approx(np.linalg.norm(wave), rel=0.02)
+    assert away.beside(0.1 * wave + noise).shape == (4000, 1)
+
+
+def test_a_derivative_is_never_taken_beyond_a_bound():
+    asked = []
+
+    def residuals(places):
+        asked.extend(place.copy() for place in places)
+        return [np.array([place[0] ** 2, 3.0 * place[1], place[0] * place[1]]) for place in places]
+
+    differences = Differences(residuals, np.array([2.0, 5.0]), 1e-6)
+    jacobian = differences.jacobian(np.array([2.0, 4.0]))
+    np.testing.assert_allclose(jacobian, [[4.0, 0.0], [0.0, 3.0], [4.0, 2.0]], atol=1e-4)
+    assert all(np.all(place <= [2.0, 5.0]) for place in asked)
+    count = len(asked)
+    assert differences(np.array([2.0, 4.0])).tolist() == [4.0, 12.0, 8.0]
+    assert len(asked) == count  # remembered
+    large = Differences(residuals, np.array([1e9, 1e9]), 1e-3)
+    large.jacobian(np.array([1000.0, 0.5]))
+    assert asked[-2][0] - 1000.0 == pytest.approx(1.0)  # of a coordinate
+    assert asked[-1][1] - 0.5 == pytest.approx(1e-3)  # of 1
+
+
+def test_a_part_of_the_work_tells_its_share_of_all():
+    told = []
+    part_of(lambda share, remark="": told.append((share, remark)), 0.2, 0.6)(0.5, "half")
+    assert told == [(pytest.approx(0.4), "half")]

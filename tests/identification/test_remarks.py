@@ -1,0 +1,311 @@
+"""What is said of a fit beside its numbers: of its residual, its inertia, its treatment, and of what its model lacks."""
+
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sliding_effort, strokes
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
+from bristle.identification import identify
+from bristle.identification.dataset import Alignment
+from bristle.identification.missing_force import Missing
+from bristle.identification.settings import DEFAULT
+from bristle.identification.structure import (
+    _diagnostic,
+    about_alignment,
+    about_held_effort,
+    about_noise,
+    about_residual,
+    about_rise,
+    about_treatment,
+    noisy_inertia,
+    with_structure,
+)
+from bristle.plants import inertia
+
+
+def data(**changes):
+    facts = {
+        "sample_time": 1e-3,
+        "cutoff": 100.0,
+        "bandwidth": 50.0,
+        "decimation": 10,
+        "dropped": 50,
+        "kind": "translational",
+        "held": None,
+        "alignment": None,
+        "acceleration_noise_share": 0.02,
+        "rest_share": 0.0,
+        "keeps_rests": False,
+        "creeping": False,
+        "calmed_from": 0.0,
+        "resolution": 1e-6,
+    }
+    return SimpleNamespace(**facts | changes)
+
+
+def estimate(name, value=1.0, status="identified"):
+    return SimpleNamespace(name=name, value=value, status=status)
+
+
+def problem_of(component, dataset=None, values=None, **more):
+    parameters = SimpleNamespace(
+        component=component, plant=inertia, variables=inertia.variables | component.variables, free=("M", *component.variables), fixed={}
+    )
+    return SimpleNamespace(parameters=parameters, dataset=dataset or data(), values=values, **more)
+
+
+def residual_said(percent, *, near=0.1, lag=0.3, share=0.9, friction=10.0, model=None, settings=DEFAULT, noise=None):
+    """What is said of rows of which some lie near reversals, where friction lags behind by a share of it."""
+    count = 1000
+    velocity = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+    residual = np.zeros(count)
+    around = np.arange(count) < near * count
+    residual[around] = -lag * friction * velocity[around]
+    elsewhere = np.sqrt(np.sum(residual[around] ** 2) * (1.0 / share - 1.0) / max(np.count_nonzero(~around), 1))
+    residual[~around] = elsewhere * np.where(np.arange(count)[~around] % 4 < 2, 1.0, -1.0)
+    residual = residual if noise is None else noise
+    dataset = data(effort=residual, velocity=velocity, samples_from_reversal=np.where(around, 0.0, 1e6))
+    problem = problem_of(
+        coulomb,
+        dataset,
+        predicted=lambda values: np.zeros(count),
+        model=lambda values: model or coulomb(F_C=friction),
+        friction=lambda values: np.full(count, friction),
+    )
+    return [(remark.code, remark.numbers) for remark in about_residual(problem, {}, percent, settings)]
+
+
+def test_a_static_model_whose_residual_lags_around_reversals_lacks_presliding():
+    assert residual_said(10.0) == [("no_presliding", {"percent": 10.0})]
+    assert residual_said(4.9) == []
+    assert residual_said(10.0, lag=-0.3) == []  # ahead of the friction
+    assert residual_said(10.0, lag=0.09) == []
+    assert residual_said(10.0, lag=0.11) == [("no_presliding", {"percent": 10.0})]
+    assert residual_said(10.0, model=lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5)) == []
+
+
+def test_much_of_the_residual_is_more_than_a_quarter_and_three_times_the_share_of_the_rows():
+    assert residual_said(10.0, near=0.05, share=0.3) == [("no_presliding", {"percent": 10.0})]
+    assert residual_said(10.0, near=0.05, share=0.2) == []
+    assert residual_said(10.0, near=0.2, share=0.55) == []
+    assert residual_said(10.0, near=0.2, share=0.65) == [("no_presliding", {"percent": 10.0})]
+
+
+def test_a_residual_without_presliding_is_unexplained_or_lasts():
+    assert residual_said(41.0, lag=-0.3) == [("unexplained", {"percent": 41.0})]
+    slow = np.sin(np.linspace(0.0, 20.0, 1000))
+    assert residual_said(16.0, noise=slow) == [("coloured_residual", {"percent": 16.0})]
+    assert residual_said(14.0, noise=slow) == []
+    assert residual_said(16.0, noise=np.random.default_rng(1).standard_normal(1000)) == []
+
+
+def test_friction_that_rises_to_its_level_is_remarked_in_each_direction():
+    values = {"F_C": 10.0, "F_S": 8.0, "v_S": 0.1, "F_v": 1.0}
+    (remark,) = about_rise(problem_of(stribeck), values)
+    assert (remark.code, remark.parameter) == ("rising_friction", "F_S")
+    assert remark.numbers == {"first": 8.0, "level": 10.0, "speed": 0.1, "direction": ""}
+    assert about_rise(problem_of(stribeck), values | {"F_S": 10.0}) == ()
+    assert about_rise(problem_of(coulomb), {"F_C": 10.0}) == ()
+    both = with_slots(stribeck, ["asymmetry"])
+    values = {"F_C_pos": 10.0, "F_S_pos": 12.0, "F_C_neg": 10.0, "F_S_neg": 8.0, "v_S": 0.1}
+    (remark,) = about_rise(problem_of(both), values)
+    assert (remark.parameter, remark.numbers["direction"]) == ("F_S_neg", "backward")
+
+
+def held_said(dataset=None, stiffness=1e5, damping=100.0, status="identified", settings=DEFAULT):
+    estimates = [estimate("sigma_0", stiffness), estimate("sigma_1", damping, status)]
+    return about_held_effort(problem_of(lugre, dataset), estimates, settings)
+
+
+def test_half_a_sample_matters_where_the_stiffness_over_it_is_a_tenth_of_the_damping():
+    (remark,) = held_said()
+    assert (remark.code, remark.parameter) == ("half_sample", "sigma_1")
+    assert remark.numbers == {"names": ("sigma_1",), "shift": 50.0}
+    assert held_said(damping=499.0) != ()
+    assert held_said(damping=501.0) == ()
+    assert held_said(damping=-499.0) != ()
+    assert held_said(status="unidentifiable") == ()
+    assert held_said(data(held=True)) == held_said(data(held=False)) == ()
+    assert held_said(data(alignment=Alignment(delay=1e-3))) == ()
+    assert held_said(data(alignment=Alignment())) != ()
+
+
+def test_noise_that_makes_the_inertia_too_small_is_told_where_a_fit_tells_the_inertia():
+    def said(share, status="identified"):
+        return about_noise(problem_of(coulomb, data(acceleration_noise_share=share)), [estimate("M", status=status)], DEFAULT)
+
+    assert [len(said(share)) for share in (0.009, 0.01, 0.05, 0.051)] == [0, 1, 1, 0]
+    assert said(0.02, "unidentifiable") == ()
+    held = problem_of(coulomb)
+    held.parameters.free = ("F_C",)
+    assert about_noise(held, [estimate("M")], DEFAULT) == ()
+
+
+def test_the_cutoff_that_is_advised_leaves_a_tenth_of_the_noise_that_is_told():
+    remark = noisy_inertia(data(acceleration_noise_share=0.032), "M", DEFAULT)
+    assert remark.numbers["percent"] == pytest.approx(3.2)
+    # The share grows with the fifth power of the frequency: of half of it a thirty-second part is left, of 0.032 a thousandth.
+    assert remark.numbers["cutoff"] == pytest.approx(25.0)
+    assert (remark.code, remark.parameter) == ("noisy_acceleration", "M")
+
+
+def alignment_said(alignment, component=coulomb, fixed=None, change=0.0, error=1.0, settings=DEFAULT):
+    count = 3000
+    rng = np.random.default_rng(1)
+    column = rng.standard_normal(count)
+    problem = problem_of(component, data(alignment=alignment), mechanical=lambda values: column, unit=lambda name: {name: 1.0})
+    problem.parameters.fixed = {} if fixed is None else {"M": fixed}
+    jacobian = np.ones((count, 1))
+    residual = change * column + error * rng.standard_normal(count)
+    remarks = about_alignment(problem, SimpleNamespace(jacobian=jacobian), residual, settings)
+    return {remark.code: remark for remark in remarks}
+
+
+def test_a_delay_is_a_note_where_known_and_a_warning_where_rough():
+    known = alignment_said(Alignment(delay=2e-3, delay_half_width=6e-4))
+    assert known.keys() == {"delay_found"}
+    assert known["delay_found"].severity == "note"
+    assert known["delay_found"].numbers == {"delay": 2e-3, "samples": 2.0, "half_width": 6e-4}
+    rough = alignment_said(Alignment(delay=2e-3, delay_half_width=8e-4))
+    assert [(code, remark.severity) for code, remark in rough.items()] == [("delay_rough", "warning")]
+    assert alignment_said(Alignment()).keys() == {"delay_unknown"}
+    assert alignment_said(Alignment(sought=False)) == {}
+    assert alignment_said(None) == {}
+
+
+def test_a_filter_is_told_with_the_channel_that_passed_it():
+    for smoothing, of_position, channel in ((3e-3, False, "effort"), (-3e-3, False, "command"), (-3e-3, True, "position")):
+        found = Alignment(delay=0.0, smoothing=smoothing, smoothing_half_width=1e-3, of_position=of_position)
+        numbers = alignment_said(found)["filter_suspect"].numbers
+        assert numbers == {"lag": 3e-3, "half_width": 1e-3, "channel": channel}
+
+
+def test_a_delay_that_may_be_a_filter_warns_where_bristles_feel_it():
+    doubtful = Alignment(delay=-2e-3, filter_open=True)
+    assert alignment_said(doubtful)["delay_or_filter"].severity == "note"
+    remark = alignment_said(doubtful, lugre)["delay_or_filter"]
+    assert (remark.severity, remark.numbers) == ("warning", {"delay": 2e-3, "names": ("sigma_0", "sigma_1")})
+
+
+def test_rows_that_want_another_inertia_than_was_found_first_say_so():
+    found = Alignment(delay=0.0)
+
+    def said(change, half_width=0.02, error=0.1):
+        return alignment_said(found, fixed=SimpleNamespace(value=10.0, half_width=half_width), change=change, error=error).get(
+            "stages_differ"
+        )
+
+    assert said(0.5) is None  # 2 % and twice the noise of the acceleration
+    remark = said(0.8)
+    assert (remark.parameter, remark.severity) == ("M", "warning")
+    assert remark.numbers["first"] == 10.0
+    assert remark.numbers["value"] == pytest.approx(10.8, abs=0.02)
+    assert said(-0.8).numbers["value"] == pytest.approx(9.2, abs=0.02)
+    assert said(0.8, half_width=0.8) is None
+    assert said(0.8, half_width=0.4) is not None
+    assert said(0.8, error=30.0) is None
+    assert alignment_said(found, fixed=SimpleNamespace(value=10.0, half_width=None), change=0.8).keys() == {"delay_found"}
+
+
+def test_all_that_was_done_to_a_log_is_told():
+    plain, errors = about_treatment(data())
+    assert (plain.code, plain.numbers) == ("filtered", {"cutoff": 100.0, "dropped": 50, "decimation": 10})
+    assert errors.code == "standard_errors"
+    remarks = about_treatment(data(calmed_from=0.4, rest_share=0.25, creeping=True))
+    assert [(remark.code, remark.numbers) for remark in remarks[1:-1]] == [
+        ("filtered", {"percent": 40.0, "decimation": 10}),
+        ("rests", {"percent": 25.0}),
+        ("rests", {"resolution": 1e-6}),
+    ]
+    assert {remark.severity for remark in remarks} == {"note"}
+    assert len(about_treatment(data(rest_share=0.25, keeps_rests=True))) == 2
+
+
+SLIDING = coulomb_viscous(F_C=8.0, F_v=30.0)
+TURNING = coulomb(kind="rotational", F_C=2.0)
+
+
+def lacking(cause, friction=SLIDING, lead=None, compared=(), **facts):
+    return _diagnostic(Missing(cause, 0.4, 2.0, **facts), 8.0, friction, lead, compared)
+
+
+def test_a_missing_force_is_told_in_shares_of_friction_and_of_the_residual():
+    remark = lacking("position")
+    assert remark.code == "missing_position"
+    assert (remark.numbers["force"], remark.numbers["percent"], remark.numbers["share_percent"]) == (2.0, 25.0, 40.0)
+    assert remark.numbers["model"] != ""
+    known = lacking("position", compared=[remark.numbers["model"]])
+    assert (known.numbers["model"], known.numbers["compared"]) == ("", remark.numbers["model"])
+
+
+def test_play_of_a_static_model_is_presliding_first():
+    assert lacking("play").code == "missing_presliding"
+    assert lacking("play", lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5)).code == "missing_play"
+    assert lacking("flanks", ratio=3.0).numbers["ratio"] == 3.0
+    assert "model" not in lacking("flanks", ratio=3.0).numbers
+    assert lacking("gravity", TURNING, amplitude=5.0).numbers["amplitude"] == 5.0
+    assert lacking("humidity").code == "missing_channel"
+    assert lacking("humidity").numbers["channel"] == "humidity"
+
+
+def ripple(friction=SLIDING, lead=None, **facts):
+    return lacking("ripple", friction, lead, **{"period": 0.005, "alike": True, "overtones": (1, 2)} | facts).numbers
+
+
+def test_a_ripple_has_a_period_an_amplitude_and_harmonics_of_a_turn():
+    numbers = ripple(lead=0.01)
+    assert numbers["period"] == 0.005
+    assert numbers["amplitude"] == pytest.approx(2.0 * 2.0**0.5)  # of a sine, over its root mean square
+    assert (numbers["pulls"], numbers["harmonics"], numbers["turner"], numbers["travel"]) == ("alike", (2, 4), "screw", 0.01)
+    assert ripple()["harmonics"] == (1, 2)
+    assert (ripple()["turner"], ripple()["travel"]) == ("motor", 0.005)
+    turned = ripple(TURNING, period=2.0 * np.pi / 6.03)
+    assert (turned["harmonics"], turned["turner"], turned["travel"]) == ((6, 12), "screw", 2.0 * np.pi)
+    assert ripple(lead=0.0057)["harmonics"] == ()  # 1.14 and 2.28 times in a turn
+    assert ripple(lead=0.00515)["harmonics"] == (1, 2)
+    assert ripple(lead=0.0001)["harmonics"] == ()
+    assert ripple(overtones=())["harmonics"] == ()
+    assert [ripple(alike=alike)["pulls"] for alike in (False, None)] == ["turning", ""]
+
+
+@dataclass(frozen=True)
+class FakeFit:
+    friction: object
+    traces: object
+    diagnostics: tuple = ()
+    estimates: tuple = field(default=())
+
+
+def test_what_a_static_model_leaves_of_a_log_that_never_slides_is_presliding():
+    traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
+    never = Diagnostic("never_slides")
+    fit = with_structure(FakeFit(SLIDING, traces, (never,)), None, DEFAULT)
+    remark, kept = fit.diagnostics
+    assert kept is never
+    assert (remark.code, remark.severity) == ("missing_presliding", "warning")
+    assert (remark.numbers["force"], remark.numbers["percent"], remark.numbers["share_percent"]) == (2.0, 50.0, 100.0)
+    nothing = replace(fit, traces=SimpleNamespace(predicted=np.zeros(9), mechanical=np.zeros(9), residual=np.ones(9)), diagnostics=(never,))
+    assert with_structure(nothing, None, DEFAULT).diagnostics[0].numbers["percent"] == 100.0
+
+
+def test_the_treatment_of_a_log_is_told_in_numbers():
+    motion = strokes(2)
+    log = log_of(motion, sliding_effort(motion))
+    result = identify(log, "coulomb_viscous", axis=STATED, draws=0, blocks=0)
+    treatment = result.treatment
+    assert (treatment["cutoff"], treatment["decimation"], treatment["dropped"]) == (100.0, 10.0, 50.0)
+    at_rest = 100.0 * float(np.mean(np.abs(motion.velocity) < 1e-6))
+    assert treatment["rest_percent"] == pytest.approx(at_rest, abs=8.0)
+    assert treatment["velocity_max"] == pytest.approx(np.max(np.abs(motion.velocity)), rel=0.01)
+    assert treatment["rows"] == result.best.traces.residual.size
+    assert "delay" not in treatment
+    assert result.best.doubted == result.best.effective == ()
+    traded = replace(result.best, diagnostics=(Diagnostic("one_speed", numbers={"names": ("F_v", "F_X")}),))
+    lacks = replace(result.best, diagnostics=(Diagnostic("structure", numbers={"names": ("F_C",)}),))
+    assert lacks.effective == ("F_C",)
+    assert lacks.doubted == ()
+    assert traded.doubted == ("F_v",)

@@ -1,0 +1,139 @@
+"""Equations behind wide and narrow filters: inertia, delay and filter of a channel, with their errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort
+
+from bristle.core.axis import Axis, Cogging
+from bristle.identification.wide_rows import InstrumentFit, wide_rows
+from bristle.logs.filters import through_filter
+
+DT = 2e-3
+FAST = {"amplitudes": (0.02, 0.008, 0.004), "frequencies": (0.9, 2.7, 7.1)}
+MOTION = sines(12.0, DT, **FAST)
+EFFORT = sliding_effort(MOTION, noise=0.0)
+
+
+def rows_of(effort=EFFORT, motion=MOTION, axis=None, step=0.0):
+    return wide_rows([log_of(motion, effort, step=step)], [axis])
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return rows_of()
+
+
+def test_rows_are_as_wide_as_noise_of_the_speed_allows(rows):
+    assert rows.width == pytest.approx(100.0)  # a fifth of the sampling frequency
+    assert rows.step == pytest.approx(DT)
+    assert rows_of(step=2e-6).width == pytest.approx(100.0)
+    coarse = rows_of(step=2e-4)
+    assert (coarse.width, coarse.step) == (pytest.approx(50.0), pytest.approx(2.0 * DT))
+    slow = sines(12.0, 2e-4, **FAST)
+    assert rows_of(sliding_effort(slow, noise=0.0), slow).width == pytest.approx(250.0)
+    short = sines(1.9, DT, **FAST)
+    assert rows_of(sliding_effort(short, noise=0.0), short) is None
+
+
+def test_the_inertia_is_that_of_the_axis_at_every_cutoff(rows):
+    for cutoff in (10.0, 20.0, 40.0):
+        fit = rows.fit(cutoff, 0.0, free=(True, False))
+        assert fit.theta[0] == pytest.approx(12.0, rel=2e-3)
+        assert abs(fit.delay) < 5e-5
+        assert fit.converged
+        assert fit.cutoff == cutoff
+    assert rows.fit(20.0, 0.0, free=(False, False)).delay == 0.0
+
+
+@pytest.mark.parametrize("delay", [0.005, -0.003])
+def test_a_delay_of_the_effort_is_found_from_a_rough_scan(delay):
+    late = np.interp(MOTION.time - delay, MOTION.time, EFFORT)
+    found = rows_of(late)
+    rough = found.scanned()
+    assert rough == pytest.approx(delay, abs=1.1e-3)
+    fit = found.fit(20.0, rough, free=(True, False))
+    assert fit.delay == pytest.approx(delay, abs=1e-4)
+    assert fit.theta[0] == pytest.approx(12.0, rel=5e-3)
+
+
+@pytest.mark.parametrize("lag", [0.004, -0.004])
+def test_a_filter_of_the_effort_bends_it_by_half_of_its_square(lag):
+    filtered = through_filter(EFFORT, lag, DT)
+    fit = rows_of(filtered).fit(20.0, 0.0, free=(True, True))
+    assert fit.c == pytest.approx(np.sign(lag) * 0.5 * lag**2, rel=0.25)
+    plain = rows_of(EFFORT).fit(20.0, 0.0, free=(True, True))
+    assert abs(plain.c) < 0.1 * abs(fit.c)
+
+
+def test_a_filter_lowers_what_is_left_where_there_is_one():
+    filtered = rows_of(through_filter(EFFORT, 0.006, DT))
+    bent = filtered.fit(20.0, 0.0, free=(True, True))
+    lowered = filtered.lowered(bent, filtered.fit(20.0, 0.0, free=(True, False)).delay)
+    assert lowered.shape == (20,)
+    assert np.mean(lowered > 0.0) > 0.9
+    plain = rows_of(EFFORT + 0.05 * np.random.default_rng(1).standard_normal(EFFORT.size))
+    pretended = plain.fit(20.0, 0.0, free=(True, False))._replace(c=2e-5)
+    assert np.sum(plain.lowered(pretended, 0.0)) < 0.0
+
+
+def test_errors_are_those_of_leaving_out_parts():
+    noises = [0.5 * np.random.default_rng(seed).standard_normal(EFFORT.size) for seed in range(12)]
+    fits = [rows_of(EFFORT + noise).fit(20.0, 0.0, free=(False, False)) for noise in noises]
+    scatter = float(np.std([fit.theta[0] for fit in fits]))
+    assert np.mean([fit.std(0) for fit in fits]) == pytest.approx(scatter, rel=0.6)
+    doubted = fits[0].doubted(3.0)
+    assert doubted.std(0) == pytest.approx(3.0 * fits[0].std(0))
+    assert isinstance(doubted, InstrumentFit)
+
+
+def test_noise_of_the_position_biases_by_the_fifth_power_of_the_cutoff(rows):
+    noisy = replace(rows, noise=1e-6, narrow={}, passed=None)
+    low, high = (noisy.fit(cutoff, 0.0, free=(False, False)) for cutoff in (10.0, 20.0))
+    assert high.bias / low.bias == pytest.approx(32.0, rel=0.35)
+    quiet = replace(rows, noise=0.5e-6, narrow={}, passed=None).fit(20.0, 0.0, free=(False, False))
+    assert high.bias == pytest.approx(4.0 * quiet.bias, rel=1e-6)
+
+
+def test_a_single_sine_is_as_springy_as_can_be_and_wherever_its_zero_lies(rows):
+    sine = sines(12.0, DT, amplitudes=(0.02,), frequencies=(1.3,), phases=(0.3,))
+    springy = rows_of(sliding_effort(sine, noise=0.0), sine)
+    assert springy.springiness(20.0) > 0.98
+    moved = sine._replace(position=sine.position + 5.0)
+    assert rows_of(sliding_effort(sine, noise=0.0), moved).springiness(20.0) == pytest.approx(springy.springiness(20.0), abs=0.01)
+    assert rows.springiness(20.0) < 0.8
+
+
+def test_harmonics_and_gravity_of_an_axis_are_columns_from_the_start(rows):
+    count = rows.stretches[0].columns.shape[0]
+    cogging = Axis(cogging=(Cogging("motor", 0.01, (6, 12)),))
+    assert rows_of(axis=cogging).stretches[0].columns.shape[0] == count + 4
+    turning = log_of(MOTION, EFFORT, kind="rotational")
+    arm = wide_rows([turning], [Axis(kind="rotational", gravity=True)])
+    assert arm.stretches[0].columns.shape[0] == count + 2
+    ahead = MOTION._replace(position=MOTION.position + 0.6 * MOTION.time, velocity=MOTION.velocity + 0.6)
+    one_way = rows_of(12.0 * ahead.acceleration + 8.0, ahead)
+    assert one_way.stretches[0].columns.shape[0] < count
+
+
+def test_slow_rows_count_little_and_the_ends_of_a_stretch_nothing(rows):
+    (stretch,) = rows.stretches
+    edge = int(0.5 / DT)
+    assert not stretch.weight[:edge].any()
+    assert not stretch.weight[-edge:].any()
+    speed = np.abs(np.interp(stretch.time, MOTION.time, MOTION.velocity))
+    top = np.quantile(np.abs(MOTION.velocity), 0.995)
+    assert np.all(stretch.weight[speed < 0.02 * top] == 0.0)
+    assert np.max(stretch.weight) == pytest.approx(1.0)
+    assert np.all((stretch.weight >= 0.0) & (stretch.weight <= 1.0 + 1e-9))
+
+
+@pytest.mark.parametrize("share", [0.03, 0.1, 0.3])
+def test_friction_may_fall_over_these_shares_of_the_top_speed(share):
+    top = np.quantile(np.abs(MOTION.velocity), 0.995)
+    falling = rows_of(np.sign(MOTION.velocity) * np.exp(-np.abs(MOTION.velocity) / (share * top)))
+    (stretch,) = falling.stretches
+    effort, columns = stretch.weight * stretch.effort_at(stretch.time), (stretch.weight * stretch.columns).T
+    left = effort - columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
+    assert np.linalg.norm(left) < 1e-4 * np.linalg.norm(effort)

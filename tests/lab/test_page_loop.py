@@ -1,0 +1,123 @@
+"""Loops as a page computes them: what they begin with, what pushes them, and which it cannot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core.experiment import Feedforward, Run, Start, Variant
+from bristle.exports.page.loop import loop_described, trace_described
+from bristle.exports.page.packing import unpacked
+
+DT = 1e-3
+FRICTION = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
+POSITION = 0.02 + 0.01 * np.sin(2.0 * np.pi * DT * np.arange(400))
+PLANT = br.plants.inertia(M=2.0)
+
+
+def variant(**changes):
+    parts = {
+        "name": "loop",
+        "plant": PLANT,
+        "friction": FRICTION,
+        "controller": br.controllers.cascade(k_p=20.0, k_v=300.0, k_i=100.0),
+        "sensor": br.sensors.encoder(resolution=1e-6),
+        "reference": br.references.recorded(position=POSITION, sample_time=DT),
+        "feedforward": Feedforward(mass=1.5, friction=FRICTION),
+        "run": Run(0.4, DT, substeps=5, delay=1, effort_limit=90.0, settle=0.1),
+    }
+    return Variant(**parts | changes)
+
+
+def whole(message, count, parts):
+    """Return the whole numbers that a page unpacks."""
+    planes = np.frombuffer(unpacked(message["code"]), dtype=np.uint8).reshape(4, message["count"])
+    folded = sum(planes[place].astype(np.int64) << (8 * place) for place in range(4))
+    return np.split(np.where(folded % 2 == 0, folded // 2, -(folded + 1) // 2), [count] * (parts - 1))
+
+
+def described(**changes):
+    facts, reason = loop_described(variant(**changes), FRICTION)
+    assert reason == ""
+    return facts
+
+
+def test_a_page_has_the_numbers_of_the_loop():
+    facts = described()
+    assert (facts["M"], facts["mass"], facts["count"], facts["all"], facts["settle"]) == (2.0, 1.5, 400, 400, 100)
+    assert (facts["substeps"], facts["delay"], facts["limit"], facts["sampleTime"]) == (5, 1, 90.0, DT)
+    assert facts["begin"] == [(0, pytest.approx(0.02)), (1, pytest.approx(0.01 * 2.0 * np.pi, rel=1e-3))]
+    assert facts["effortBefore"] == 0.0
+    assert (facts["lag"]["inMean"], facts["lag"]["atEnd"]) == (0.0, 0.0)
+    assert facts["body"] is None
+    lagging = described(run=replace(variant().run, current_lag=1e-3))["lag"]
+    assert lagging["atEnd"] == pytest.approx(np.exp(-0.2))
+    assert lagging["inMean"] == pytest.approx((1.0 - np.exp(-0.2)) / 0.2)
+
+
+def test_the_reference_is_written_in_steps_far_below_those_of_the_encoder():
+    facts = described()
+    assert facts["step"] == pytest.approx(1e-6 / 4096)
+    moved, _ = whole(facts["numbers"], 400, 2)
+    x = facts["origin"] + facts["step"] * np.cumsum(np.cumsum(moved))
+    np.testing.assert_allclose(x, POSITION, atol=facts["step"])
+    perfect = described(sensor=br.sensors.encoder(resolution=0.0))
+    assert perfect["step"] == pytest.approx(np.max(np.abs(np.diff(POSITION))) / 4096)
+
+
+def test_what_pushes_the_axis_is_the_disturbance_less_the_known_input():
+    disturbance, injected = np.sin(np.arange(400.0)), 0.5 * np.cos(np.arange(400.0))
+    facts = described(disturbance=disturbance, injected=injected)
+    force = disturbance - injected
+    assert facts["pushed"] == pytest.approx(float(np.sqrt(np.mean(force**2))) / 16.0)
+    _, pushed = whole(facts["numbers"], 400, 2)
+    np.testing.assert_allclose(facts["pushed"] * np.cumsum(pushed), force, atol=0.51 * facts["pushed"])
+    assert described()["pushed"] == 1.0
+
+
+def test_a_loop_that_takes_over_a_motion_begins_with_its_contact():
+    facts = described(start=Start(0.02, 0.05, 0.0, effort=6.0))
+    assert facts["effortBefore"] == 6.0
+    assert facts["begin"][:2] == [(0, 0.02), (1, 0.05)]
+    places = [place for place, _ in facts["begin"]]
+    assert places == sorted(set(places))
+    bristle_bent = [number for _, number in facts["begin"][2:] if number]
+    assert any(0.5 < number / (5.0 / 1e5) < 1.5 for number in bristle_bent)
+    assert len(described(start=Start(0.02))["begin"]) == 2
+
+
+def test_friction_of_the_axis_that_is_another_one_comes_along():
+    other = br.friction.coulomb(F_C=4.0)
+    facts = described(friction=other)
+    assert facts["body"]["values"] == {"F_C": [4.0]}
+    assert facts["bodyValues"] == facts["body"]["values"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"plant": br.plants.oscillator(M=2.0, c=1.0, k=1e3)}, "more than one mass"),
+        ({"friction": br.friction.find("coulomb+transmitted")(F_C=5.0, c_T=0.2)}, "rises with the effort"),
+        ({"feedforward": Feedforward(friction=FRICTION, gain=0.5)}, "another force is fed forward"),
+        ({"feedforward": Feedforward(friction=FRICTION, along="measured")}, "another force is fed forward"),
+        ({"feedforward": Feedforward(friction=br.friction.coulomb(F_C=5.0))}, "another force is fed forward"),
+    ],
+)
+def test_what_a_page_cannot_compute_is_told(changes, words):
+    facts, reason = loop_described(variant(**changes), FRICTION)
+    assert facts is None
+    assert words in reason
+
+
+def test_a_following_error_is_some_of_its_samples():
+    time = 2.0 + DT * np.arange(100)
+    error = 1e-6 * np.sin(np.arange(100.0))
+    samples = np.array([0, 3, 7, 50, 99])
+    trace = trace_described("error", time, error, samples)
+    assert (trace["count"], trace["time"], trace["sampleTime"]) == (5, 2.0, pytest.approx(DT))
+    assert trace["step"] == pytest.approx(np.max(np.abs(error)) / 4096)
+    places, values = whole(trace["numbers"], 5, 2)
+    assert np.cumsum(np.cumsum(places)).tolist() == samples.tolist()
+    np.testing.assert_allclose(trace["step"] * np.cumsum(values), error[samples], atol=0.51 * trace["step"])
+    assert trace_described("error", time, 0.0 * error, samples)["step"] == 1.0

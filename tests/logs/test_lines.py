@@ -1,0 +1,104 @@
+"""What checks of a log compute with: one filter for all channels, lines through them, work, lost rows."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import Motion, log_of
+
+from bristle.logs.lines import Line, lost_in, piled_up, rows_of, work_share
+
+DT = 1e-3
+
+
+def log_along(position, effort, step=1e-7):
+    time = DT * np.arange(position.size)
+    velocity = np.gradient(position, DT)
+    return log_of(Motion(time, position, velocity, np.gradient(velocity, DT)), effort, step=step)
+
+
+def swing(count=6000, frequency=1.0, reach=0.05):
+    return reach * np.sin(2.0 * np.pi * frequency * DT * np.arange(count))
+
+
+def test_all_channels_of_a_row_belong_to_one_instant():
+    x = 0.3 + swing()
+    rows = rows_of(log_along(x, np.sin(2.0 * np.pi * DT * np.arange(x.size))), 1e-7)
+    phase = 2.0 * np.pi * rows.time
+    np.testing.assert_allclose(rows.position, 0.3 + 0.05 * np.sin(phase), atol=2e-4)
+    np.testing.assert_allclose(rows.velocity, 0.05 * 2.0 * np.pi * np.cos(phase), atol=2e-3)
+    np.testing.assert_allclose(rows.acceleration, -0.05 * (2.0 * np.pi) ** 2 * np.sin(phase), atol=1e-2)
+    np.testing.assert_allclose(rows.effort, np.sin(phase), atol=4e-3)
+    np.testing.assert_allclose(rows.rate, 2.0 * np.pi * np.cos(phase), atol=4e-2)
+    assert rows.recorded.size == 0
+
+
+def test_a_line_is_exact_for_columns_that_make_the_effort():
+    rng = np.random.default_rng(1)
+    columns = rng.standard_normal((600, 3)) * [1.0, 1e6, 1e-6]
+    line = Line.through(columns, columns @ np.array([2.0, -3e-6, 4e6]))
+    assert line.coefficients == pytest.approx([2.0, -3e-6, 4e6])
+    assert line.deviations == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+    assert line.explained == pytest.approx(1.0)
+    assert line.last == pytest.approx((4e6, 0.0), abs=1e-3)
+
+
+def test_errors_of_a_line_are_those_of_white_noise():
+    rng = np.random.default_rng(2)
+    column = rng.standard_normal((6000, 1))
+    lines = [Line.through(column, column[:, 0] + 2.0 * rng.standard_normal(6000)) for _ in range(20)]
+    expected = 2.0 / np.sqrt(6000)
+    assert np.mean([line.last[1] for line in lines]) == pytest.approx(expected, rel=0.2)
+    assert np.std([line.last[0] for line in lines]) == pytest.approx(expected, rel=0.5)
+    assert np.mean([line.explained for line in lines]) == pytest.approx(1.0 / 5.0, rel=0.1)
+
+
+def test_no_line_goes_through_few_rows_or_columns_that_are_alike():
+    column = np.random.default_rng(3).standard_normal(200)
+    assert Line.through(np.column_stack([column, 2.0 * column]), column) is None
+    assert Line.through(np.column_stack([column, 0.0 * column]), column) is None
+    assert Line.through(column[:119, None], column[:119]) is None
+    assert Line.through(column[:120, None], column[:120]) is not None
+    assert Line.through(column[:, None], np.ones(200)).explained == 0.0
+
+
+@pytest.mark.parametrize("friction", [1.0, -1.0])
+def test_all_work_of_dry_friction_is_work_and_that_of_a_spring_and_of_a_mass_is_none(friction):
+    x = swing()
+    side = np.sign(np.gradient(x))
+    assert work_share(log_along(x, friction * side)) == pytest.approx(friction, abs=0.03)
+    assert work_share(log_along(x, friction * side + 3.0)) == pytest.approx(friction, abs=0.03)  # gravity takes none
+    for kept in (20.0 * x, -20.0 * x):
+        assert abs(work_share(log_along(x, kept))) < 0.01
+    half = work_share(log_along(x, friction * side + 40.0 * x))
+    assert 0.2 < friction * half < 0.95
+
+
+def test_a_motion_that_never_comes_back_says_nothing_of_work():
+    along = np.linspace(0.0, 1.0, 3000)
+    assert work_share(log_along(along, np.ones(3000))) == 0.0
+    assert work_share(log_along(np.zeros(3000), np.ones(3000))) == 0.0
+
+
+def test_a_lost_row_is_told_by_the_step_across_the_gap():
+    x = swing(4000)
+    kept = np.delete(x, [700, 2600])
+    lost = lost_in(log_along(kept, 0.0 * kept), 1e-7, 4.0)
+    assert lost.tolist() == [699, 2598]
+    assert lost_in(log_along(x, 0.0 * x), 1e-7, 4.0).size == 0
+    assert lost_in(log_along(kept[:100], 0.0 * kept[:100]), 1e-7, 4.0).size == 0
+
+
+def test_an_effort_that_ends_short_of_what_the_motion_takes_piles_up():
+    time = DT * np.arange(12_000)
+    x = 0.05 * np.sin(2.0 * np.pi * time) + 0.02 * np.sin(2.0 * np.pi * 2.3 * time)
+    acceleration = np.gradient(np.gradient(x, DT), DT)
+    asked = 3.0 * acceleration + np.sign(np.gradient(x)) + 0.01 * np.random.default_rng(4).standard_normal(x.size)
+    level = 0.6 * float(np.max(asked))
+    log = log_along(x, np.minimum(asked, level))
+    cut = piled_up(log, rows_of(log, 1e-7), 1e-7, 10, 4.0)
+    assert cut.level == pytest.approx(level, rel=0.03)
+    assert asked[cut.first] > 0.9 * level
+    assert cut.samples == pytest.approx(np.count_nonzero(asked > level), rel=0.3)
+    below = log_along(x, np.maximum(asked, -level))
+    assert piled_up(below, rows_of(below, 1e-7), 1e-7, 10, 4.0).level == pytest.approx(-level, rel=0.03)
+    whole = log_along(x, asked)
+    assert piled_up(whole, rows_of(whole, 1e-7), 1e-7, 10, 4.0) is None

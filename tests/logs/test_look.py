@@ -1,0 +1,140 @@
+"""What rules measure of a log: work, ways, lines, the sign of an effort, a recorded velocity, the mass."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines
+
+from bristle.core.axis import Axis
+from bristle.logs.channel import Channel
+from bristle.logs.check import RECORDED, checked, parted
+from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
+
+MOTION = sines(8.0)
+SIDE = np.sign(MOTION.velocity)
+RNG = np.random.default_rng(1)
+
+
+def effort_of(mass=12.0, level=8.0, viscous=30.0, noise=0.05, **more):
+    return mass * MOTION.acceleration + level * SIDE + viscous * MOTION.velocity + noise * RNG.standard_normal(SIDE.size)
+
+
+def look_at(effort=None, axis=None, motion=MOTION, settings=DEFAULT, velocity=None):
+    log = log_of(motion, effort_of() if effort is None else effort, step=1e-6)
+    log = log if velocity is None else replace(log, velocity=Channel(velocity, "m/s", "v"))
+    return Look(log, axis or Axis(), settings, 1e-6, np.zeros(0, dtype=int))
+
+
+def codes(effort=None, axis=None, velocity=None, **settings):
+    look = look_at(effort, velocity=velocity)
+    return {remark.code: remark.numbers for remark in checked(look.log, axis, CheckThresholds(**settings))}
+
+
+def test_the_mass_that_a_log_shows_is_told_where_another_one_is_known():
+    assert look_at(axis=Axis(mass=12.0)).mass is None
+    assert look_at(axis=Axis(mass=13.0)).mass is None
+    mass, ratio = look_at(axis=Axis(mass=24.0)).mass
+    assert (mass, ratio) == (pytest.approx(12.0, rel=0.02), pytest.approx(2.0, rel=0.02))
+    assert look_at(axis=Axis(mass=6.0)).mass[1] == pytest.approx(0.5, rel=0.02)
+    assert look_at(axis=Axis()).mass is None
+    assert look_at(effort_of(mass=0.2), axis=Axis(mass=24.0)).mass is None  # friction takes nearly all
+    found = codes(axis=Axis(mass=24.0))
+    assert found["mass_contradicts"]["known"] == 24.0
+    assert found["mass_contradicts"]["ratio"] == pytest.approx(2.0, rel=0.02)
+    assert found["gear_suspect"]["gear"] == "2"
+
+
+def test_friction_that_changes_is_told_over_time_and_over_the_place():
+    time = (MOTION.time - 4.0) / 4.0
+    level, shares = look_at(effort_of() + 2.0 * time * SIDE).changes
+    assert set(shares) == {-2}
+    assert shares[-2] * level == pytest.approx(4.0, rel=0.1)  # from its first value to its last
+    level, shares = look_at(effort_of() - 2.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position))).changes
+    assert set(shares) == {-1}
+    assert shares[-1] * level == pytest.approx(-4.0, rel=0.2)
+    assert look_at().changes[1] == {}
+    assert codes(effort_of() + 2.0 * time * SIDE)["level_drifts"]["percent"] == pytest.approx(100.0 * 4.0 / 8.5, rel=0.2)
+
+
+def test_an_effort_without_its_sign_visits_zero_again_and_again():
+    assert look_at(np.abs(effort_of(level=0.0, noise=0.0))).is_unsigned
+    assert look_at(-np.abs(effort_of(level=0.0, noise=0.0))).is_unsigned
+    assert not look_at().is_unsigned
+    assert not look_at(np.abs(effort_of()) + 5.0).is_unsigned
+    off = np.abs(effort_of(level=0.0, noise=0.0))
+    off[:3000] = 0.0  # the drive was off
+    assert not look_at(off).is_unsigned
+
+
+def test_a_recorded_velocity_is_compared_in_scale_likeness_and_delay():
+    assert look_at(velocity=MOTION.velocity).velocity is None
+    scale, likeness, delay = look_at(velocity=1.2 * MOTION.velocity).velocity
+    assert (scale, likeness) == (pytest.approx(1.2, rel=0.01), pytest.approx(1.0, abs=1e-3))
+    assert delay == 0.0
+    late = np.interp(MOTION.time - 0.01, MOTION.time, MOTION.velocity)
+    assert look_at(velocity=late).velocity[2] == pytest.approx(0.01, rel=0.1)
+    scale, likeness, _ = look_at(velocity=MOTION.position).velocity
+    assert likeness < 0.5
+    assert look_at(velocity=-MOTION.velocity).velocity[0] == pytest.approx(-1.0, rel=0.01)
+    found = codes(velocity=60.0 * MOTION.velocity)
+    assert found["velocity_contradicts"]["ratio"] == pytest.approx(60.0, rel=0.02)
+    assert found["gear_suspect"]["gear"] == "60"
+
+
+def test_a_channel_that_bends_over_reads_its_largest_too_small():
+    true = effort_of(noise=0.01)
+    top = float(np.max(np.abs(true)))
+    bent, hardly = (true - share * top * (true / top) ** 3 for share in (0.35, 0.1))
+    assert look_at(true).bend is None
+    assert look_at(hardly).bend is None  # clear, and less than a fifth
+    assert look_at(bent).bend > 0.2
+
+
+def test_ways_go_from_turn_to_turn():
+    look = look_at()
+    (ways,) = look.ways
+    assert np.sum(ways) == pytest.approx(MOTION.position[-1] - MOTION.position[0], abs=1e-5)
+    assert np.all(ways[1:] * ways[:-1] < 0.0)
+    assert look.way == pytest.approx(float(np.median(np.abs(ways[1:-1]))))
+    straight = MOTION._replace(position=0.1 * MOTION.time)
+    assert look_at(motion=straight).way == pytest.approx(np.ptp(straight.position), abs=1e-5)
+
+
+def test_one_direction_and_one_speed_are_told_in_numbers():
+    ahead = MOTION._replace(position=0.1 * MOTION.time)
+    found = {remark.code: remark.numbers for remark in checked(log_of(ahead, 8.0 + 0.0 * ahead.time, step=1e-6))}
+    assert found["one_direction"] == {"percent": 0.0, "direction": "forward"}
+    back = {
+        remark.code: remark.numbers for remark in checked(log_of(ahead._replace(position=-ahead.position), 0.0 * ahead.time, step=1e-6))
+    }
+    assert back["one_direction"]["direction"] == "backward"
+    triangle = MOTION._replace(position=0.05 * np.abs(((MOTION.time / 0.8) % 2.0) - 1.0))
+    found = {remark.code: remark.numbers for remark in checked(log_of(triangle, SIDE, step=1e-6))}
+    assert found["one_speed"]["slowest"] == pytest.approx(0.0625, rel=0.02)
+    assert found["motion_repeats"]["every"] == pytest.approx(1.6, rel=0.02)
+    assert "one_speed" not in codes()
+
+
+def test_thresholds_decide_what_is_told():
+    assert "mass_contradicts" not in codes(axis=Axis(mass=24.0), mass_ratio=2.5)
+    assert "mass_contradicts" in codes(axis=Axis(mass=14.5))
+    reversed_sign = codes(-effort_of())
+    assert reversed_sign["sign_reversed"]["percent"] > 50.0
+    assert "sign_reversed" in RECORDED
+
+
+def test_a_log_is_parted_before_missing_rows():
+    kept = np.delete(np.arange(8000), [3000, 3001, 3002, 5200, 5201, 5202])
+    motion = type(MOTION)(*(signal[kept] for signal in MOTION))
+    motion = motion._replace(time=1e-3 * np.arange(kept.size))
+    log = parted(log_of(motion, np.sign(motion.velocity), step=1e-7))
+    assert [(part.start, part.stop) for part in log.segments] == [(0, 3000), (3000, 5197), (5197, 7994)]
+    whole = log_of(MOTION, SIDE, step=1e-7)
+    assert parted(whole) is whole
+
+
+def test_likeness_is_that_of_two_directions():
+    assert likeness_of(np.array([1.0, 0.0]), np.array([3.0, 0.0])) == 1.0
+    assert likeness_of(np.array([1.0, 0.0]), np.array([1.0, 1.0])) == pytest.approx(0.5**0.5)
+    assert likeness_of(np.zeros(2), np.ones(2)) == 0.0

@@ -1,0 +1,142 @@
+"""What makes a channel unfit, and where a signal is cut off."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle import controllers
+from bristle.core.axis import Axis
+from bristle.logs.channel import Channel
+from bristle.logs.problems import clipped, far_outside, limits_exceeded, longest_run, problems_of, spikes
+
+TIME = 1e-3 * np.arange(3000)
+MOVED = np.sin(2.0 * np.pi * TIME)
+RNG = np.random.default_rng(1)
+NOISY = MOVED + 0.01 * RNG.standard_normal(TIME.size)
+
+
+def gathered(injected=(), **channels):
+    held = {name: Channel(values, {"time": "s", "position": "m"}.get(name, "N"), name) for name, values in channels.items()}
+    return SimpleNamespace(
+        channels=held, injected=tuple(Channel(values, "N", "push") for values in injected), named=lambda: iter(held.items())
+    )
+
+
+def said(**channels):
+    return [str(problem) for problem in problems_of(gathered(**{"time": TIME} | channels), "log.csv")]
+
+
+def test_a_good_log_has_no_problem():
+    assert said(position=NOISY, effort=NOISY) == []
+
+
+def test_a_channel_is_long_enough_from_a_hundred_samples_on():
+    (problem,) = problems_of(gathered(time=TIME[:99], position=NOISY[:99]), "log.csv")
+    assert "is too short to be used as the time" in str(problem)
+    assert "found 99, allowed at least 100 samples" in str(problem)
+    assert list(problems_of(gathered(time=TIME[:100], position=NOISY[:100]), "log.csv")) == []
+
+
+def test_samples_that_are_no_measurement_are_named_before_anything_else():
+    bad = NOISY.copy()
+    bad[[700, 701]] = np.nan
+    (text,) = said(position=bad, effort=np.zeros(3000))
+    assert "has NaN (not a number) at sample 700 (t = 0.7 s), 2 such samples in all" in text
+    bad[[700, 701]] = np.inf, 0.0
+    assert "an infinite value at sample 700" in said(position=bad)[0]
+    bad[700] = -3e30
+    assert "has -3e+30 m at sample 700 (t = 0.7 s), which is no measurement; 1 such in all" in said(position=bad)[0]
+
+
+def test_a_constant_channel_tells_nothing_but_a_load():
+    (text,) = said(position=NOISY, effort=np.full(3000, 2.5))
+    assert "is constant (2.5 N), which tells nothing as the effort" in text
+    assert said(position=NOISY, load=np.ones(3000)) == []
+
+
+def test_a_reading_that_leaves_and_returns_was_lost():
+    position = MOVED.copy()
+    position[500:502] += 0.5
+    assert spikes(position, 0.0) == [(500, 2, pytest.approx(0.5, abs=0.01))]
+    (text,) = said(position=position)
+    assert "returns after 2 samples at sample 500 (t = 0.5 s), 1 such place in all: readings were lost" in text
+    position[900] -= 0.7
+    (text,) = said(position=position)
+    assert "returns after 1 sample at sample 900 (t = 0.9 s), 2 such places in all" in text
+    position[500:506] = MOVED[500:506] + 0.5  # six samples are a motion
+    assert [spike.start for spike in spikes(position, 0.0)] == [900]
+    assert spikes(MOVED, 0.0) == []
+    assert spikes(position[:20], 0.0) == []
+
+
+def test_far_outside_is_a_million_times_the_usual_range():
+    off = NOISY.copy()
+    off[10] = 3e6
+    assert far_outside(off).tolist() == [10]
+    off[10] = 1e6
+    assert far_outside(off).size == 0
+    off[10:16] = 3e6  # six samples on end move
+    assert far_outside(off).size == 0
+    off[10:16] = NOISY[10:16]
+    off[[10, 20]] = 3e6
+    assert far_outside(off).tolist() == [10, 20]
+    off[5] = -2e30
+    assert far_outside(off).tolist() == [5]
+    assert far_outside(np.ones(50)).size == 0
+
+
+def test_the_longest_run_is_told_by_its_first_sample_and_its_length():
+    assert longest_run(np.array([True, False, True, True, False])) == (2, 2)
+    assert longest_run(np.zeros(4, dtype=bool)) == (0, 0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_signal_that_stays_at_its_extreme_is_cut_off(side):
+    cut = clipped(side * np.minimum(NOISY, 0.8))
+    assert cut.level == side * 0.8
+    assert NOISY[cut.first] >= 0.8
+    assert cut.samples == np.count_nonzero(NOISY >= 0.8)
+    assert cut.longest >= 10
+    assert clipped(side * NOISY) is None
+    assert clipped(side * np.minimum(NOISY, 0.8), run=cut.longest) is not None
+    assert clipped(side * np.minimum(NOISY, 0.8), run=cut.longest + 1) is None
+
+
+def test_a_known_limit_is_where_a_signal_is_cut_off_though_noise_goes_beyond():
+    jittering = np.where(NOISY > 0.8, 0.8 + 1e-7 * RNG.random(3000), NOISY)
+    assert clipped(jittering) is None
+    assert clipped(jittering, 0.8).samples == np.count_nonzero(NOISY > 0.8)
+    assert clipped(jittering, 2.0) is None
+
+
+def test_few_levels_are_commands_and_an_effort_that_rests_elsewhere_too_is_none():
+    steps = np.round(3.0 * MOVED)
+    assert clipped(steps) is None
+    friction = np.where(np.arange(3000) % 1500 < 700, 0.8, np.where(np.arange(3000) % 1500 < 1400, 0.3, NOISY))
+    assert clipped(np.minimum(friction, 0.8)) is None
+
+
+def exceeded(axis, injected=(), **channels):
+    return list(limits_exceeded(gathered(injected, **channels), axis))
+
+
+def test_limits_of_the_drive_hold_for_all_of_the_effort_and_those_of_the_controller_for_its_own():
+    effort = 10.0 * MOVED
+    (beyond,) = exceeded(Axis(effort_limit=9.0), effort=effort)
+    assert (beyond.code, beyond.severity) == ("beyond_limit", "warning")
+    assert beyond.numbers == {"value": pytest.approx(10.0, rel=1e-5), "limit": 9.0, "key": "[effort] limit"}
+    assert exceeded(Axis(effort_limit=9.6), effort=effort) == []  # a twentieth is no matter
+    law = controllers.cascade(k_p=80.0, k_v=500.0, limit=5.0)
+    (beyond,) = exceeded(Axis(controller=law), effort=effort)
+    assert (beyond.numbers["limit"], beyond.numbers["key"]) == (5.0, "[controller] limit")
+    (beyond,) = exceeded(Axis(controller=law, effort_limit=9.0), injected=[6.0 * MOVED], effort=effort)
+    assert beyond.numbers["key"] == "[effort] limit"
+    assert exceeded(Axis(controller=law), injected=[6.0 * MOVED], effort=effort) == []
+    assert exceeded(Axis(), effort=effort) == []
+
+
+def test_a_stroke_is_from_end_to_end():
+    (beyond,) = exceeded(Axis(stroke=(-0.5, 1.0)), position=MOVED)
+    assert beyond.numbers == {"value": pytest.approx(2.0, rel=1e-5), "limit": 1.5}
+    assert exceeded(Axis(stroke=(-0.95, 1.0)), position=MOVED) == []
