@@ -85,6 +85,21 @@ def test_a_shift_of_paired_motions_through_zero_has_an_interval_of_no_width():
     assert result.interval == (pytest.approx(2.0), pytest.approx(2.0))
 
 
+PAIRED = np.array([1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6])  # in an order in which neighbours differ
+T_7 = 2.364624  # Student's t of 7 degrees of freedom, at 0.975
+
+
+def test_the_interval_of_paired_motions_is_that_of_students_t():
+    error = T_7 * np.std(PAIRED, ddof=1) / math.sqrt(8.0)
+    shifted = changed(mean, counted(*(PAIRED - PAIRED)), counted(*PAIRED), plan_of(range(8), range(8)))
+    assert shifted.interval == (pytest.approx(PAIRED.mean() - error, rel=0.06), pytest.approx(PAIRED.mean() + error, rel=0.06))
+    # Small shares of a value are the same in a ratio.
+    near = 1.0 + 0.01 * PAIRED
+    ratio = changed(mean, counted(*8 * [1.0]), counted(*near), plan_of(range(8), range(8)))
+    assert np.mean(ratio.interval) == pytest.approx(0.01 * PAIRED.mean(), rel=0.01)
+    assert 0.5 * np.ptp(ratio.interval) == pytest.approx(0.01 * error, rel=0.06)
+
+
 def test_paired_cycles_of_a_motion_are_taken_together():
     before, after = counted(4, 1, 3, 1), counted(6, 2, 8)
     result = changed(mean, before, after, plan_of([7, 2, 7, 3], [7, 2, 3]))
