@@ -52,6 +52,7 @@ def test_peaks_behind_reversals_are_those_of_each_direction():
     assert backward.sums(own).tolist() == [[7.0, 1.0], [5.0, 1.0]]
     assert forward.sums(own).tolist() == [[0.0, 1.0], [3.0, 1.0]]
     assert values_of(backward, own) == [6.0]
+    assert turn_measures(1)[1].sums(own).tolist() == [[0.0, 1.0], [1.0, 1.0]]  # a log may begin with a reversal
 
 
 def test_a_reversal_counts_in_the_cycle_that_begins_with_it():
@@ -170,6 +171,15 @@ def test_a_range_without_a_direction_tells_no_friction():
     rows = SlidingRows(strokes(part, part), strokes(part, part))
     assert rows.ranges.size == 2
     assert max(rows.speeds) < 0.56
+
+
+def test_a_motion_without_rows_takes_no_part_in_friction():
+    full, empty = sliding(), np.full_like(sliding(), np.nan)
+    before, after = (strokes(full, empty, full, empty, kinds=[0, 1, 0, 1]) for _ in range(2))
+    rows = SlidingRows(before, after)
+    assert rows.kinds.tolist() == [0]
+    sums = rows.measures()[0].sums(before)
+    assert [bool(own.any()) for own in sums] == [True, False, True, False]
 
 
 def test_cycles_without_rows_tell_no_friction():
