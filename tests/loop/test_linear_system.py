@@ -132,7 +132,7 @@ def test_motor_and_table_share_an_acceleration_in_the_end(side):
 @pytest.mark.parametrize(("side", "expected"), [("motor", 1e-3 + 1e-2), ("load", 1e-3)])
 def test_a_spring_at_the_table_twists_the_screw(side, expected):
     # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
-    held = behind_a_screw(side, table=LinearFriction(1e7, 3e4), k=1e6, d=2e3)
+    held = behind_a_screw(side, LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4), k=1e6)
     assert positions(held, 0.01, 3000)[-1] == pytest.approx(expected, rel=1e-3)
 
 
