@@ -197,13 +197,31 @@ def test_both_sides_have_the_longest_sample_time():
     assert spans(low.cycles) == spans(high.cycles)
 
 
-def test_a_log_that_trembles_by_less_than_a_share_of_its_range_turns_no_oftener():
-    motion = sine(4)
-    trembling = motion[0] + 0.4 * 1e-3 * np.ptp(motion[0]) * (-1.0) ** np.arange(motion[0].size)
-    one, other = ((log(seed, motion, reference=trembling, effort=None), None) for seed in (1, 2))
+@pytest.mark.parametrize("amplitude", [5e-5, 0.05, 50.0])
+def test_a_reference_that_trembles_by_less_than_a_share_of_its_range_turns_no_oftener(amplitude):
+    motion = sine(4, amplitude=amplitude)
+    ripple = 0.4e-3 * np.ptp(motion[0]) * np.sin(0.25 * np.pi * np.arange(motion[0].size))
+    one, other = ((log(seed, motion, reference=motion[0] + ripple, effort=None), None) for seed in (1, 2))
     low, _, complete = sides_of([one], [other], follows=True, tells_effort=False)
     assert complete
     assert [cycle.count for cycle in low.cycles] == pytest.approx(3 * [250], abs=4)
+
+
+def test_a_side_says_why_its_first_log_tells_no_friction():
+    short = log(1, [part[:12] for part in sine(1)])
+    long, other = log(2, sine(4)), log(3, sine(4))
+    for side in ([short, long], [long, short]):
+        low, high, _ = sides_of([(item, None) for item in side], [(other, None)], follows=True, tells_effort=True)
+        assert low.reason is not None
+        assert high.reason is None
+
+
+def test_pieces_are_a_twentieth_of_the_longest_motion_of_the_shorter_side():
+    t = STEP * np.arange(2000)
+    slides = [log(1, (0.1 * t[:count], np.full(count, 0.1), np.zeros(count)), effort=None) for count in (400, 2000, 1000)]
+    low, high, complete = sides_of([(item, None) for item in slides[:2]], [(slides[2], None)], follows=True, tells_effort=False)
+    assert not complete
+    assert {cycle.count for cycle in (*low.cycles, *high.cycles)} == {1000 // 20}
 
 
 def test_signals_of_a_cycle_are_cut_from_its_stretch():
