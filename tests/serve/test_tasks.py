@@ -1,0 +1,140 @@
+"""What jobs answer, each by small logs or by what stands in for the work."""
+
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle.core.errors import InputError
+from bristle.server import tasks
+from bristle.server.errand import Errand, LabelledLog
+
+AXIS = 'schema = 1\nkind = "translational"\n[columns]\ntime = "time"\nposition = "x"\neffort = "force"\n'
+
+
+def log(rows=400):
+    t = 0.001 * np.arange(rows)
+    return "time,x,force\n" + "".join(
+        f"{a:.4f},{b:.8f},{c:.4f}\n" for a, b, c in zip(t, 0.01 * np.sin(20.0 * t), 3.0 * np.sign(np.cos(20.0 * t)), strict=True)
+    )
+
+
+@pytest.fixture
+def errand(tmp_path):
+    """A function that returns an errand with logs by label and role."""
+    told = []
+
+    def errand(logs, text=AXIS, **options):
+        labelled = []
+        for number, (label, role, content) in enumerate(logs):
+            place = tmp_path / f"file-{number}"
+            place.write_text(content)
+            labelled.append(LabelledLog(place, label, role))
+        return Errand(tmp_path, tuple(labelled), text, "axis.toml", options, 2**20, None, lambda *call: told.append(call), nullcontext)
+
+    errand.told = told
+    return errand
+
+
+def test_every_log_is_checked_and_problems_are_counted(errand):
+    facts, data = tasks.check(errand([("a.csv", "fit", log()), ("b.csv", "held_out", "nothing\n"), ("c.csv", "held_out", log())]))
+    assert [entry["label"] for entry in data["logs"]] == ["a.csv", "b.csv", "c.csv"]
+    assert [entry["role"] for entry in data["logs"]] == ["fit", "held_out", "held_out"]
+    assert facts["problems"] == len(data["logs"][1]["problems"]) >= 1
+    assert not facts["ready"]
+    assert data["logs"][0]["rate"] == pytest.approx(1000.0)
+    assert errand.told == [(0.0, "reading a.csv"), (1.0 / 3.0, "reading b.csv"), (2.0 / 3.0, "reading c.csv")]
+
+
+def test_warnings_are_counted_and_notes_are_not(errand, monkeypatch):
+    def inspected(content, axis, size_limit):
+        summary = dict.fromkeys(("rate", "duration", "kind", "channels", "notes"))
+        diagnostics = [{"severity": severity} for severity in ("warning", "note", "error")]
+        return SimpleNamespace(summary=summary | {"passages": [], "diagnostics": diagnostics, "problems": []})
+
+    monkeypatch.setattr(tasks, "inspect_log", inspected)
+    facts, data = tasks.check(errand([("a.csv", "fit", ""), ("b.csv", "fit", "")]))
+    assert facts == {"problems": 0, "warnings": 4, "ready": True}
+    assert data["logs"][0]["passages"] is None
+
+
+def test_a_command_holds_options_with_a_value():
+    command = tasks._command("identify", ["a b.csv", "c.csv"], {"--axis": "x.toml", "--draws": "", "--cutoff": None, "--out": "results"})
+    assert command == "bristle identify 'a b.csv' c.csv --axis x.toml --out results"
+
+
+def test_columns_are_shown_as_recorded_until_their_units_are_known():
+    table = SimpleNamespace(columns={"t": np.arange(3.0), "x": np.array([1.0, 2.0, 3.0]), "u": np.array([4.0, 5.0]), "none": np.empty(0)})
+    inspected = SimpleNamespace(table=table)
+    columns = {
+        "time": {"column": "t", "unit": "ms"},
+        "position": {"column": "x", "unit": "mm"},
+        "velocity": {"column": "none", "unit": "mm/s"},
+        "reference": {"column": "gone"},
+        "effort": {"column": "u", "unit": "?"},
+    }
+    position, effort = tasks._of_columns(inspected, columns)
+    assert (position["word"], position["unit"], position["column"], position["time_unit"]) == ("position", "mm", "x", "ms")
+    assert position["curve"] == [[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]]
+    assert (effort["word"], effort["unit"], effort["time_unit"]) == ("effort", "as recorded", "sample")
+    assert effort["curve"] == [[0.0, 1.0], [4.0, 5.0]]
+    (bare,) = tasks._of_columns(inspected, {"position": {"column": "x", "unit": ""}})
+    assert (bare["unit"], bare["time_unit"], bare["curve"][0]) == ("as recorded", "sample", [0.0, 1.0, 2.0])
+
+
+def test_a_log_without_an_axis_file_is_looked_at_with_a_proposal(errand):
+    facts, data = tasks.look(errand([("a.csv", "fit", log())], text=""))
+    assert "[columns]" in facts["axis_text"]
+    assert "columns.position.unit" in facts["missing"] or facts["ready"]
+    assert data["log"] == "a.csv"
+    assert errand.told == [(0.1, "reading the log")]
+    with pytest.raises(InputError, match="Drop a log that is to be fitted to"):
+        tasks.look(errand([("a.csv", "held_out", log())]))
+
+
+def test_an_axis_file_that_serves_shows_channels_in_si(errand):
+    facts, data = tasks.look(errand([("a.csv", "fit", log())]))
+    assert (facts["ready"], facts["missing"], data["refusal"]) == (True, [], "")
+    assert [(plot["word"], plot["unit"], plot["time_unit"]) for plot in data["plots"]] == [("position", "m", "s"), ("effort", "N", "s")]
+    facts, data = tasks.look(errand([("a.csv", "fit", log())], text=AXIS.replace("translational", "else")))
+    assert not facts["ready"]
+    assert "kind" in data["refusal"]
+    assert (data["problems"], data["diagnostics"]) == ([], [])
+
+
+def test_a_model_is_held_against_each_log_that_was_held_out(errand, monkeypatch):
+    import bristle
+
+    class Prediction:
+        effort = effort_predicted = time = np.arange(3.0)
+        metrics, inside_percent = {"force_error_percent": 4.5}, 93.0
+
+    asked = []
+    model = SimpleNamespace(predict=lambda log, mode, axis: asked.append(mode) or Prediction)
+    monkeypatch.setattr(bristle, "load", lambda folder: model)
+    monkeypatch.setattr(
+        "bristle.report.prediction.prediction_ruling", lambda prediction: SimpleNamespace(as_data=lambda: {"level": "usable"})
+    )
+    made = errand([("a.csv", "fit", log()), ("b.csv", "held_out", log()), ("c.csv", "held_out", log())])
+    vars(made)["results"] = made.folder
+    facts, data = tasks.predict(made)
+    assert facts == {"logs": 2}
+    assert asked == ["inverse", "inverse"]
+    assert [entry["label"] for entry in data["logs"]] == ["b.csv", "c.csv"]
+    assert (data["logs"][0]["error_percent"], data["logs"][0]["inside_percent"]) == (4.5, 93.0)
+    assert (data["mode"], data["kind"]) == ("inverse", "translational")
+    assert errand.told == [(0.0, "predicting b.csv"), (0.5, "predicting c.csv")]
+
+
+def test_a_table_tells_which_columns_are_numbers():
+    from bristle.report.table import Table
+
+    data = tasks._table(Table("T", ("Name", "Value", "Empty"), [("a", "1.5", ""), ("b", "2", "")]))
+    assert list(data["heads"]) == ["Name", "Value"]
+    assert data["numbers"] == [False, True]
+
+
+def test_the_page_asks_for_tasks_by_name():
+    assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "export", "excite"]
+    assert all(task.__name__ == name for name, task in tasks.TASKS.items())
