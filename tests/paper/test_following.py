@@ -56,7 +56,7 @@ def test_times_around_the_highest_point_leave_out_the_start():
 
 def test_loops_are_pictured_under_their_titles():
     assert list(tracked().published) == [BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED]
-    assert list(tracked().pictured)[0] == "no compensator"
+    assert next(iter(tracked().pictured)) == "no compensator"
     assert list(tracked(more=PLAIN).published) == [BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED]
 
 
@@ -75,7 +75,7 @@ def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
     [
         (0.1e-6, 0.3e-6, "found", "narrower, and its mean is nearer to zero"),
         (-0.1e-6, 0.3e-6, "found", "narrower, and its mean is nearer to zero"),
-        (0.19e-6, 0.5e-6, "refuted" if 0.19 >= 0.95 * 0.2 else "found in part", "no narrower"),
+        (0.189e-6, 0.5e-6, "found in part", "no narrower"),
         (0.1e-6, 0.5e-6, "found in part", "no narrower, and its mean is nearer to zero"),
         (0.3e-6, 0.3e-6, "found in part", "narrower, and its mean is no nearer to zero"),
         (0.195e-6, 0.5e-6, "refuted", "no narrower, and its mean is no nearer to zero"),
@@ -129,9 +129,8 @@ def test_12_errors_stand_beside_those_of_the_paper():
     sizes[WITH_CONSTANT] = 1.5e-6
     first, printed, constant, calibrated, further = following._sentences_12(loops, sizes)
     assert first == "Without compensator 1.460 µm peak to peak (the paper: 1.46 µm)."
-    assert (
-        printed == "With (5)–(7) as printed, nothing scaled and no constant 0.600 µm, 58.9 % less (the paper: 0.690 µm, 52.7 % less)."
-        or ("0.600 µm, 59 % less (the paper: 0.690 µm, 53 % less)." in printed)
+    assert printed.startswith(
+        "With (5)–(7) as printed, nothing scaled and no constant 0.600 µm, 59 % less (the paper: 0.690 µm, 53 % less)."
     )
     assert "3 % more" in constant
     assert calibrated.startswith("With one calibrated 0.600 µm")
