@@ -2,13 +2,15 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from tests.loop.conftest import loop
 from tests.loop.laws import RADIAN, rig
 
 from bristle import controllers, sensors
-from bristle.loop import tuning
+from bristle.core.status import Status
+from bristle.loop import Verdict, tuning
 from bristle.loop.tuning import GAINS, Delays, feeds_inertia, inertia_of, lagging, told_the_motion
 
 
@@ -106,3 +108,38 @@ def test_loops_that_are_proposed_have_their_names(monkeypatch):
     asked.clear()
     tuning._loops(observing, None)
     assert asked == [("disturbance_observer", None)]
+
+
+def test_loops_that_would_not_diverge_are_simulated_twice_at_most(monkeypatch):
+    ran, judged = [], []
+    loops = {name: loop(name) for name in ("as it is", "along the desired motion", "tuned", "with an observer")}
+    stated = replace(loops["with an observer"], run=replace(loop().run, current_lag=3e-4, seeds=5))
+    loops["with an observer"] = stated
+
+    def assessed(variant):
+        judged.append((variant.name, variant.run.current_lag))
+        verdict = Verdict.DIVERGES if variant.name == "along the desired motion" else Verdict.STABLE
+        return SimpleNamespace(verdict=verdict, name=variant.name)
+
+    def simulated(experiment, progress):
+        ran.append([(each.name, each.run.seeds) for each in experiment.variants])
+        bad = Status.NOT_FINITE
+        outcomes = {each.name: SimpleNamespace(status=Status.OK, following_error=each.name, effort_rms=7.0) for each in experiment.variants}
+        outcomes["tuned"].status = bad
+        return SimpleNamespace(variants=outcomes)
+
+    monkeypatch.setattr(tuning, "assess", assessed)
+    monkeypatch.setattr(tuning, "simulate", simulated)
+    monkeypatch.setattr(tuning, "_loops", lambda variant, bandwidth: (loops, {"tuned": 42.0, "with an observer": 30.0}))
+    present, desired, tuned, observing = tuning.proposals_for(loop(run=replace(loop().run, seeds=5)))
+    assert [item.name for item in (present, desired, tuned, observing)] == list(loops)
+    # Gains are judged with the largest lag that nobody stated, the loop as it is with none.
+    assert dict(judged) == {"as it is": 0.0, "along the desired motion": 0.0, "tuned": 1e-3, "with an observer": 3e-4}
+    assert ran == [[("as it is", 2), ("tuned", 2), ("with an observer", 2)]]
+    assert [item.following_error for item in (present, desired, tuned, observing)] == ["as it is", None, None, "with an observer"]
+    assert [item.effort_rms for item in (present, desired, tuned, observing)] == [7.0, None, None, 7.0]
+    assert [item.bandwidth for item in (present, desired, tuned, observing)] == [None, None, 42.0, 30.0]
+    assert present.stiffness == pytest.approx(80.0 * 4000.0, rel=1e-6)
+    assert present.count_effort == pytest.approx(4000.0 * (1e-3 + 80.0 * 1e-6), rel=1e-6)
+    tuning.proposals_for(loop(), simulated=False)
+    assert [name for name, _ in ran[-1]] == ["tuned", "with an observer"]
