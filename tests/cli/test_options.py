@@ -195,11 +195,10 @@ def column(name, **facts):
 
 
 def test_columns_of_a_log_are_told_in_six_digits():
-    table = _table("T", [column("x"), column("y", unit="furlong", column="c"), column("z", unit=None)])
+    table = _table("T", [column("x"), column("y", unit="furlong", column="c"), column("z", unit="qwe")])
     assert table.heads == ("Name", "Column", "Unit", "Samples", "Min", "Max", "Mean", "Std", "Step")
     assert list(table.rows[0]) == ["x", "", "mm", "3", "0.123457", "–", "1", "2", "0.5"]
-    assert list(table.rows[1])[1:3] == ["c", "furlong (unknown)"] or list(table.rows[1])[1] == "c"
-    assert table.rows[2][2] in ("1", "")
+    assert [list(row[1:3]) for row in table.rows[1:]] == [["c", "furlong"], ["", "qwe (unknown)"]]
 
 
 def summary(count, **changed):
@@ -235,7 +234,7 @@ def test_notes_and_diagnostics_come_last():
     ],
 )
 def test_a_range_stands_without_its_unit(variable, words):
-    assert models._range(variable) in (words, words.replace(">= 0", "≥ 0"))
+    assert models._range(variable) == words
 
 
 @pytest.mark.parametrize(
