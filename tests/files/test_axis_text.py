@@ -8,6 +8,7 @@ import pytest
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.files.axis import axis_from, axis_text, read_axis
+from bristle.logs import Channel
 from bristle.logs.log import Log
 
 BASE = {"schema": 1, "name": "stage", "kind": "translational"}
@@ -101,3 +102,13 @@ def test_without_columns_those_of_the_log_are_named():
     assert set(read_axis(axis_text(Axis(kind="translational", mass=3.0), log)).columns) == {"time", "position", "effort"}
     named = axis_from(BASE | {"columns": COLUMNS})
     assert axis_text(named, log) == axis_text(named)
+
+
+def test_known_inputs_of_a_log_are_in_si_already(monkeypatch):
+    channels = {"time": np.arange(3.0), "position": np.arange(3.0), "effort": np.ones(3)}
+    log = Log(**channels)
+    named = {"position": log.position, "effort": log.effort, "injected.pulses": Channel(np.ones(3), "N", "pulses")}
+    monkeypatch.setattr(Log, "channels", lambda self: iter(named.items()))
+    axis = read_axis(axis_text(None, log))
+    assert [(item.column, item.gain) for item in axis.injected] == [("injected.pulses", 1.0)]
+    assert set(axis.columns) == {"position", "effort"}

@@ -9,7 +9,7 @@ import pytest
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.experiment import Run
-from bristle.files import variant
+from bristle.files import read_experiment, variant
 from bristle.files.sources import Sources
 from bristle.files.variant import Tables, effort_from, effort_variables, merged, run_from, variables_of_section
 from bristle.references import recorded, sine
@@ -143,3 +143,60 @@ def test_sections_of_a_variant_have_their_own_values():
 def test_an_axis_is_a_file_and_nothing_else(tmp_path):
     with pytest.raises(InputError, match=r"axis\.fil: unknown key"):
         variant.variant_from("x", Tables({"axis": {"file": "a.toml", "fil": 1}}), Sources(tmp_path, False))
+
+
+LOOP = {
+    "schema": 1,
+    "kind": "translational",
+    "plant": {"M": 20.0},
+    "friction": {"model": "coulomb", "F_C": 3.0},
+    "controller": {"model": "cascade", "k_p": 40.0, "k_v": 900.0},
+    "reference": {"model": "sine", "amplitude": 1e-3, "frequency": 1.0},
+    "run": {"duration": 1.0, "sample_time": 1e-3},
+}
+LEARNED = {"trials": 3, "k_e": 10.0, "cutoff": 20.0}
+
+
+def loop(**changed):
+    return read_experiment(LOOP | changed).variants[0]
+
+
+def test_a_loop_learns_and_starts_as_told():
+    learning = loop(controller=LOOP["controller"] | {"learning": LEARNED}).learning
+    assert (learning.trials, learning.k_e, learning.k_d, learning.cutoff) == (3, 10.0, 0.0, 20.0)
+    start = loop(start={"position": "1 mm", "effort": "2 N"}).start
+    assert (start.position, start.velocity, start.effort) == (1e-3, 0.0, 2.0)
+    assert loop().learning is None
+    assert loop().start is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"controller": LOOP["controller"] | {"learning": LEARNED | {"k_f": 1.0}}}, r"controller\.learning\.k_f: unknown key"),
+        ({"start": {"position": 0.0, "jerk": 1.0}}, r"start\.jerk: unknown key"),
+        ({"start": {"velocity": 0.0}}, "start: needs position"),
+        ({"controller": LOOP["controller"] | {"feedforward": {"masses": 1.0}}}, r"controller\.feedforward\.masses: unknown key"),
+        ({"controller": LOOP["controller"] | {"feedforward": {"friction": "coulomb"}}}, r"feedforward\.friction: must be a table"),
+        ({"controller": LOOP["controller"] | {"feedforward": {"along": "there"}}}, r"feedforward\.along"),
+        ({"controller": LOOP["controller"] | {"feedforward": {"plant": "other"}}}, r"feedforward\.plant"),
+        ({"effort": {"model": "constant"}}, "controller: belongs to a loop"),
+        ({"table_friction": {"model": "coulomb", "F_C": 1.0}}, "table_friction: needs a plant with a table behind a screw"),
+        ({"plant": {}}, r"plant: is missing.*model = .inertia. and M"),
+        ({"sensor": {"side": "left"}}, r"sensor\.side: no such side"),
+        ({"disturbance": {"fil": 1}}, r"disturbance\.fil: unknown key"),
+    ],
+)
+def test_a_section_that_cannot_be_is_refused_with_its_place(changed, words):
+    with pytest.raises(InputError, match=words):
+        loop(**changed)
+
+
+def test_a_compensator_is_fed_as_told():
+    fed = {"mass": 20.0, "friction": {"model": "coulomb", "F_C": 2.0}, "gain": 0.5, "along": "measured"}
+    feedforward = loop(controller=LOOP["controller"] | {"feedforward": fed}).feedforward
+    assert (feedforward.mass, feedforward.gain, feedforward.along, feedforward.friction.values["F_C"]) == (20.0, 0.5, "measured", 2.0)
+    assert feedforward.plant is None
+    own = loop(controller=LOOP["controller"] | {"feedforward": {"plant": "own"}}).feedforward
+    assert own.plant.values["M"] == 20.0
+    assert loop(controller=LOOP["controller"] | {"feedforward": {"friction": "none", "offset": 1.0}}).feedforward.friction is None

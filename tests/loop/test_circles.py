@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -187,3 +188,24 @@ def test_a_budget_puts_first_what_helps_most_and_repeats_twice_at_most(monkeypat
     assert names(by_name["delay alone"]) == ["delay"]
     assert "delay" not in names(by_name["without delay"])
     assert error_budget(loop(controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=1.0))).runs == 1
+
+
+def test_the_progress_of_a_design_ends_with_its_circles(monkeypatch):
+    told = []
+
+    def part(*given):
+        progress = given[-1]
+        for share in (0.0, 1.0):
+            progress(share, "x")
+        return ()
+
+    module = import_module("bristle.loop.design")
+    monkeypatch.setattr(module, "error_budget", part)
+    monkeypatch.setattr(module, "_circles", part)
+    monkeypatch.setattr(module, "proposals_for", lambda chosen, **asked: part(asked["progress"]))
+    variants = (loop("plain", None), loop())
+    designed = design(Experiment("bench", "translational", variants), progress=lambda share, text: told.append(share))
+    assert told == pytest.approx([0.0, 0.6, 0.6, 0.85, 0.85, 1.0])
+    assert designed.variant.name == "fed"
+    assert designed.budget == ()
+    assert design(Experiment("bench", "translational", variants[:1]), progress=lambda share, text: None).variant.name == "plain"
