@@ -208,4 +208,6 @@ def test_the_progress_of_a_design_ends_with_its_circles(monkeypatch):
     assert told == pytest.approx([0.0, 0.6, 0.6, 0.85, 0.85, 1.0])
     assert designed.variant.name == "fed"
     assert designed.budget == ()
-    assert design(Experiment("bench", "translational", variants[:1]), progress=lambda share, text: None).variant.name == "plain"
+    bare = Experiment("bench", "translational", (loop("first", None), loop("second", None)))
+    assert design(bare, progress=lambda share, text: None).variant.name == "first"
+    assert design(bare, variant="second", progress=lambda share, text: None).variant.name == "second"

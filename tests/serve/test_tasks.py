@@ -1,5 +1,6 @@
 """What jobs answer, each by small logs or by what stands in for the work."""
 
+import shutil
 from contextlib import nullcontext
 from types import SimpleNamespace
 
@@ -138,3 +139,82 @@ def test_a_table_tells_which_columns_are_numbers():
 def test_the_page_asks_for_tasks_by_name():
     assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "export", "excite"]
     assert all(task.__name__ == name for name, task in tasks.TASKS.items())
+
+
+class Written:
+    """Something that writes a file into a folder of results."""
+
+    def write(self, folder, *more):
+        folder.write("a.txt", "x")
+
+
+@pytest.mark.parametrize(
+    ("files", "shown"),
+    [({"a.c": "x" * 6000, "b.h": "short", "c.h": "also"}, "b.h"), ({"a.c": b"bytes", "b.h": "x" * 5999}, "b.h"), ({"a.c": b"bytes"}, None)],
+)
+def test_the_first_short_text_of_an_export_is_shown(errand, monkeypatch, files, shown):
+    asked = []
+
+    def exported(model, target, **how):
+        asked.append((model.name, target, how))
+        made = Written()
+        made.product, made.summary = SimpleNamespace(files=files), {"notes": ["a note"], "files": list(files)}
+        return made
+
+    monkeypatch.setattr("bristle.report.exported.export_model_file", exported)
+    made = errand([("a.csv", "fit", log())], target="c", name=" stage ", points=7)
+    vars(made)["results"] = made.folder
+    facts, data = tasks.export(made)
+    assert facts == {"target": "c", "file": "stage_c.zip"}
+    assert (data["notes"], data["files"]) == (["a note"], list(files))
+    assert (data["shown"] and data["shown"]["file"]) == shown
+    (name, target, how) = asked[0]
+    assert (name, target, how["name"], how["points"]) == ("model.toml", "c", "stage", 7)
+    assert how["command"] == "bristle export results --to c --out stage_c --name stage --axis axis.toml --points 7"
+    assert errand.told == [(0.2, "writing for c")]
+    assert (made.folder / "export.zip").is_file()
+
+
+def test_an_export_is_a_table_of_twenty_points_unless_told_otherwise(errand, monkeypatch):
+    asked = []
+
+    def exported(model, target, **how):
+        asked.append((target, how))
+        made = Written()
+        made.product, made.summary = SimpleNamespace(files={}), {"notes": [], "files": []}
+        return made
+
+    monkeypatch.setattr("bristle.report.exported.export_model_file", exported)
+    made = errand([], text="")
+    vars(made)["results"] = made.folder
+    tasks.export(made)
+    ((target, how),) = asked
+    assert (target, how["points"], how["axis"]) == ("table", 20, None)
+    assert "--points" not in how["command"]
+    assert "--axis" not in how["command"]
+
+
+def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
+    asked = []
+
+    def designed(axis_file, **how):
+        asked.append(how)
+        motion, turning = Written(), SimpleNamespace(kind="rotational")
+        path = SimpleNamespace(time=np.array([0.0, 30.0, 60.0]), position=np.array([0.0, 1.0, 0.0]))
+        table = SimpleNamespace(without_empty_columns=lambda: SimpleNamespace(_asdict=lambda: {"rows": 1}))
+        motion.excitation = SimpleNamespace(notes=["slow"], rehearsal=None, axis=turning, motion=path, table=table)
+        motion.next_command = lambda file: f"bristle log {file}"
+        return motion
+
+    monkeypatch.setattr("bristle.report.excitation.designed_motion", designed)
+    monkeypatch.setattr("bristle.report.excitation.piece_table", lambda excitation: excitation.table)
+    facts, data = tasks.excite(errand([], duration="90 s", purposes="friction", travel="20 mm"))
+    assert facts == {"duration": 60.0}
+    assert (data["kind"], data["notes"], data["outlook"], data["next"]) == ("rotational", ["slow"], None, "bristle log motion/axis.toml")
+    assert data["curve"] == [[0.0, 30.0, 60.0], [0.0, 1.0, 0.0]]
+    (how,) = asked
+    assert (how["duration"], how["travel"], how["purposes"]) == ("90 s", "20 mm", "friction")
+    assert how["command"] == "bristle excite axis.toml --out motion --duration '90 s' --for friction --travel '20 mm'"
+    shutil.rmtree(errand([]).folder / "motion")
+    tasks.excite(errand([]))
+    assert (asked[1]["duration"], asked[1]["travel"], asked[1]["purposes"]) == ("60 s", None, None)
