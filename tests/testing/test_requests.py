@@ -38,6 +38,12 @@ def test_directions_of_an_example_differ_and_keep_their_order():
     assert cogging["motor_turn"] == pytest.approx(2.0 * math.pi)
 
 
+def test_no_number_of_an_example_is_the_same_without_being_written():
+    for request in example_requests().values():
+        assert all(value != 0.0 for name, value in request.model.values.items() if name not in ("offset", "sigma_1", "sigma_2", "v_d"))
+    assert example_requests()["coulomb_viscous without a speed"].model == example_requests()["coulomb_viscous"].model
+
+
 def product(notes=(), **files):
     return SimpleNamespace(files=files, notes=notes)
 
