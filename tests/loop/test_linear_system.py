@@ -77,6 +77,17 @@ def test_a_cascade_answers_a_position_by_its_gains():
     assert law.response(np.array([-1.0 + 0j]))[0] == pytest.approx(-3000.0 * (40.0 + 2.0 / DT), rel=1e-6)
 
 
+def test_a_law_is_measured_about_rest_to_rounding():
+    # Anywhere else a motion so small would be lost in the digits of position and effort.
+    for law in (
+        controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0, K_2=3.0, phi=1e-3),
+        controllers.cascade(k_p=40.0, k_v=3000.0, k_i=2e4),
+    ):
+        small, larger = linear_law(law, DT, SMALL), linear_law(law, DT, 1e3 * SMALL)
+        for own, other in zip(small, larger, strict=True):
+            assert own == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
+
+
 # --- plants ---------------------------------------------------------------------------------------------------------
 
 

@@ -165,3 +165,17 @@ def test_break_away_torques_are_those_of_the_screw():
     assert numbers["over_break_away"][1] == {"break_away": pytest.approx(50.0 * arm), "peak_to_peak": 0.6e-6, "mean": 0.01e-6}
     assert numbers["margins"] == {"none": {"phase_deg": 45.0, "gain": 3.0}}
     assert set(numbers["at_sound_margins"]) == {BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED}
+
+
+def test_pictures_show_what_happens_around_the_highest_point(monkeypatch):
+    drawn = {}
+    for name in ("tracking", "control_effort", "error_distribution"):
+        monkeypatch.setattr(following.loop_rows, name, lambda *given, name=name: drawn.update({name: given[1:]}))
+    for figure in (figure_11, figure_13, figure_14):
+        figure(tracked()).draw()
+    # It lies at 4 s; what is left out ends at 2 s.
+    assert drawn["tracking"] == (2.0, pytest.approx((3.4, 4.9)))
+    assert drawn["control_effort"] == (2.0, pytest.approx((3.9, 4.1)), tracked().arm)
+    settle, resolution, ranges = drawn["error_distribution"]
+    assert (settle, resolution, ranges["no compensator"]) == (2.0, 1e-7, (-0.4e-6, 1.0e-6))
+    assert set(list(ranges.values())[1:]) == {(-0.2e-6, 0.49e-6)}
