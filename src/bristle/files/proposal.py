@@ -251,7 +251,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     kind: Kind | None = None  # that the units speak of
     if motion.unit:
         kind = MOVEMENTS.get(units.like(motion.unit, MOVEMENTS, per=per) or "")
-    elif effort is not None and units.like(effort.unit, ("N",)):
+    if kind is None and effort is not None and units.like(effort.unit, ("N",)):
         kind = KINDS[0]
     named = {channel: role for channel in ORDER if (role := roles.channels.get(channel)) is not None}
     columns: dict[str, dict[str, Any]] = {channel: {"column": role.column, "unit": role.unit or FILL_IN} for channel, role in named.items()}

@@ -355,7 +355,7 @@ class Cases:
             )
         stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
         available = self._limits.total_size - stored_size
-        if available <= 0 or announced > available >= self._limits.file_size:
+        if available <= 0 or available < announced <= self._limits.file_size:
             raise RefusedRequestError(413, "all files together are too large", path="file", mend="Remove some")
         return min(self._limits.file_size, available)
 

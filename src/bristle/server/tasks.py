@@ -103,7 +103,7 @@ def check(errand: Errand) -> Answer:
         facts = {name: summary[name] for name in chosen}
         logs.append({"label": log.label, "role": log.role, **facts, "passages": passages and passages._asdict()})
     problems = sum(len(log["problems"]) for log in logs)
-    warnings = sum(entry["severity"] != "info" for log in logs for entry in log.get("diagnostics", ()))
+    warnings = sum(entry["severity"] != "note" for log in logs for entry in log.get("diagnostics", ()))
     return {"problems": problems, "warnings": warnings, "ready": not problems}, {"logs": logs}
 
 

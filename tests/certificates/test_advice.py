@@ -1,0 +1,272 @@
+"""What certificates say and hold against what, by contacts whose answer is known beforehand."""
+
+import math
+
+import numpy as np
+import pytest
+from tests.certificates.ballscrew import F_S, RIPPLE, composite, lugre, maxwell_slip
+
+from bristle import friction, hysteresis
+from bristle.certificates import certify
+from bristle.certificates.certificate import Certificate, as_friction, not_applicable
+from bristle.certificates.certify import Loop, check, closure, default_loop, dissipation, drift, fattest_loop, well_posed
+from bristle.certificates.passive import Damping, damping_of, needed_damping, passive
+from bristle.certificates.quasi_static import Holding, Path, holding_of
+from bristle.core.errors import InputError
+
+UNEVEN = Holding(-1.0, 3.0, 2e-6)
+
+
+def test_levels_are_shares_of_the_way_to_break_away():
+    assert (UNEVEN.half, UNEVEN.level(0.0), UNEVEN.level(1.0), UNEVEN.level(-1.0), UNEVEN.level(0.5)) == (2.0, 1.0, 3.0, -1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("holding", "breaks_away", "has_presliding"),
+    [
+        (UNEVEN, True, True),
+        (Holding(-1.0, 3.0, 0.0), True, False),
+        (Holding(0.0, 0.0, 1.0), False, False),
+        (Holding(-math.inf, math.inf, 1.0), False, False),
+    ],
+)
+def test_a_contact_breaks_away_at_a_force_between_nothing_and_infinity(holding, breaks_away, has_presliding):
+    assert (holding.breaks_away, holding.has_presliding) == (breaks_away, has_presliding)
+
+
+def test_a_question_that_makes_no_sense_has_a_reason_and_no_value():
+    assert not_applicable("N", "why") == Certificate(False, None, "N", None, None, "why")
+
+
+def test_an_operator_as_friction_has_the_mean_of_both_ends_of_a_step():
+    spring = as_friction(hysteresis.stop(r=1.0))
+    path = Path(spring, Holding(-1.0, 1.0, 0.5))
+    path.to_position(0.5)
+    x, force = path.trace
+    assert path.force == pytest.approx(0.5)
+    assert force[1:-1] == pytest.approx(x[1:-1])  # the mean force of a step is that in its middle
+
+
+# --- drift ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_default_ripple_lies_between_three_and_six_tenths_of_break_away():
+    model, holding = lugre(), holding_of(lugre())
+    assert drift(model, holding, None, False) == drift(model, holding, (0.3 * F_S, 0.6 * F_S), False)
+
+
+def test_a_contact_that_walks_is_told_by_the_hour():
+    item = drift(lugre(), holding_of(lugre()), RIPPLE, False)
+    assert not item.passed
+    assert item.value > item.threshold > 0.0
+    # Ten cycles in a second for an hour.
+    assert item.advice.startswith(f"It creeps {36_000 * item.value:.3g} rad ")
+    assert item.advice.endswith("in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate")
+
+
+def test_a_contact_that_rests_moves_by_less_than_a_millionth_of_its_way():
+    model = maxwell_slip()
+    item = drift(model, holding_of(model), RIPPLE, False)
+    path = Path(model, holding_of(model))
+    path.to_force(RIPPLE[1])
+    assert item.threshold == pytest.approx(1e-6 * path.x)
+    assert abs(item.value) <= item.threshold
+    assert (item.passed, item.advice) == (True, "It stays where it is put")
+
+
+def test_what_drift_asks_for():
+    model = lugre()
+    assert "magnet" in drift(model, holding_of(model), None, True).advice
+    assert "no break-away force" in drift(model, Holding(-math.inf, math.inf, 0.0), None, False).advice
+    rests = drift(friction.coulomb(F_C=2.0), Holding(-2.0, 2.0, 0.0), None, False)
+    assert (rests.value, rests.threshold, rests.passed, rests.advice) == (0.0, 0.0, True, "It rests: nothing moves below break-away")
+
+
+@pytest.mark.parametrize("ripple", [(-F_S, 0.0), (0.0, F_S), (0.05, 0.05), (0.06, 0.04)])
+def test_a_ripple_lies_where_the_contact_rests(ripple):
+    with pytest.raises(InputError, match=r"force_ripple.*above -0\.13 and below 0\.13 N\*m"):
+        drift(lugre(), Holding(-F_S, F_S, 1e-3), ripple, False)
+
+
+# --- closure --------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_missing_is_a_share_of_break_away_and_has_the_sign_of_the_load():
+    model = lugre()
+    holding = holding_of(model)
+    x1, x2 = default_loop(model, holding)
+    item, mirrored = (closure(model, holding, loop) for loop in ((x1, x2), (-x1, -x2)))
+    path = Path(model, holding)
+    path.to_position(x1)
+    loaded = path.force
+    assert loaded == pytest.approx(0.85 * F_S, rel=1e-3)
+    assert x2 == 0.5 * x1
+    path.to_position(x2)
+    path.to_position(x1)
+    assert item.value == pytest.approx((path.force - loaded) / F_S)
+    assert mirrored.value == pytest.approx(item.value)
+    assert (item.threshold, item.unit, item.passed) == (1e-3, "1", False)
+    assert item.advice.startswith(f"{100.0 * abs(item.value):.3g} % of break-away is missing at the return")
+
+
+def test_a_loop_that_comes_back_is_closed():
+    model = maxwell_slip()
+    item = closure(model, holding_of(model), None)
+    assert (item.passed, item.advice) == (True, "It comes back to the force that it had")
+    assert abs(item.value) < 1e-9
+    assert not closure(model, Holding(-1.0, 1.0, 0.0), None).applies
+
+
+@pytest.mark.parametrize("loop", [(0.0, 0.0), (1e-3, 1e-3), (1e-3, 2e-3), (-1e-3, -2e-3), (math.inf, 0.0), (1e-3, math.nan)])
+def test_a_loop_turns_away_from_nought_and_then_back(loop):
+    with pytest.raises(InputError, match=r"loop.*must be where the loop turns first.*such as .3e-6, 1\.5e-6. rad"):
+        closure(lugre(), Holding(-F_S, F_S, 1e-3), loop)
+
+
+# --- energy ---------------------------------------------------------------------------------------------------------
+
+
+def test_friction_keeps_all_of_the_work_of_coulomb_and_none_of_a_spring():
+    turn = np.sin(np.linspace(0.0, 2.0 * np.pi, 401))
+    assert certify._share_kept(friction.coulomb(F_C=2.0), turn, 1.0) == pytest.approx(1.0)
+    spring = as_friction(hysteresis.stop(r=10.0))
+    assert certify._share_kept(spring, turn, 1.0) == pytest.approx(0.0, abs=1e-9)
+    assert certify._share_kept(spring, np.zeros(11), 1.0) == 0.0
+
+
+def test_the_fattest_loop_is_where_a_stop_slips_widely():
+    # Of an amplitude far beyond its reach nearly all of the work stays.
+    loop = fattest_loop(as_friction(hysteresis.stop(r=1e-6)))
+    assert loop.share > 0.99
+    assert loop.reach >= 1e-3
+    assert not loop.is_magnetic
+
+
+def test_cycles_that_give_back_are_told_by_their_share(monkeypatch):
+    model, holding, loop = friction.coulomb(F_C=1.0), Holding(-1.0, 1.0, 0.0), Loop(1e-3, 1.0, False)
+    shares = iter([0.5, -0.125, *(0.1 for _ in range(1000))])
+    monkeypatch.setattr(certify, "_share_of_random_cycle", lambda *asked: next(shares))
+    item = dissipation(model, holding, loop)
+    assert (item.value, item.threshold, item.unit, item.passed) == (-0.125, 0.0, "1", False)
+    assert item.advice == "A closed cycle returns 12.5 % of its work: see passive for what to change"
+    fine = dissipation(model, holding, loop)
+    assert (fine.value, fine.passed, fine.advice) == (0.1, True, "No cycle of 200 gives energy back")
+
+
+def test_cycles_are_as_wide_as_the_contact_and_run_backward_for_a_magnet(monkeypatch):
+    asked = []
+    monkeypatch.setattr(certify, "_share_of_random_cycle", lambda model, generator, scale, sense: asked.append((scale, sense)) or 1.0)
+    for holding, loop in ((Holding(-1.0, 1.0, 2e-6), Loop(1e-3, 1.0, False)), (Holding(-1.0, 1.0, 0.0), Loop(1e-3, -1.0, True))):
+        dissipation(None, holding, loop)
+    assert (asked[0], asked[-1], len(asked)) == ((2e-6, 1.0), (1e-3, -1.0), 400)
+
+
+@pytest.mark.parametrize(("shares", "expected"), [((0.2,), 0.2), ((-0.4, -0.3), -0.3), ((-0.4, -0.1), 0.0), ((-1e-10,), -1e-10)])
+def test_a_loss_that_finer_steps_take_away_is_none(monkeypatch, shares, expected):
+    kept, sizes = iter(shares), []
+
+    def share(model, x, duration):
+        sizes.append(x.size)
+        return next(kept)
+
+    monkeypatch.setattr(certify, "_share_kept", share)
+    assert certify._share_of_random_cycle(None, np.random.default_rng(1), 1e-6, 1.0) == expected
+    assert sizes == [401, 3201][: len(shares)]
+
+
+def test_random_cycles_are_closed_and_up_to_a_hundred_times_as_wide(monkeypatch):
+    reaches, speeds = [], []
+
+    def share(model, x, duration):
+        assert x[0] == pytest.approx(x[-1], abs=1e-9 * np.max(np.abs(x)))
+        reaches.append(np.max(np.abs(x)))
+        speeds.append(np.sum(np.abs(np.diff(x))) / duration)
+        return 1.0
+
+    monkeypatch.setattr(certify, "_share_kept", share)
+    generator = np.random.default_rng(3)
+    for _ in range(300):
+        assert certify._share_of_random_cycle(None, generator, 1.0, 1.0) == 1.0
+    assert 0.01 < np.min(reaches) < 0.2
+    assert 50.0 < np.max(reaches) < 500.0
+    assert 1e-6 <= np.min(speeds) < 1e-5
+    assert 10.0 < np.max(speeds) <= 100.0
+
+
+# --- deflection -----------------------------------------------------------------------------------------------------
+
+
+def test_saturation_is_held_against_the_larger_static_force():
+    model = composite(f_p=1.2 * F_S)
+    item = well_posed(model, holding_of(model))
+    assert (item.passed, item.advice, item.unit) == (True, "f_p lies 20 % above F_S", "rad")
+    thin = composite(f_p=1.02 * F_S, validate=False)
+    item = well_posed(thin, holding_of(thin))
+    assert not item.passed
+    assert item.advice.startswith("f_p lies only 2 % above F_S: raise f_p to 136.5 mN·m at least")
+    assert item.value > item.threshold
+
+
+def test_other_models_are_bounded_by_their_static_force():
+    item = well_posed(lugre(), holding_of(lugre()))
+    assert (item.value, item.threshold, item.passed) == (pytest.approx(F_S / 100.0, rel=1e-3), math.inf, True)
+    assert item.advice == "Bounded for all parameters"
+    assert not well_posed(lugre(), Holding(-1.0, 1.0, 0.0)).applies
+    operator = as_friction(hysteresis.stop(r=1e-6))
+    assert not well_posed(operator, holding_of(operator)).applies
+
+
+# --- passivity ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("damping", "passed", "advice"),
+    [
+        (Damping(0.0), True, "Passive whatever the viscous coefficient"),
+        (Damping(5.0, 3.0), True, "sigma_2 exceeds what is needed by 2 N·s/m"),
+        (Damping(3.0, 3.0), True, "sigma_2 exceeds what is needed by 0 N·s/m"),
+        (Damping(2.9, 3.0), False, "Bristles let go at speed give energy back: raise sigma_2 to 3 N·s/m at least"),
+        (Damping(2.9, math.inf, "It lies"), False, "It lies: no viscous coefficient makes up for that"),
+    ],
+)
+def test_damping_is_held_against_what_is_needed(monkeypatch, damping, passed, advice):
+    monkeypatch.setattr("bristle.certificates.passive.damping_of", lambda p: damping)
+    item = passive(friction.viscous(F_v=1.0), False)
+    assert (item.value, item.threshold, item.passed) == (damping.present, damping.needed, passed)
+    assert item.advice.replace("3.000", "3").replace("2.000", "2").replace("0.000", "0") == advice
+    assert not passive(friction.viscous(F_v=1.0), True).applies
+
+
+def test_the_side_with_the_least_to_spare_counts(monkeypatch):
+    sides = iter([Damping(5.0, 1.0), Damping(5.0, 4.0)])
+    monkeypatch.setattr("bristle.certificates.passive.damping_of", lambda p: next(sides))
+    uneven = friction.find("viscous+asymmetry")(F_v_pos=5.0, F_v_neg=5.0)
+    assert passive(uneven, False).threshold == 4.0
+    sides = iter([Damping(5.0, 1.0), None])
+    assert not passive(uneven, False).applies
+
+
+@pytest.mark.parametrize(("weights", "spring", "is_known"), [([1.0, 2.0], 0.0, True), ([1.0, 0.0], 3.0, True)])
+def test_springs_and_stops_that_push_back_give_nothing(weights, spring, is_known):
+    model = hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 2e-6], weights=weights, spring=spring)
+    assert (damping_of(model.parameters) is not None) is is_known
+
+
+def test_bouc_wen_gives_back_below_a_half():
+    example = friction.bouc_wen.example
+    for beta, needed in ((0.5, 0.0), (0.6, 0.0), (0.49, math.inf)):
+        p = friction.bouc_wen(**(example | {"beta": beta}), validate=False).parameters
+        assert damping_of(p).needed == needed
+
+
+def test_without_micro_damping_nothing_is_needed():
+    assert needed_damping(28.0, 1e-3, lambda v: 20.0, lambda v: 0.0, lambda q, G: q / G) == 0.0
+    # Constant micro-damping: sigma_1 (F_S - F_C)/F_C.
+    assert needed_damping(28.0, 1e-3, lambda v: 20.0, lambda v: 500.0, lambda q, G: q / G) == pytest.approx(200.0, rel=1e-8)
+
+
+def test_a_check_hands_units_to_its_questions():
+    item = check(hysteresis.stop(r=1e-6), loop=("0.5 um", "0.1 um"))
+    assert item["closure"].value == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(InputError, match=r"loop\[0\]"):
+        check(hysteresis.stop(r=1e-6), loop=("5 N", "1 um"))

@@ -1,0 +1,273 @@
+"""How a command ends: by signals, by errors, by pipes that close; each with its code and a line that says why."""
+
+import errno
+import os
+import signal
+import sys
+import threading
+import time
+import warnings
+
+import pytest
+
+from bristle.cli import signals, terminal
+from bristle.cli.main import LEAST_MEMORY, refuse_little_memory
+from bristle.cli.signals import SENTENCES, SignalledError, ended_by_signals
+from bristle.cli.terminal import complain, one_line, report, say, show, show_table, warnings_as_lines
+from bristle.core.errors import InputError
+from bristle.report.table import Table
+
+
+@pytest.fixture
+def told(capsys):
+    """What was told on the standard error stream, without the name of the program."""
+    return lambda: capsys.readouterr().err.removeprefix("bristle: ").rstrip("\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (KeyboardInterrupt("stopped early"), 130, "stopped early"),
+        (SignalledError(signal.SIGTERM), 143, "terminated"),
+        (InputError("is missing", path="axis"), 2, "axis: is missing"),
+        (MemoryError(), 2, "there is not enough memory for this. Take a shorter log or experiment"),
+        (OSError(errno.EMFILE, "Too many open files"), 2, "no more files can be opened"),
+        (ImportError("no libx", name="scipy"), 2, "a library that is needed cannot be loaded: no libx. Install it again"),
+    ],
+)
+def test_an_error_has_its_code_and_a_line(told, error, code, words):
+    assert report(error) == code
+    assert told().startswith(words)
+
+
+@pytest.mark.parametrize(("results", "stays"), [(True, True), (False, False)])
+def test_a_standard_output_without_room_is_told(told, monkeypatch, results, stays):
+    let_go = []
+    monkeypatch.setattr(terminal, "let_go", let_go.append)
+    assert report(OSError(errno.ENOSPC, "No space left on device"), results=results) == 2
+    line = told()
+    assert line.startswith("the standard output cannot be written: No space left on device. Make room or write it elsewhere")
+    assert line.endswith("The folder of results is whole and stays") is stays
+    assert let_go == [sys.stdout]
+
+
+def test_a_reader_that_has_gone_is_no_error(told, monkeypatch):
+    let_go = []
+    monkeypatch.setattr(terminal, "let_go", let_go.append)
+    assert report(BrokenPipeError()) == 0
+    assert (told(), let_go) == ("", [sys.stdout])
+
+
+def raised_by(call):
+    """The error that a call raises, with its traceback."""
+    with pytest.raises(Exception) as caught:
+        call()
+    return caught.value
+
+
+FAULTS = RuntimeError("x" * 1000), OSError(errno.ENOSPC, "no room", "a file"), ImportError("no y", name="bristle.y")
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_of_bristle_is_told_as_such_with_its_details(told, tmp_path, monkeypatch, fault):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+    def fails():
+        raise fault
+
+    assert report(raised_by(fails)) == 70
+    line = told()
+    assert line.startswith(f"this is a fault of bristle, not yours: {type(fault).__name__}: ")
+    assert len(line) < 800
+    (details,) = tmp_path.iterdir()
+    assert line.endswith(f"Please report it with the details in {details}")
+    text = details.read_text()
+    assert text.startswith("command: ")
+    assert "Traceback" in text
+
+
+def test_a_fault_of_ones_own_model_is_told_with_its_line(told, tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text("\ndef law():\n    raise ZeroDivisionError('by nought')\n")
+    module = {"__name__": "bristle_user_own"}
+    exec(compile(own.read_text(), str(own), "exec"), module)
+    assert report(raised_by(module["law"])) == 2
+    assert told() == f"{own}, line 3: stops with ZeroDivisionError: by nought. Try: bristle check {own}"
+
+
+def test_a_line_is_a_line(capsys):
+    assert one_line("a\nb\tc \x1b[31m d") == one_line("a b c \x1b[31m d")
+    assert "\n" not in one_line("a\nb")
+    complain("first\nsecond")
+    assert capsys.readouterr().err == "bristle: first second\n"
+
+
+def test_paragraphs_and_tables_come_one_behind_the_other(capsys):
+    say("3\u00a0µm")
+    assert capsys.readouterr().out == "3 µm\n"
+    show("first", None, Table("T", ("Name", "Value"), [("a", "1")]), "last")
+    text = capsys.readouterr().out
+    assert text.index("first") < text.index("T") < text.index("a") < text.index("last")
+
+
+@pytest.mark.parametrize(("width", "columns"), [(19, True), (18, False)])
+def test_a_table_is_told_row_by_row_where_its_longest_words_do_not_fit(capsys, monkeypatch, width, columns):
+    # Twelve letters, beside two columns with three blanks and lines each and one at the end.
+    monkeypatch.setattr(terminal, "PIPE_WIDTH", width)
+    show_table(Table("T", ("Name", "Value"), [("abcdef", "123456"), ("x", "")]))
+    text = capsys.readouterr().out
+    assert ("Value: 123456" in text) is not columns
+    assert text.count("Value") == 1
+
+
+def test_a_wide_column_gives_way_first(capsys, monkeypatch):
+    monkeypatch.setattr(terminal, "PIPE_WIDTH", 40)
+    show_table(Table("T", ("Name", "What"), [("abcdef", "one two three four five six seven eight nine")]))
+    lines = [line for line in capsys.readouterr().out.splitlines() if "abcdef" in line]
+    assert len(lines) == 1
+    assert "one two three" in lines[0]
+
+
+def test_numbers_stand_at_the_right_and_words_at_the_left(capsys):
+    show_table(Table("T", ("Name", "Value"), [("a", "1"), ("bcd", "234")]))
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line.rstrip() for line in lines if line.strip().startswith(("a", "bcd"))]
+    assert rows[0].index("a") == rows[1].index("bcd")
+    assert len(rows[0]) == len(rows[1])
+
+
+def test_a_warning_is_told_once_and_its_fault_is_kept(capsys):
+    fault = ZeroDivisionError("x")
+    caused = UserWarning("with a cause")
+    caused.__cause__ = fault
+    with warnings_as_lines() as faults:
+        for _ in range(2):
+            warnings.warn("once\nonly", UserWarning, stacklevel=1)
+        warnings.warn(caused, stacklevel=1)
+    assert capsys.readouterr().err == "bristle: warning: once only\nbristle: warning: with a cause\n"
+    assert faults == [fault]
+
+
+# --- signals --------------------------------------------------------------------------------------------------------
+
+needs_main_thread = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+
+@needs_main_thread
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_a_signal_ends_a_block_with_its_code_and_words(name):
+    number = getattr(signal, name)
+    before = signal.getsignal(number)
+    with ended_by_signals() as block:
+        assert block.exit_code is None
+        block.check()
+        with pytest.raises(SignalledError, match=SENTENCES[name]) as ended:
+            signal.raise_signal(number)
+    assert ended.value.exit_code == block.exit_code == 128 + number
+    assert signal.getsignal(number) == before
+
+
+@needs_main_thread
+def test_a_signal_that_comes_again_within_a_second_is_the_same():
+    with ended_by_signals() as block:
+        with pytest.raises(SignalledError):
+            block._raise(signal.SIGTERM, None)
+        block._raise(signal.SIGTERM, None)
+        block._first = (signal.SIGTERM, time.monotonic() - 1.1)
+        with pytest.raises(SignalledError):
+            block._raise(signal.SIGTERM, None)
+        with pytest.raises(SignalledError):
+            block.check()
+
+
+@needs_main_thread
+def test_a_signal_that_is_ignored_stays_so():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_by_signals():
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_outside_of_the_main_thread_signals_are_left_alone():
+    found = []
+
+    def work():
+        with ended_by_signals() as block:
+            found.append((dict(block._before), block.exit_code))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert found == [({}, None)]
+
+
+def test_a_pipe_hands_on_numbers_and_forgets_what_has_come():
+    pipe = signals._Pipe()
+    os.write(pipe.write_to, bytes([2, 15]))
+    assert pipe.next() == 2
+    os.write(pipe.write_to, bytes([2, 1]))
+    pipe.drain()
+    os.write(pipe.write_to, bytes([9]))
+    assert pipe.next() == 9
+    os.write(pipe.write_to, bytes([1, 0]))
+    pipe.drain()  # the end is not forgotten
+    assert pipe.next() == 0
+    pipe.end()
+    assert pipe.next() == 0
+    pipe.close()
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.write(pipe.write_to, b"x")
+
+
+def test_what_was_seen_in_time_ends_nothing(monkeypatch):
+    ended = []
+    monkeypatch.setattr(signals, "_end_at_once", ended.append)
+    watch, pipe = signals._Watch(), signals._Pipe()
+    watch._numbers = {15}
+    watch.observed.set()
+    os.write(pipe.write_to, bytes([15, 3, 0]))
+    watch._watch(pipe)
+    assert ended == []
+    assert not watch.observed.is_set()
+
+
+def test_what_was_not_seen_ends_the_program_and_ctrl_c_the_second_time(monkeypatch, capfd):
+    ended = []
+    monkeypatch.setattr(signals, "_end_at_once", ended.append)
+    watch, pipe = signals._Watch(), signals._Pipe()
+    waited = []
+    monkeypatch.setattr(watch.observed, "wait", lambda seconds: bool(waited.append(seconds)))
+    watch._numbers = {int(signal.SIGINT), int(signal.SIGTERM)}
+    os.write(pipe.write_to, bytes([signal.SIGINT, 3, signal.SIGINT, 0]))
+    watch._watch(pipe)
+    assert ended == [signal.SIGINT]
+    assert waited == [2.0, 2.0]
+    assert "waiting for a library to return. Press Ctrl-C again to end at once" in capfd.readouterr().err
+    os.write(pipe.write_to, bytes([signal.SIGTERM, 0]))
+    watch._watch(pipe)
+    assert ended == [signal.SIGINT, signal.SIGTERM]
+
+
+def test_modules_are_imported_by_frames_of_the_interpreter():
+    assert not signals._imports(sys._getframe())
+    assert not signals._imports(None)
+
+
+# --- memory ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("limit", "refused"), [(LEAST_MEMORY - 1, True), (LEAST_MEMORY, False), (-1, False)])
+@pytest.mark.parametrize("name", ["RLIMIT_AS", "RLIMIT_DATA"])
+def test_too_little_memory_is_refused(monkeypatch, limit, refused, name):
+    resource = pytest.importorskip("resource")
+    limits = {getattr(resource, name): limit}
+    monkeypatch.setattr(resource, "getrlimit", lambda number: (limits.get(number, -1), -1))
+    if not refused:
+        refuse_little_memory()
+        return
+    with pytest.raises(InputError, match=rf"ulimit -{'v' if name == 'RLIMIT_AS' else 'd'} 524287: is too little.*524288 or more"):
+        refuse_little_memory()

@@ -1,0 +1,256 @@
+"""Options that commands share, and the words and codes with which commands end."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Annotated
+
+import pytest
+import typer
+
+from bristle.cli import models, study
+from bristle.cli.log import MOST_COLUMNS, _parts, _table
+from bristle.cli.options import (
+    SIZE_SETTING,
+    Output,
+    as_command,
+    command_told,
+    folder_named,
+    holds_own,
+    loaded_code,
+    own_figures,
+    own_readers,
+    print_json,
+    refuse,
+    size_limit,
+    toml_content,
+)
+from bristle.core import SIZE_LIMIT, Variable
+from bristle.core.errors import InputError
+from bristle.report.table import Table
+from bristle.study.store import OK
+
+
+def test_a_folder_has_a_name():
+    assert folder_named("out") == folder_named(Path("out")) == Path("out")
+    for text in ("", "  "):
+        with pytest.raises(typer.BadParameter, match="the name of the folder is empty"):
+            folder_named(text)
+
+
+def test_a_log_may_be_as_large_as_the_environment_says(monkeypatch):
+    monkeypatch.delenv(SIZE_SETTING, raising=False)
+    assert size_limit() == SIZE_LIMIT == 512 * 2**20
+    monkeypatch.setenv(SIZE_SETTING, "2 GB")
+    assert size_limit() == 2 * 10**9
+    monkeypatch.setenv(SIZE_SETTING, "many")
+    with pytest.raises(InputError, match=SIZE_SETTING):
+        size_limit()
+
+
+def test_the_first_option_that_was_given_is_refused():
+    refuse({"--a": None, "--b": False, "--c": ""}, "no")
+    with pytest.raises(InputError, match=r"--b: says nothing here\. Leave --b out"):
+        refuse({"--a": None, "--b": 3, "--c": 4}, "says nothing here")
+    with pytest.raises(InputError, match=r"--a: says nothing here\. Do that"):
+        refuse({"--a": True}, "says nothing here", "Do that")
+
+
+@pytest.mark.parametrize(
+    ("name", "own"), [("lugre", False), ("lugre+asymmetry", False), ("my.py", True), ("lugre+my.py", True), ("py", False)]
+)
+def test_a_name_holds_a_file_of_code(name, own):
+    assert holds_own(name) is own
+
+
+def test_what_is_not_named_is_not_read():
+    assert toml_content(None) is None
+    assert own_figures(None, "run", has_folder=False) == ((), ())
+    with own_readers(None) as nothing:
+        assert nothing is None
+
+
+def test_figures_need_a_folder(tmp_path):
+    with pytest.raises(InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
+        own_figures([tmp_path / "x.py"], "run", has_folder=False)
+
+
+def test_code_is_allowed_once_all_of_it_is_loaded(tmp_path, monkeypatch):
+    allowed = []
+    monkeypatch.setattr("bristle.files.allow", allowed.append)
+    for name in ("a.py", "b.py"):
+        (tmp_path / name).write_text("x = 1\n")
+    files = [tmp_path / "a.py", tmp_path / "b.py"]
+    loaded, contents = loaded_code(files, lambda content: content.source.name)
+    assert loaded == ["a.py", "b.py"]
+    assert allowed == contents
+    allowed.clear()
+
+    def fails(content):
+        if content.source.name == "b.py":
+            raise InputError("is no model")
+
+    with pytest.raises(InputError):
+        loaded_code(files, fails)
+    assert allowed == []
+
+
+def told(capsys, **options):
+    Output(SimpleNamespace(obj="bristle x"), **options).tell({"a": 1}, "paragraph", None, warnings=["careful"])
+    return capsys.readouterr()
+
+
+def test_a_command_tells_numbers_or_words(capsys):
+    words, numbers = told(capsys), told(capsys, as_json=True)
+    assert (words.out, words.err) == ("paragraph\n", "bristle: careful\n")
+    assert (numbers.out, numbers.err) == ('{\n  "a": 1\n}\n', "")
+    print_json({"b": float("nan")})
+    assert capsys.readouterr().out == '{\n  "b": null\n}\n'
+
+
+def test_a_command_says_where_results_lie(capsys):
+    assert told(capsys, out=Path("there")).err.endswith("bristle: wrote there; open there/report.html in a browser\n")
+    Output(SimpleNamespace(obj="x"), out=Path("there")).tell({}, files="a.c")
+    assert capsys.readouterr().err == "bristle: wrote there: a.c\n"
+
+
+def test_a_command_without_a_folder_has_none():
+    output = Output(SimpleNamespace(obj="bristle run x"))
+    assert output.command == "bristle run x"
+    with output.opened("working") as (folder, report):
+        assert folder is None
+        report(0.5, "half")
+
+
+def test_groups_of_options_become_options():
+    @dataclass(frozen=True)
+    class Group:
+        first: Annotated[int, "of the group"]
+        second: str = "usual"
+
+    def work(name: str, *, group: Group, last: bool = False):
+        """Do it."""
+        return name, group, last
+
+    command = as_command(work)
+    assert list(command.__signature__.parameters) == ["name", "first", "second", "last"]
+    assert command.__signature__.parameters["second"].default == "usual"
+    assert command.__signature__.parameters["first"].default is command.__signature__.empty
+    assert (command.__doc__, command.__name__) == ("Do it.", "work")
+    assert command(name="x", first=3, second="y", last=True) == ("x", Group(3, "y"), True)
+
+
+def test_a_command_is_told_without_folders():
+    assert command_told(["identify", "a/b.csv", "--axis", "c/d.toml,e/f.toml", "--out=g/h/"], "/") == (
+        "bristle identify b.csv --axis d.toml,f.toml --out=h"
+    )
+    assert command_told(["x\x07y", "a=b/c"], "/") == "bristle 'x?y' c"
+
+
+# --- studies ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("is_whole", "statuses", "code"), [(True, {OK: 3}, 0), (False, {OK: 3}, 1), (True, {"diverged": 3}, 1)])
+def test_a_study_ends_well_where_all_runs_are_there_and_some_are_good(is_whole, statuses, code):
+    assert study.exit_code(SimpleNamespace(lost=[], is_whole=is_whole), {"statuses": statuses}) == code
+
+
+@pytest.mark.parametrize(
+    ("code", "words"), [(None, "as the cluster tells it"), (-9, "by signal 9"), (3, "with code 3"), (0, "with code 0")]
+)
+def test_runs_that_no_process_lived_through_are_told(capsys, code, words):
+    lost = [(SimpleNamespace(first=10, last=20), code)]
+    study.exit_code(SimpleNamespace(lost=lost, is_whole=False), {"statuses": {}})
+    assert f"runs 10 to 19 are missing: each process that simulated them ended ({words})" in capsys.readouterr().err
+
+
+def test_who_interrupts_is_told_what_is_kept(capsys):
+    with pytest.raises(KeyboardInterrupt), study.interruptible(Path("out"), "runs"):
+        raise KeyboardInterrupt
+    assert capsys.readouterr().err == "bristle: out keeps the runs that are done; the same command goes on\n"
+
+
+def test_values_of_a_run_are_told_in_words():
+    values = {"plant.M": 20.0, "run.delay": 2, "friction.k_i": [1.0, 2.0, 3.0], "x": 0.5}
+    text = study._in_words(values, {"plant.M": "kg", "x": ""})
+    assert text.replace("\u00a0", " ") == "plant.M = 20 kg, run.delay = 2, friction.k_i = 3 numbers, x = 0.5"
+    assert study._in_words({}, {}) == "nothing varies but the seed"
+
+
+# --- logs and models -------------------------------------------------------------------------------------------------
+
+
+def column(name, **facts):
+    return {
+        "name": name,
+        "column": None,
+        "unit": "mm",
+        "samples": 3,
+        "min": 0.123456789,
+        "max": None,
+        "mean": 1.0,
+        "std": 2.0,
+        "step": 0.5,
+    } | facts
+
+
+def test_columns_of_a_log_are_told_in_six_digits():
+    table = _table("T", [column("x"), column("y", unit="furlong", column="c"), column("z", unit="qwe")])
+    assert table.heads == ("Name", "Column", "Unit", "Samples", "Min", "Max", "Mean", "Std", "Step")
+    assert list(table.rows[0]) == ["x", "", "mm", "3", "0.123457", "–", "1", "2", "0.5"]
+    assert [list(row[1:3]) for row in table.rows[1:]] == [["c", "furlong"], ["", "qwe (unknown)"]]
+
+
+def summary(count, **changed):
+    facts = {"channels": [], "passages": [], "kind": "translational", "rate": None, "duration": None, "notes": [], "diagnostics": []}
+    return {"columns": [column(f"c{number}") for number in range(count)]} | facts | changed
+
+
+def test_of_many_columns_the_first_hundred_are_shown():
+    assert len(_parts(summary(MOST_COLUMNS))) == 1
+    table, rest = _parts(summary(MOST_COLUMNS + 2))
+    assert (len(table.rows), rest) == (100, "... and 2 columns more. --json has all of them.")
+
+
+def test_a_rate_is_told_with_its_duration():
+    assert _parts(summary(1, rate=1000.0))[1] == "1000 samples a second."
+    assert _parts(summary(1, rate=1000.0, duration=2.5))[1] == "1000 samples a second, 2.5 s."
+
+
+def test_notes_and_diagnostics_come_last():
+    diagnostics = [{"severity": "warning", "message": "It turns seldom.", "code": "few_turns"}]
+    channels = [column("position")]
+    parts = _parts(summary(1, notes=["a remark"], diagnostics=diagnostics, channels=channels))
+    assert isinstance(parts[1], Table)
+    assert parts[2:] == ["Note: a remark", "Warning: It turns seldom. (few_turns)"]
+
+
+@pytest.mark.parametrize(
+    ("variable", "words"),
+    [
+        (Variable("1", "share", min=0.0, max=1.0), "0 to 1"),
+        (Variable("length", "way", min=0.0, max=2.0), "0 to 2"),
+        (Variable("force", "force", min=0.0), ">= 0"),
+    ],
+)
+def test_a_range_stands_without_its_unit(variable, words):
+    assert models._range(variable) == words
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("lugra", r"NAME: there is no such model; found 'lugra'.*'lugre'.*All of them: bristle models"),
+        ("cascade+asymmetry", "NAME: a controller takes no slots; found 'cascade.asymmetry'. Write cascade"),
+    ],
+)
+def test_a_name_that_is_no_model_is_refused(name, words):
+    with pytest.raises(InputError, match=words):
+        models._selected(name)
+
+
+def test_a_model_is_found_in_its_family():
+    assert list(models._selected("lugre")) == ["friction"]
+    assert [member.name for member in models._selected("lugre+asymmetry")["friction"]] == ["lugre+asymmetry"]
+    assert list(models._selected("inertia+gravity")) == ["plant"]
+    assert list(models._families()) == ["friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"]

@@ -1,0 +1,138 @@
+"""The axis of the demonstration: its friction, its motion and its logs are what they are said to be."""
+
+import numpy as np
+import pytest
+
+from bristle.core.contracts import Motion
+from bristle.core.status import Status
+from bristle.demo import axis_simulated, truth
+from bristle.demo.axis_simulated import SAMPLE_TIME, motion
+
+AXIS = axis_simulated.friction()
+P = AXIS.parameters
+
+
+def slid(speed, distance=1e-3, step=1e-6):
+    """The force after a slide at a constant speed, and on the way there."""
+    component = AXIS.component
+    state, memory, x, forces = component.initial_state(P), component.new_memory(P), 0.0, []
+    for _ in range(round(distance / step)):
+        x += step * np.sign(speed)
+        force, move = component.trial(state, memory, Motion(speed, x), step / abs(speed), P)
+        state = component.commit(state, memory, move, P)
+        forces.append(force)
+    return np.array(forces)
+
+
+def test_limits_fall_with_speed_and_differ_by_direction():
+    assert truth.limit_of(1e-12, P) == pytest.approx(1.06 * 41.0)
+    assert truth.limit_of(-1e-12, P) == pytest.approx(0.94 * 41.0)
+    assert truth.limit_of(1.0, P) == pytest.approx(1.06 * 32.0)
+    assert truth.limit_of(6e-3, P) == pytest.approx(1.06 * (32.0 + 9.0 / np.e))
+
+
+def test_an_oil_film_has_half_of_its_friction_at_its_speed():
+    for speed, share in ((1e-5, 1.0), (0.6, 0.5)):
+        expected = truth.limit_of(speed, P) * np.sum(P.alpha_i) + share * 260.0 * speed
+        assert slid(speed, 1e-4)[-1] == pytest.approx(expected, rel=1e-4)
+    assert slid(-0.6, 1e-4)[-1] == pytest.approx(-(0.94 * 32.0 + 0.5 * 260.0 * 0.6), rel=1e-4)
+
+
+def test_elements_slip_after_their_distances_and_all_of_them_at_7_micrometres():
+    force = slid(1e-9, 1e-5, 1e-7)
+    assert P.alpha_i.sum() == pytest.approx(1.0)
+    assert (P.r_i.size, P.r_i.max()) == (30, pytest.approx(7e-6))
+    assert force[0] == pytest.approx(0.5e-7 * 41.0 * np.sum(P.alpha_i / P.r_i), rel=1e-6)  # in the middle of a step
+    assert force[-1] == pytest.approx(1.06 * 41.0, rel=1e-6)
+    assert force[60] < force[-1]
+
+
+def test_an_element_is_pulled_up_to_its_limit_and_stays_at_rest():
+    assert truth.pulled(1.0, 0.5, 2.0, 5.0) == 2.0
+    assert truth.pulled(1.0, 5.0, 2.0, 5.0) == 5.0
+    assert truth.pulled(1.0, -0.25, 2.0, 5.0) == 0.5
+    assert truth.pulled(1.0, -5.0, 2.0, 5.0) == -5.0
+    assert truth.pulled(4.0, 0.0, 2.0, 3.0) == 4.0
+    assert truth.memory_size(P) == 30
+
+
+def test_conditions_on_the_axis():
+    force, length = truth.MODEL.relations
+    assert (force.condition, length.condition) == ("F_S >= F_C", "alpha_i and r_i of the same length")
+    with pytest.raises(ValueError, match="F_S >= F_C"):
+        truth.MODEL(**(truth.MODEL.example | {"F_S": 31.0}))
+    with pytest.raises(ValueError, match="alpha_i and r_i of the same length"):
+        truth.MODEL(**(truth.MODEL.example | {"r_i": [1e-6]}))
+    assert length.structural
+
+
+def test_the_axis_moves_a_mass_of_28_kg():
+    assert axis_simulated.plant().values["M"] == 28.0
+    assert axis_simulated.axis().kind == "translational"
+
+
+def test_a_motion_is_made_of_moves_with_pauses_within_its_travel():
+    x = motion(1, 10.0)
+    assert x.size == 10_000
+    assert np.all(x[:200] == 0.0)
+    assert np.max(np.abs(x)) <= 0.15
+    assert motion(1, 10.0).tolist() == x.tolist()
+    assert motion(2, 10.0).tolist() != x.tolist()
+    assert motion(1).size == 24_000
+    moving = np.diff(x) != 0.0
+    assert 0.3 < np.mean(moving) < 0.99
+    speeds = np.abs(np.diff(motion(1))) / SAMPLE_TIME
+    assert 0.1 < np.max(speeds) < 1.1 * 10**-0.6
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.0, 0.1), (0.1, -0.05), (0.02, 0.0275)])
+def test_a_move_is_a_rounded_trapezium(start, end):
+    x = axis_simulated._move(start, end, 0.1, 2.0)
+    v = np.diff(x, prepend=start) / SAMPLE_TIME
+    assert x[-1] == pytest.approx(end, abs=1e-12)
+    assert np.all(np.sign(end - start) * v >= -1e-12)
+    top = min(0.1, np.sqrt(abs(end - start) * 2.0))
+    assert np.max(np.abs(v)) == pytest.approx(top, rel=0.03)
+    # An acceleration of 2 m/s^2, over 20 ms of rounding.
+    assert np.max(np.abs(np.diff(v))) / SAMPLE_TIME <= 2.0 * 1.1
+    expected = abs(end - start) / top + top / 2.0
+    assert x.size * SAMPLE_TIME == pytest.approx(expected + 0.041, abs=2e-3)
+
+
+def test_a_move_to_the_same_place_stands_still():
+    assert axis_simulated._move(0.03, 0.03, 0.1, 2.0).tolist() == [0.03] * 41
+
+
+def test_a_log_is_what_a_drive_would_record(tmp_path, monkeypatch):
+    count = 500
+    reference = np.linspace(0.0, 0.01, count)
+    monkeypatch.setattr(axis_simulated, "motion", lambda seed: reference)
+
+    class Recorded:
+        status, time = Status.OK, SAMPLE_TIME * np.arange(count)
+        command, measured = np.full(count, 61.2 * 2.0), reference - 1e-5
+
+    monkeypatch.setattr(axis_simulated, "_run", lambda reference: Recorded)
+    axis_simulated.write_log(tmp_path / "log.csv", 1)
+    lines = (tmp_path / "log.csv").read_text().splitlines()
+    assert lines[:2] == ["# simulated axis, not a measurement", "time [s],position [mm],reference [mm],motor_current [A]"]
+    rows = np.array([[float(text) for text in line.split(",")] for line in lines[2:]])
+    assert rows.shape == (count, 4)
+    assert rows[:, 0] == pytest.approx(1e-3 * np.arange(count))
+    assert rows[:, 1] == pytest.approx(1e3 * reference - 0.01, abs=1e-4)
+    assert rows[:, 2] == pytest.approx(1e3 * reference, abs=1e-6)
+    assert np.mean(rows[:, 3]) == pytest.approx(2.0, abs=2e-3)
+    assert np.std(rows[:, 3]) == pytest.approx(0.01, rel=0.15)
+    Recorded.status = Status.NOT_FINITE
+    with pytest.raises(RuntimeError, match="the simulated axis did not run"):
+        axis_simulated.write_log(tmp_path / "again.csv", 1)
+
+
+def test_the_axis_follows_its_motion():
+    reference = motion(3, 1.0)
+    trace = axis_simulated._run(reference)
+    assert trace.status == Status.OK
+    assert np.max(np.abs(trace.measured - reference)) < 2e-3
+    step = axis_simulated.axis().resolution
+    assert trace.measured / step == pytest.approx(np.round(trace.measured / step), abs=1e-6)
+    assert np.max(np.abs(trace.command)) <= axis_simulated.axis().effort_limit

@@ -1,0 +1,230 @@
+"""How logs are cut into cycles, and which of these are of one motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.comparison.machine import STEP, log, sine
+
+from bristle.comparison import cycles
+from bristle.comparison.cycles import Cycle, Recording, sides_of
+
+
+def recording(motion, turns=()):
+    """A stretch of a log that holds a motion alone."""
+    return Recording(1.0, np.array(motion, dtype=float), None, None, None, np.array(turns, dtype=int))
+
+
+def spans(found):
+    """From which sample to which each cycle goes."""
+    return [(cycle.samples.start, cycle.samples.stop) for cycle in found]
+
+
+@pytest.mark.parametrize(
+    ("motion", "expected"), [([5, 5, 6, 7, 7], (1, 4)), ([1, 2, 3], (0, 3)), ([4, 4, 4], (0, 0)), ([0, 1, 1, 1, 2, 2], (0, 5))]
+)
+def test_a_motion_moves_from_its_first_step_to_its_last(motion, expected):
+    moving = cycles._moving(recording(motion))
+    assert (moving.start, moving.stop) == expected
+
+
+def test_pieces_are_cut_as_long_as_each_other_while_the_axis_moves():
+    motion = [0, 0, 1, 2, 3, 4, 5, 6, 7, 7, 7]
+    assert spans(cycles._pieces([recording(motion)], 4)) == [(1, 5), (5, 9)]
+    assert spans(cycles._pieces([recording(motion)], 3)) == [(1, 4), (4, 7)]
+    assert spans(cycles._pieces([recording(motion), recording([3, 3, 3])], 8)) == [(1, 9)]
+
+
+def to_and_fro(count, half=6):
+    """A motion up and down in even steps, and the samples at which it turns, ends not included."""
+    strokes = [np.arange(half), half - np.arange(half)] * count
+    motion = np.concatenate([*strokes, [0]])
+    return motion, np.arange(half, motion.size - 1, half)
+
+
+def test_cycles_reach_from_a_forward_turn_to_the_next():
+    motion, turns = to_and_fro(3)
+    assert spans(cycles._complete([recording(motion, turns)])) == [(0, 12), (12, 24), (24, 36)]
+    # Upside down the motion turns forward in the middle of these.
+    assert spans(cycles._complete([recording(-motion, turns)])) == [(6, 18), (18, 30)]
+
+
+def test_a_motion_that_begins_half_way_begins_no_cycle_there():
+    motion, turns = to_and_fro(3)
+    begun = recording(motion[3:], turns - 3)
+    assert spans(cycles._complete([begun])) == [(9, 21), (21, 33)]
+    ended = recording(motion[:-3], turns)
+    assert spans(cycles._complete([ended])) == [(0, 12), (12, 24)]
+
+
+def test_the_rest_before_and_behind_a_motion_belongs_to_no_cycle():
+    motion, turns = to_and_fro(2)
+    rested = np.concatenate([np.zeros(5), motion, np.zeros(7)])
+    assert spans(cycles._complete([recording(rested, turns + 5)])) == [(5, 17), (17, 29)]
+
+
+def test_too_few_samples_are_no_cycle():
+    short, long = (recording(*to_and_fro(3, half)) for half in (3, 4))
+    assert cycles._complete([short]) == []
+    assert spans(cycles._complete([long, short])) == [(0, 8), (8, 16), (16, 24)]
+
+
+def test_a_standstill_has_no_cycle():
+    assert cycles._complete([recording(np.full(30, 2.0))]) == []
+
+
+@pytest.mark.parametrize(
+    ("away", "count", "number"),
+    [
+        (0.0, 100, 0),
+        (0.5, 100, 0),  # as far as is allowed
+        (0.51, 100, 2),
+        (-0.51, 100, 2),
+        (9.6, 100, 1),  # half a step from the second motion
+        (0.0, 104, 0),  # 2 % of it and two samples
+        (0.0, 97, 0),
+        (0.0, 105, 2),
+        (0.0, 96, 2),
+    ],
+)
+def test_cycles_are_of_a_motion_that_lasts_as_long_and_lies_as_near(away, count, number):
+    known = [np.zeros(3), np.full(3, 10.0)]
+    assert (
+        cycles._first_alike(np.array([0.0, 0.0, away]) if abs(away) < 1 else np.full(3, away), count, known, [100, 100], 0.5, 0.02)
+        == number
+    )
+
+
+def test_the_first_motion_has_the_number_nought():
+    assert cycles._first_alike(np.zeros(3), 10, [], [], 0.5, 0.02) == 0
+
+
+def test_motions_are_numbered_through_both_sides():
+    wide, narrow = np.arange(10.0), 0.5 * np.arange(10.0)
+    stretch = recording(np.concatenate([narrow, wide, narrow]))
+    low = [Cycle(stretch, slice(0, 10)), Cycle(stretch, slice(10, 20))]
+    high = [Cycle(recording(wide), slice(0, 10)), Cycle(stretch, slice(20, 30)), Cycle(recording(5.0 + wide), slice(0, 10))]
+    numbered = cycles._numbered([low, high], 0.0, 0.02, complete=True)
+    assert [[cycle.kind for cycle in own] for own in numbered] == [[0, 1], [1, 0, 2]]
+
+
+@pytest.mark.parametrize(("complete", "number"), [(True, 1), (False, 0)])
+def test_pieces_are_placed_from_where_their_motion_begins(complete, number):
+    here, there = (recording(origin + np.arange(10.0)) for origin in (0.0, 40.0))
+    numbered = cycles._numbered([[Cycle(here, slice(0, 10))], [Cycle(there, slice(0, 10))]], 0.0, 0.02, complete=complete)
+    assert numbered[1][0].kind == number
+
+
+@pytest.mark.parametrize(("away", "grain", "number"), [(1.05, 0.0, 0), (1.25, 0.0, 1), (1.25, 0.2, 0), (1.45, 0.2, 1)])
+def test_cycles_are_alike_within_a_share_a_step_and_a_grain(away, grain, number):
+    # Of a range of 9, in steps of 1: a share of 0.02 are 0.18.
+    first, second = (Cycle(recording(origin + np.arange(10.0)), slice(0, 10)) for origin in (0.0, away))
+    assert cycles._numbered([[first], [second]], grain, 0.02, complete=True)[1][0].kind == number
+
+
+# --- from logs -----------------------------------------------------------------------------------------------------
+
+
+def recorded(item, step=STEP, **asked):
+    """The stretches of a log, and why it tells no friction."""
+    return cycles._recordings_of(item, None, step, **({"follows": True, "tells_effort": False} | asked))
+
+
+def test_the_following_error_is_the_reference_less_the_position():
+    motion = sine(2)
+    item = log(1, motion, position=motion[0] - 1e-5, effort=None)
+    (part,), reason = recorded(item)
+    assert part.error == pytest.approx(1e-5)
+    assert part.motion.tolist() == motion[0].tolist()
+    assert (part.effort, part.sliding, reason, part.sample_time) == (None, None, None, STEP)
+
+
+def test_without_a_reference_the_motion_is_the_position():
+    item = log(1, sine(2), reference=None)
+    (part,), _ = recorded(item, follows=False)
+    assert part.error is None
+    assert part.motion.tolist() == item.position.values.tolist()
+    assert recorded(item, follows=False, tells_effort=True)[0][0].effort.tolist() == item.effort.values.tolist()
+
+
+@pytest.mark.parametrize(("times", "rows"), [(1.0005, range(500)), (2.0, range(0, 500, 2)), (3.0, range(0, 500, 3))])
+def test_a_log_with_more_samples_gives_as_many_as_the_other(times, rows):
+    motion = sine(2)
+    (part,), _ = recorded(log(1, motion, effort=None), times * STEP)
+    expected = motion[0][np.array(rows)]
+    assert part.motion[: expected.size].tolist() == expected.tolist()
+    assert part.motion.size == pytest.approx(500 / times, abs=1.0 if times > 1.1 else 0.3)
+    assert part.error.size == part.motion.size
+
+
+def test_sliding_is_of_the_rows_at_which_the_axis_moves():
+    motion = sine(3)
+    (part,), reason = recorded(log(1, motion), tells_effort=True)
+    assert reason is None
+    assert part.sliding.shape == (3, motion[0].size)
+    known = np.flatnonzero(np.isfinite(part.sliding).all(axis=0))
+    assert known.size > 0.8 * motion[0].size
+    fast = known[np.abs(motion[1][known]) > 0.15]
+    # A row that is shifted by a sample would err by the acceleration times the sample time.
+    assert part.sliding[0, fast] == pytest.approx(motion[1][fast], rel=0.02)
+    assert part.sliding[1, fast] == pytest.approx(motion[2][fast], abs=0.25)
+
+
+def test_a_log_too_short_for_the_filter_tells_why():
+    motion = [part[:12] for part in sine(1)]
+    (part,), reason = recorded(log(1, motion), tells_effort=True)
+    assert part.sliding is None
+    assert reason is not None
+
+
+def test_a_log_that_moves_to_and_fro_gives_whole_cycles_and_others_pieces():
+    one, other = ((log(seed, sine(4), effort=None), None) for seed in (1, 2))
+    low, high, complete = sides_of([one], [other], follows=True, tells_effort=False)
+    assert complete
+    assert spans(low.cycles) == [(188, 438), (438, 688), (688, 938)]  # from three quarters of a period on
+    assert set(low.kinds) == set(high.kinds) == {0}
+    short = (log(3, sine(1.4), effort=None), None)
+    low, high, complete = sides_of([one], [short], follows=True, tells_effort=False)
+    assert not complete
+    assert {cycle.count for cycle in (*low.cycles, *high.cycles)} == {350 // 20}
+    assert low.kinds[:20] == high.kinds[:20]
+
+
+def test_both_sides_have_the_longest_sample_time():
+    fine, coarse = ((log(1, sine(4, step=step), step=step, effort=None), None) for step in (STEP, 2.0 * STEP))
+    low, high, _ = sides_of([fine], [coarse], follows=True, tells_effort=False)
+    assert {cycle.recording.sample_time for cycle in (*low.cycles, *high.cycles)} == {coarse[0].sample_time}
+    assert spans(low.cycles) == spans(high.cycles)
+
+
+@pytest.mark.parametrize("amplitude", [5e-5, 0.05, 50.0])
+def test_a_reference_that_trembles_by_less_than_a_share_of_its_range_turns_no_oftener(amplitude):
+    motion = sine(4, amplitude=amplitude)
+    ripple = 0.4e-3 * np.ptp(motion[0]) * np.sin(0.25 * np.pi * np.arange(motion[0].size))
+    one, other = ((log(seed, motion, reference=motion[0] + ripple, effort=None), None) for seed in (1, 2))
+    low, _, complete = sides_of([one], [other], follows=True, tells_effort=False)
+    assert complete
+    assert [cycle.count for cycle in low.cycles] == pytest.approx(3 * [250], abs=4)
+
+
+def test_a_side_says_why_its_first_log_tells_no_friction():
+    short = log(1, [part[:12] for part in sine(1)])
+    long, other = log(2, sine(4)), log(3, sine(4))
+    for side in ([short, long], [long, short]):
+        low, high, _ = sides_of([(item, None) for item in side], [(other, None)], follows=True, tells_effort=True)
+        assert low.reason is not None
+        assert high.reason is None
+
+
+def test_pieces_are_a_twentieth_of_the_longest_motion_of_the_shorter_side():
+    t = STEP * np.arange(2000)
+    slides = [log(1, (0.1 * t[:count], np.full(count, 0.1), np.zeros(count)), effort=None) for count in (400, 2000, 1000)]
+    low, high, complete = sides_of([(item, None) for item in slides[:2]], [(slides[2], None)], follows=True, tells_effort=False)
+    assert not complete
+    assert {cycle.count for cycle in (*low.cycles, *high.cycles)} == {1000 // 20}
+
+
+def test_signals_of_a_cycle_are_cut_from_its_stretch():
+    stretch = replace(recording(np.arange(9.0)), error=np.arange(9.0) ** 2)
+    cycle = Cycle(stretch, slice(2, 5))
+    assert (cycle.count, cycle.part("error").tolist(), cycle.part("motion").tolist()) == (3, [4.0, 9.0, 16.0], [2.0, 3.0, 4.0])

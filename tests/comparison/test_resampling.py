@@ -1,0 +1,204 @@
+"""Which cycles are compared, how many count as one, and how wide an interval is: small cases worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle.comparison import resampling
+from bristle.comparison.resampling import changed, plan_of
+
+
+def mean(sums):
+    """The mean of what sums and numbers say."""
+    return sums[..., 0] / sums[..., 1]
+
+
+def counted(*values):
+    """Each value with the number 1."""
+    return np.stack([np.array(values, dtype=float), np.ones(len(values))], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_paired"),
+    [
+        ([0, 0, 1], [0, 0, 1], False),  # 4 of 6 cycles come again
+        ([0, 0, 1, 2], [0, 0, 1, 2], False),  # 4 of 8
+        ([0, 0, 1, 2, 3], [0, 0, 1, 2, 3], True),  # 4 of 10
+        (3 * [*range(6)], 3 * [*range(6)], True),  # six motions, three times each
+        (4 * [*range(6)], 4 * [*range(6)], False),
+        (3 * [*range(5)], 3 * [*range(5)], False),
+        ([0, 0, 0], [0], True),  # a motion that comes once on one side
+        ([0, 0, 5, 5], [0, 0, 6, 6], False),  # motions of one side alone do not count
+    ],
+)
+def test_cycles_are_drawn_as_pairs_where_most_motions_come_seldom(before, after, is_paired):
+    assert plan_of(before, after).paired is is_paired
+
+
+def test_motions_that_come_once_are_left_out_where_others_repeat():
+    plan = plan_of([0, 1, 0, 0], [1, 0, 0])
+    assert (plan.before.tolist(), plan.after.tolist()) == ([0, 2, 3], [1, 2])
+    assert (plan.kinds_before.tolist(), plan.kinds_after.tolist()) == ([0, 0, 0], [0, 0])
+
+
+def test_no_cycle_is_compared_without_a_motion_in_common():
+    plan = plan_of([0, 0], [1, 1])
+    assert plan.before.size == plan.after.size == 0
+    assert changed(mean, counted(1, 2), counted(3, 4), plan_of([0, 0], [0, 0])._replace(kinds_after=np.array([1, 1]))) is None
+
+
+def test_each_motion_counts_alike_on_both_sides():
+    # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4; each comes twice on the side that has it less often.
+    before, after = counted(1, 1, 1, 1, 2, 2), counted(3, 3, 4, 4, 4, 4)
+    result = changed(mean, before, after, plan_of([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]))
+    assert (result.before, result.after) == (pytest.approx(1.5), pytest.approx(3.5))
+
+
+def test_cycles_without_any_sum_do_not_count():
+    kinds = [0, 0, 0, 0]
+    sums = counted(1, 2, 3, 0)
+    sums[3] = 0.0
+    expected = changed(mean, counted(1, 2, 3), counted(2, 3, 4, 5), plan_of([0, 0, 0], kinds))
+    assert changed(mean, sums, counted(2, 3, 4, 5), plan_of(kinds, kinds)) == expected
+    assert (expected.before, expected.after) == (2.0, 3.5)
+
+
+def test_sides_without_scatter_have_an_interval_of_no_width():
+    result = changed(mean, counted(2, 2, 2), counted(3, 3, 3), plan_of([0, 0, 0], [0, 0, 0]))
+    assert result.interval == (pytest.approx(1.0), pytest.approx(1.0))
+    assert result.as_one == 1.0
+
+
+def test_a_factor_between_paired_motions_has_an_interval_of_no_width():
+    # However much the motions differ, the second side is half of the first one.
+    sizes = np.array([1.0, 5.0, 2.0, 9.0, 3.0])
+    result = changed(mean, counted(*sizes), counted(*(0.5 * sizes)), plan_of(range(5), range(5)))
+    assert (result.before, result.after) == (pytest.approx(4.0), pytest.approx(2.0))
+    assert result.interval == (pytest.approx(-2.0), pytest.approx(-2.0))
+
+
+def test_a_shift_of_paired_motions_through_zero_has_an_interval_of_no_width():
+    sizes = np.array([1.0, -5.0, 2.0, -9.0, 3.0])
+    result = changed(mean, counted(*sizes), counted(*(sizes + 2.0)), plan_of(range(5), range(5)))
+    assert (result.before, result.after) == (pytest.approx(-1.6), pytest.approx(0.4))
+    assert result.interval == (pytest.approx(2.0), pytest.approx(2.0))
+
+
+PAIRED = np.array([1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6])  # in an order in which neighbours differ
+T_7 = 2.364624  # Student's t of 7 degrees of freedom, at 0.975
+
+
+def test_the_interval_of_paired_motions_is_that_of_students_t():
+    error = T_7 * np.std(PAIRED, ddof=1) / math.sqrt(8.0)
+    shifted = changed(mean, counted(*(PAIRED - PAIRED)), counted(*PAIRED), plan_of(range(8), range(8)))
+    assert shifted.interval == (pytest.approx(PAIRED.mean() - error, rel=0.06), pytest.approx(PAIRED.mean() + error, rel=0.06))
+    # Small shares of a value are the same in a ratio.
+    near = 1.0 + 0.01 * PAIRED
+    ratio = changed(mean, counted(*8 * [1.0]), counted(*near), plan_of(range(8), range(8)))
+    assert np.mean(ratio.interval) == pytest.approx(0.01 * PAIRED.mean(), rel=0.01)
+    assert 0.5 * np.ptp(ratio.interval) == pytest.approx(0.01 * error, rel=0.06)
+
+
+def test_paired_cycles_of_a_motion_are_taken_together():
+    before, after = counted(4, 1, 3, 1), counted(6, 2, 8)
+    result = changed(mean, before, after, plan_of([7, 2, 7, 3], [7, 2, 3]))
+    # Motion 7 is 3.5 and 6, motion 2 is 1 and 2, motion 3 is 1 and 8.
+    assert (result.before, result.after) == (pytest.approx(5.5 / 3.0), pytest.approx(16.0 / 3.0))
+
+
+def test_a_single_pair_tells_a_change_without_an_interval():
+    result = changed(mean, counted(4.0), counted(6.0), plan_of([0], [0]))
+    assert result == (4.0, 6.0, None, 1.0)
+
+
+def test_a_ratio_without_end_stays_a_number():
+    sizes = counted(1e-200, 1.0, 1e-200, 1e-200, 1e-200)
+    result = changed(mean, sizes, sizes[::-1], plan_of(range(5), range(5)))
+    assert all(map(math.isfinite, result.interval))
+    assert result.interval[1] == pytest.approx(result.before * math.exp(100.0), rel=0.1)
+
+
+def test_cycles_that_scatter_less_have_a_narrower_interval():
+    signs, plan = np.array([1, -1, -1, 1, 1, 1, -1, -1]), plan_of(8 * [0], 8 * [0])
+    wide, narrow = (changed(mean, counted(*(5.0 + scatter * signs)), counted(*8 * [6.0]), plan) for scatter in (1.0, 0.5))
+    widths = [np.ptp(result.interval) for result in (wide, narrow)]
+    assert widths[0] == pytest.approx(2.0 * widths[1], rel=1e-6)
+    assert np.mean(wide.interval) == pytest.approx(1.0)
+
+
+def test_the_side_that_scatters_settles_the_degrees_of_freedom():
+    # Of the two, only eight cycles scatter: Student's t with 7 degrees of freedom and the variance of their mean.
+    values = np.array([1, -1, -1, 1, -1, 1, 1, -1]) + 5.0
+    result = changed(mean, counted(*values), counted(*30 * [6.0]), plan_of(8 * [0], 30 * [0]))
+    assert 0.5 * np.ptp(result.interval) == pytest.approx(2.3646 * math.sqrt(8.0 / 7.0 / 8.0), rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("influence", "expected"),
+    [
+        ([1.0, -1.0, 1.0, -1.0], 1.0),  # neighbours that differ
+        ([1.0, 1.0, -1.0, -1.0], 2.0),  # a correlation of a quarter, raised by a quarter
+        ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0], 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
+        ([0.0, 0.0, 0.0, 0.0], 1.0),
+        ([1.0, -1.0], 1.0),
+        ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0], 1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0)),
+        ([1.0, 2.0, 2.0, 1.0], 2.0),  # half of all at most
+    ],
+)
+def test_neighbours_that_are_alike_count_as_fewer_cycles(influence, expected):
+    assert resampling._as_one(np.array(influence)) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
+def test_so_many_count_as_a_cycle_as_a_known_correlation_says(correlation):
+    noise = np.random.default_rng(4).standard_normal(40_000)
+    values = np.empty_like(noise)
+    values[0] = noise[0]
+    for k in range(1, noise.size):
+        values[k] = correlation * values[k - 1] + noise[k]
+    expected = (1.0 + correlation) / (1.0 - correlation)
+    assert resampling._as_one(values - values.mean()) == pytest.approx(expected, rel=0.06)
+
+
+def test_a_mean_rests_on_a_cycle_by_how_far_that_is_from_its_motion():
+    values, kinds = np.array([1.0, 3.0, 10.0, 14.0]), np.array([0, 0, 2, 2])
+    influence = resampling._influence(lambda sums: sums[..., 0], values[:, None], np.ones(4), kinds)
+    assert influence == pytest.approx([-1.0, 1.0, -2.0, 2.0])
+
+
+def test_a_cycle_without_which_nothing_is_known_has_no_influence():
+    with np.errstate(invalid="ignore"):
+        influence = resampling._influence(mean, np.array([[2.0, 1.0]]), np.ones(1), np.zeros(1, dtype=int))
+    assert influence.tolist() == [0.0]
+
+
+def test_draws_keep_the_number_of_cycles():
+    drawn = resampling._draws(7, np.random.default_rng(1))
+    assert drawn.shape[1] == 7
+    assert np.all(drawn.sum(axis=1) == 7.0)
+    assert np.mean(drawn, axis=0) == pytest.approx(1.0, abs=0.15)
+
+
+def test_enough_draws_are_made_for_two_digits_of_a_variance():
+    assert 1.0 / math.sqrt(2.0 * len(resampling._draws(2, np.random.default_rng(1)))) < 0.03
+
+
+def test_a_variance_is_raised_for_few_cycles_that_are_alike():
+    variance, freedom = resampling._spread(np.array([1.0, 3.0, np.nan, np.inf]), 12, 2, 1.5)
+    assert variance == pytest.approx(1.5 * 12.0 / 10.0)  # of 1 and 3 it is 1
+    assert freedom == pytest.approx(12.0 / 1.5 - 2.0)
+    assert resampling._spread(np.array([1.0, 3.0]), 2, 1, 1.0) == (pytest.approx(2.0), 1.0)
+    assert resampling._spread(np.array([1.0, 3.0]), 4, 1, 2.0)[1] == 1.0  # freedom does not fall below
+    assert math.isnan(resampling._spread(np.array([1.0, np.nan]), 4, 1, 1.0)[0])
+
+
+def test_an_interval_lies_evenly_about_the_change():
+    low, high = resampling._interval(2.0, 4.0, 1e9)
+    assert (low, high) == (pytest.approx(2.0 - 2.0 * 1.959964), pytest.approx(2.0 + 2.0 * 1.959964))
+    assert resampling._interval(0.0, 1.0, 1.0)[1] == pytest.approx(12.7062, rel=1e-5)
+
+
+@pytest.mark.parametrize(("change", "variance"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)])
+def test_a_number_that_is_missing_has_no_interval(change, variance):
+    assert resampling._interval(change, variance, 3.0) is None

@@ -1,0 +1,114 @@
+"""An axis comes back from the file that is written of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.files.axis import axis_from, axis_text, read_axis
+from bristle.logs import Channel
+from bristle.logs.log import Log
+
+BASE = {"schema": 1, "name": "stage", "kind": "translational"}
+COLUMNS = {"time": {"column": "t", "unit": "ms"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "N"}}
+
+
+LINEAR = {
+    "plant": {"mass": "95 kg", "offset": "-3 N"},
+    "timing": {"sample_time": "0.5 ms", "delay": "250 us"},
+    "limits": {"velocity": "300 mm/s", "stroke": ["0 mm", 0.25]},
+    "encoder": {"resolution": "50 nm"},
+    "identification": {"cutoff": "0.1 kHz", "decimation": 5, "rests": "keep"},
+    "effort": {"lag": "300 us", "held": True, "limit": "200 N"},
+    "injected": [{"column": "pulses", "gain": "2 N"}, {"column": "more", "gain": 0.5, "optional": True}],
+    "known": [{"column": "wind (N)"}, {"column": "wind (N)", "name": "twice"}],
+    "cogging": [{"turn": "motor", "harmonics": [6, 1, 6]}],
+    "transmission": {"lead": "10 mm"},
+    "controller": {"model": "cascade", "k_p": "80 1/s", "k_v": "4000 N*s/m"},
+}
+TURNING = {
+    "kind": "rotational",
+    "columns": COLUMNS | {"position": {"column": "q", "unit": "rad"}, "effort": {"column": "i", "unit": "A", "sign": -1}},
+    "effort": {"torque_constant": "0.5 N*m/A", "lag": "identify"},
+    "plant": {"inertia": "4 kg*cm^2", "gravity": "link"},
+    "log": {"start": "rest"},
+    "cogging": [{"turn": "motor", "harmonics": "identify"}],
+}
+FORCE = {
+    "columns": COLUMNS | {"effort": {"column": "i", "unit": "A", "optional": True}},
+    "effort": {"force_constant": "61.2 N/A"},
+    "log": {"start": "cycle"},
+}
+
+
+CASES = {"bare": {}, "linear": LINEAR, "turning": TURNING, "force": FORCE, "delay": {"timing": {"delay": "identify"}}}
+
+
+@pytest.mark.parametrize("tables", CASES.values(), ids=CASES)
+def test_an_axis_comes_back_from_its_file(tables):
+    axis = axis_from(BASE | {"columns": COLUMNS} | tables)
+    assert not axis.text
+    text = axis_text(axis)
+    assert text is not None
+    assert text.startswith(b"# The axis that these results were made with, in SI.\nschema = 1\n")
+    again = read_axis(text)
+    assert again == axis
+    assert axis_text(again) == text
+
+
+def test_a_file_that_is_there_stays_as_it_is():
+    text = b'# of a person\nschema = 1\nname = "stage"\nkind = "translational"\n[columns]\nposition = "q"\neffort = "u"\n'
+    axis = read_axis(text)
+    assert axis_text(axis) == text
+    heavier = replace(axis, mass=5.0)
+    assert b"mass = 5" in axis_text(heavier)
+    assert b"of a person" not in axis_text(heavier)
+
+
+def test_harmonics_and_known_columns_are_told_once_and_in_order():
+    axis = axis_from(BASE | {"columns": COLUMNS} | LINEAR)
+    (cogging,) = axis.cogging
+    assert (cogging.turner, cogging.harmonics) == ("motor", (1, 6))
+    assert cogging.turn == pytest.approx(0.01)  # a turn of the motor moves the table by the lead
+    assert [column.name for column in axis.regressors] == ["wind_N", "twice"]
+    assert [(item.column, item.gain, item.optional) for item in axis.injected] == [("pulses", 2.0, False), ("more", 0.5, True)]
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"known": [{"column": "a"}, {"column": "a"}]}, r"known\[1\]\.name.*is there twice"),
+        ({"transmission": {"lead": "10 mm"}, "cogging": [{"turn": "motor", "harmonics": [1]}] * 2}, r"cogging\[1\]\.turn.*is there twice"),
+        ({"cogging": [{"turn": "motor", "harmonics": [1]}]}, r"cogging\[0\]\.turn.*how far a turn moves the axis.*lead"),
+        ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia.*is not what a translational axis has"),
+        ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness.*belongs to an oscillator"),
+        ({"plant": {"damping": "1 N*s/m"}}, "plant.damping.*belongs to an oscillator"),
+        ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution.*must be positive and finite"),
+    ],
+)
+def test_what_an_axis_cannot_have_is_refused(tables, words):
+    with pytest.raises(InputError, match=words):
+        axis_from(BASE | {"columns": COLUMNS} | tables)
+
+
+def test_without_columns_those_of_the_log_are_named():
+    log = Log(time=0.01 * np.arange(5), position=np.arange(5.0), effort=np.ones(5))
+    text = axis_text(None, log)
+    axis = read_axis(text)
+    assert (axis.kind, set(axis.columns)) == (log.kind, {"time", "position", "effort"})
+    assert {name: column.base for name, column in axis.columns.items()} == {"time": "s", "position": "m", "effort": "N"}
+    assert set(read_axis(axis_text(Axis(kind="translational", mass=3.0), log)).columns) == {"time", "position", "effort"}
+    named = axis_from(BASE | {"columns": COLUMNS})
+    assert axis_text(named, log) == axis_text(named)
+
+
+def test_known_inputs_of_a_log_are_in_si_already(monkeypatch):
+    channels = {"time": np.arange(3.0), "position": np.arange(3.0), "effort": np.ones(3)}
+    log = Log(**channels)
+    named = {"position": log.position, "effort": log.effort, "injected.pulses": Channel(np.ones(3), "N", "pulses")}
+    monkeypatch.setattr(Log, "channels", lambda self: iter(named.items()))
+    axis = read_axis(axis_text(None, log))
+    assert [(item.column, item.gain) for item in axis.injected] == [("injected.pulses", 1.0)]
+    assert set(axis.columns) == {"position", "effort"}

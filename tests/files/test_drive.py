@@ -1,0 +1,177 @@
+"""From the units of a drive to SI of its axis, one rule at a time."""
+
+import math
+
+import pytest
+
+from bristle.core.errors import InputError
+from bristle.core.motion import Transmission
+from bristle.files.axis import axis_from
+from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, with_kind
+
+LINEAR, TURNING = Transmission("translational", 1.0, 0.01), Transmission("rotational", 5.0, None)
+
+
+def test_a_scale_converts_to_its_base_first():
+    assert Scale("m", 3.0).of("2 mm", "path") == pytest.approx(6e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "effort", "expected"),
+    [
+        ("61.2 N/A", None, ("A", "N", 61.2)),
+        ("0.12 N*m/A", None, ("A", "N*m", 0.12)),
+        ("120 mN*m/V", None, ("V", "N*m", 0.12)),
+        ("2 N/%", None, ("rated", "N", 200.0)),
+        ("2 N/count", "N", ("count", "N", 2.0)),
+    ],
+)
+def test_a_constant_says_what_it_is_of(text, effort, expected):
+    item = Constant.of(text, effort, "effort.constant")
+    assert (item.drive, item.effort, item.value) == (*expected[:2], pytest.approx(expected[2]))
+
+
+@pytest.mark.parametrize(
+    ("text", "effort", "words"),
+    [
+        ("0 N/A", None, "must be finite and not zero"),
+        ("3 N", None, "is not the constant of a drive.*a force or a torque for one unit of the drive"),
+        ("3 N*m/A", "N", "a value in N/V, N/A, N/% or N/count"),
+    ],
+)
+def test_what_is_no_constant_is_refused(text, effort, words):
+    with pytest.raises(InputError, match=words):
+        Constant.of(text, effort, "effort.constant")
+    assert Constant.of("1 N/A", None, "effort.constant").value == 1.0
+
+
+def test_an_effort_is_carried_to_the_axis():
+    drive = Drive(LINEAR, Constant("A", "N*m", 0.5))
+    ratio = 2.0 * math.pi / 0.01
+    assert drive.effort(None, None, "x") == Scale("A", pytest.approx(0.5 * ratio))
+    assert drive.effort("mA", None, "x") == Scale("A", pytest.approx(0.5 * ratio))
+    assert drive.effort("kN", None, "x") == Scale("N", 1.0)
+    assert drive.effort("N*m", None, "x") == Scale("N*m", pytest.approx(ratio))
+    assert Drive(LINEAR).effort(None, None, "x") == Scale("N", 1.0)
+    geared = Drive(TURNING, Constant("A", "N*m", 0.5))
+    assert geared.effort("A", None, "x").factor == pytest.approx(2.5)  # of the motor, before the gear
+    assert geared.effort("A", "load", "x").factor == pytest.approx(0.5)
+
+
+def test_percent_of_what_is_rated_are_those_of_the_motor():
+    assert Drive(TURNING, rated="2 N*m").effort("%", None, "x") == Scale("rated", pytest.approx(10.0))
+    assert Drive(TURNING, rated="2 N*m").effort("%", "load", "x") == Scale("rated", pytest.approx(2.0))
+    assert Drive(LINEAR, rated="120 N").effort("%", None, "x") == Scale("rated", pytest.approx(120.0))
+    assert Drive(TURNING, Constant("A", "N*m", 0.5), "3 A").effort("%", None, "x").factor == pytest.approx(7.5)
+
+
+@pytest.mark.parametrize(
+    ("drive", "unit", "words"),
+    [
+        (Drive(LINEAR), "A", r"x: is no effort by itself.*constant = \"0\.12 N\*m/A\""),
+        (Drive(LINEAR), "%", r"x: is no effort by itself.*rated = \"2\.4 N\*m\""),
+        (Drive(LINEAR), "mm", "x: is not the unit of an effort"),
+        (Drive(LINEAR, Constant("A", "N", 1.0)), "V", "x: does not match the constant under .effort..*A or a multiple"),
+        (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is no effort"),
+        (Drive(LINEAR, rated="30"), "%", "effort.rated: is no effort"),
+        (Drive(LINEAR, rated="0 N"), "%", "effort.rated: must be finite and not zero"),
+    ],
+)
+def test_what_is_no_effort_is_refused(drive, unit, words):
+    with pytest.raises(InputError, match=words):
+        drive.effort(unit, None, "x")
+
+
+def test_a_movement_is_carried_to_the_axis():
+    assert Drive(LINEAR).movement("um", None, "x") == Scale("m", 1.0)
+    assert Drive(LINEAR).movement("rad", "motor", "x") == Scale("rad", pytest.approx(0.01 / (2.0 * math.pi)))
+    assert Drive(LINEAR).movement(None, None, "x", per="/s") == Scale("m/s", 1.0)
+    assert Drive(TURNING).movement("deg/s", "motor", "x", per="/s") == Scale("rad/s", pytest.approx(0.2))
+    assert Drive(LINEAR, count=2e-6).movement("count", None, "x") == Scale("count", 2e-6)
+    assert Drive(LINEAR, count=2e-6).movement("count/s", None, "x", per="/s") == Scale("count/s", 2e-6)
+
+
+@pytest.mark.parametrize(
+    ("drive", "unit", "side", "words"),
+    [
+        (Drive(LINEAR), "count", None, "needs to know what a count is"),
+        (Drive(LINEAR), "mm", "motor", "is linear, so it is not on the motor's side of a gear"),
+        (Drive(TURNING), "rad", None, "does not say on which side of the gear"),
+        (Drive(LINEAR), "N", None, "x"),
+    ],
+)
+def test_what_is_no_movement_is_refused(drive, unit, side, words):
+    with pytest.raises(InputError, match=words):
+        drive.movement(unit, side, "x")
+
+
+@pytest.mark.parametrize(
+    ("tables", "kind"),
+    [
+        ({"kind": "other"}, "other"),
+        ({"columns": {"position": {"unit": "mm"}}}, "translational"),
+        ({"columns": {"position": {"unit": "deg"}}}, "rotational"),
+        ({"columns": {"position": {"unit": "count"}}, "encoder": {"resolution": "0.1 um/count"}}, "translational"),
+        ({"encoder": {"resolution": "0.01 deg"}}, "rotational"),
+        ({"encoder": {"resolution": "x y z"}, "columns": {"velocity": {"unit": "rpm"}}}, "rotational"),
+        ({"encoder": {"resolution": 3}, "columns": {"velocity": {"unit": "mm/s"}}}, "translational"),
+        ({"columns": {"velocity": {"unit": "m/min"}}}, "translational"),
+        ({"encoder": {"counts_per_rev": 4096}}, "rotational"),
+        ({"encoder": {"counts_per_rev": 4096}, "transmission": {"lead": "5 mm"}}, "translational"),
+        ({"columns": {"position": "x"}}, None),
+        ({}, None),
+    ],
+)
+def test_units_speak_of_a_kind_of_axis(tables, kind):
+    assert with_kind(tables) == (tables if kind is None else {**tables, "kind": kind})
+
+
+BASE = {"schema": 1, "kind": "rotational", "columns": {"position": "q", "effort": "u"}}
+
+
+def channel(name, plant=None, **entry):
+    """A further column of an axis."""
+    data = BASE | {"columns": BASE["columns"] | {name: {"column": "c", **entry}}} | ({"plant": plant} if plant else {})
+    return axis_from(data).columns[name]
+
+
+def test_a_load_counts_in_multiples_of_the_nominal_load():
+    column = channel("load", {"nominal_load": "500 N"}, unit="kN", sign=-1)
+    assert (column.unit, column.base, column.scale) == ("kN", "N", pytest.approx(-1.0 / 500.0))
+    assert channel("load", {"nominal_load": "500 N"}).unit == ""
+
+
+def test_temperatures_are_absolute():
+    for unit in ("degC", "°C", "celsius"):
+        column = channel("temperature", unit=unit)
+        assert (column.unit, column.base, column.scale, column.shift) == ("", "", 1.0, 273.15)
+    assert channel("temperature", unit="K").base == "K"
+
+
+def test_a_further_channel_is_in_si_of_its_unit():
+    column = channel("oil", unit="bar", sign=-1)
+    assert (column.unit, column.scale) == ("bar", -1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "plant", "entry", "words"),
+    [
+        ("load", None, {}, r"plant\.nominal_load.*is missing"),
+        ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
+        ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
+        ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
+        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero of its own.*degC"),
+        ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*has its unit"),
+        ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
+    ],
+)
+def test_what_is_no_column_of_an_axis_is_refused(name, plant, entry, words):
+    with pytest.raises(InputError, match=words):
+        channel(name, plant, **entry)
+
+
+def test_a_name_near_to_a_known_column_is_refused():
+    refuse_misspelt({"position": 1, "position_2": 2, "oil": 3})
+    refuse_misspelt(3)
+    with pytest.raises(InputError, match="Did you mean 'effort'"):
+        refuse_misspelt({"efort": 1})

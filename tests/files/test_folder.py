@@ -1,0 +1,207 @@
+"""A folder held open, and names exchanged by whatever the system knows for it."""
+
+import ctypes
+import errno
+import hashlib
+import os
+from types import SimpleNamespace
+
+import pytest
+
+from bristle.core.errors import InputError
+from bristle.files import folder as folders
+from bristle.files.folder import Folder, exchange, extended, folder_wanted, rename_new
+
+
+@pytest.fixture
+def held(tmp_path):
+    """A folder with a file, a folder below, and links to both."""
+    place = tmp_path / "held"
+    (place / "below").mkdir(parents=True)
+    (place / "a").write_bytes(b"first" * 100_000)
+    (place / "below/b").write_text("second")
+    (place / "link").symlink_to(place / "a")
+    (place / "lost").symlink_to(place / "nowhere")
+    with Folder(place) as opened:
+        yield opened
+
+
+def test_what_is_in_a_folder_is_told_in_order(held):
+    assert held.names() == ["a", "below", "link", "lost"]
+    with held.below("below") as inside:
+        assert inside.names() == ["b"]
+
+
+def test_links_are_there_and_are_no_files(held):
+    assert [held.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [True, True, False, False, False, False]
+    assert [held.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [True, True, True, False, False]
+    for name in ("link", "lost"):
+        with pytest.raises(OSError, match=r"symbolic link"):
+            held.open(name)
+
+
+def test_a_file_has_a_size_and_a_checksum(held):
+    assert held.size("a") == 500_000
+    assert held.size("below/b") == 6
+    assert held.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
+
+
+def test_a_file_gets_a_name_that_nothing_has(held):
+    held.rename("a", "c")
+    assert held.names() == ["below", "c", "link", "lost"]
+    held.rename("below/b", "below/d")
+    with held.below("below") as inside:
+        assert inside.names() == ["d"]
+    for taken in ("below", "link", "lost"):
+        with pytest.raises(FileExistsError):
+            held.rename("c", taken)
+    assert held.is_file("c")
+
+
+def test_where_files_have_a_single_name_an_own_look_comes_first(held, monkeypatch):
+    def refuses(*names, **places):
+        raise OSError(errno.EPERM, "no such names")
+
+    monkeypatch.setattr(os, "link", refuses)
+    monkeypatch.setattr(os, "supports_dir_fd", os.supports_dir_fd | {refuses})
+    held.rename("a", "c")
+    assert held.names() == ["below", "c", "link", "lost"]
+    with pytest.raises(FileExistsError):
+        held.rename("c", "lost")
+
+
+def test_a_file_takes_the_place_of_another(held):
+    held.replace("a", "link")
+    assert held.names() == ["below", "link", "lost"]
+    assert held.is_file("link")
+
+
+def test_files_and_empty_folders_are_removed(held):
+    held.remove("link")
+    assert held.is_file("a")
+    with pytest.raises(OSError, match="not empty"):
+        held.remove_empty("below")
+    held.remove("below/b")
+    held.remove_empty("below")
+    assert held.names() == ["a", "lost"]
+
+
+def test_a_folder_is_made_once_and_not_through_a_link(held, tmp_path):
+    held.make("new")
+    held.make("new")
+    assert held.is_there("new")
+    for name in ("a", "lost"):
+        with pytest.raises(OSError, match=r"[Nn]ot a directory|symbolic link"):
+            held.make(name)
+    with pytest.raises(OSError, match=r"[Nn]ot a directory"), Folder(tmp_path / "held/a"):
+        pass
+
+
+def test_a_system_without_open_folders_works_by_paths(tmp_path, monkeypatch):
+    (tmp_path / "below").mkdir()
+    monkeypatch.setattr(os, "supports_dir_fd", set())
+    with Folder(tmp_path) as place:
+        descriptor = place.open("below/a", os.O_WRONLY | os.O_CREAT)
+        os.write(descriptor, b"x")
+        os.close(descriptor)
+        assert (place.names(), place.size("below/a")) == (["below"], 1)
+        place.rename("below/a", "below/b")
+        assert place.is_file("below/b")
+    with pytest.raises(OSError, match="Not a directory"), Folder(tmp_path / "below/b"):
+        pass
+
+
+# --- exchanged names -------------------------------------------------------------------------------------------------
+
+
+def pair(tmp_path):
+    for name in ("old", "new"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / name).write_text("")
+    return tmp_path / "old", tmp_path / "new"
+
+
+def test_a_folder_gets_a_name_that_nothing_has(tmp_path):
+    old, new = pair(tmp_path)
+    with pytest.raises(FileExistsError):
+        rename_new(old, new)
+    rename_new(old, tmp_path / "third")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["new", "third"]
+
+
+def test_where_the_system_cannot_an_own_look_comes_first(tmp_path, monkeypatch):
+    old, new = pair(tmp_path)
+    monkeypatch.setattr(folders, "_rename", lambda *asked: False)
+    with pytest.raises(FileExistsError):
+        rename_new(old, new)
+    rename_new(old, tmp_path / "third")
+    assert (tmp_path / "third/old").exists()
+    assert not exchange(tmp_path / "third", new)
+
+
+def test_two_folders_exchange_their_names(tmp_path):
+    old, new = pair(tmp_path)
+    if exchange(old, new):
+        assert (old / "new").exists()
+        assert (new / "old").exists()
+
+
+@pytest.mark.parametrize(("system", "arguments"), [("renameat2", 5), ("renamex_np", 3)])
+@pytest.mark.parametrize(("code", "outcome"), [(0, True), (errno.EINVAL, False), (errno.ENOSYS, False), (errno.EEXIST, None)])
+def test_a_system_says_whether_names_were_exchanged(monkeypatch, tmp_path, system, arguments, code, outcome):
+    asked = []
+
+    def call(*given):
+        asked.append(given)
+        return -1 if code else 0
+
+    monkeypatch.setattr(folders.sys, "platform", "other")
+    monkeypatch.setattr(ctypes, "CDLL", lambda name, use_errno: SimpleNamespace(**{system: call}))
+    monkeypatch.setattr(ctypes, "get_errno", lambda: code)
+    if outcome is None:
+        with pytest.raises(FileExistsError):
+            folders._rename(tmp_path / "a", tmp_path / "b", 7)
+    else:
+        assert folders._rename(tmp_path / "a", tmp_path / "b", 7) is outcome
+    names = os.fsencode(tmp_path / "a"), os.fsencode(tmp_path / "b")
+    assert asked == [(-100, names[0], -100, names[1], 7) if arguments == 5 else (*names, 7)]
+
+
+def test_a_system_that_knows_neither_does_nothing(monkeypatch, tmp_path):
+    monkeypatch.setattr(ctypes, "CDLL", lambda name, use_errno: SimpleNamespace())
+    assert not folders._rename(tmp_path / "a", tmp_path / "b", 1)
+    monkeypatch.setattr(folders.sys, "platform", "win32")
+    assert not folders._rename(tmp_path / "a", tmp_path / "b", 1)
+
+
+# --- places ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_folder_is_wanted_without_links(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    assert folder_wanted(tmp_path / "link" / "new") == tmp_path / "real" / "new"
+    assert folder_wanted(tmp_path / "link") == tmp_path / "real"
+    assert folder_wanted(tmp_path / "real" / "..") == tmp_path
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("a\0b", "holds a NUL character"),
+        ("/", "is the root of a file system"),
+        ("/no/such/place", "the folder that is to hold it does not exist.*Make /no/such first"),
+    ],
+)
+def test_what_is_no_place_for_a_folder_is_refused(path, words):
+    with pytest.raises(InputError, match=words):
+        folder_wanted(path)
+
+
+def test_a_long_path_is_written_as_windows_takes_it():
+    short, long = "C:\\" + "x" * 190, "C:\\" + "x" * 197
+    assert extended(short) == short
+    assert extended(long) == "\\\\?\\" + long
+    assert extended("\\\\?\\" + long) == "\\\\?\\" + long
+    share = "\\\\server\\" + "x" * 200
+    assert extended(share) == "\\\\?\\UNC\\server\\" + "x" * 200

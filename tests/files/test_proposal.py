@@ -1,0 +1,167 @@
+"""What a proposed axis file says of a log, line by line."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle.files import proposal
+from bristle.files.proposal import FILL_IN, missing_of, propose_axis
+
+
+def written(folder, header, *columns, before="", name="stage.csv"):
+    """A log with these columns."""
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    path = folder / name
+    path.write_text("\n".join([*before.splitlines(), header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+T = 0.001 * np.arange(2000)
+TURN = 2.0 * math.pi * T
+POSITION, VELOCITY = 20.0 * np.sin(TURN), 40.0 * math.pi * np.cos(TURN)
+FRICTION = 3.0 * np.tanh(VELOCITY) - 5.0 * np.sin(TURN)
+
+
+def test_a_log_whose_units_are_told_leaves_nothing_open(tmp_path):
+    item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, FRICTION))
+    assert item.missing == ()
+    assert item.axis.kind == "translational"
+    lines = item.text.splitlines()
+    assert lines[0].startswith("# Proposed by bristle from stage.csv")
+    assert 'name = "stage"' in lines
+    assert 'kind = "translational"' in lines
+    assert 'position = { column = "position", unit = "mm" }' in lines
+    assert "Fill in" not in item.text
+    assert "[encoder]" not in item.text  # a position of no clear step
+    assert not any("is taken as 1 in SI" in note for note in item.notes)
+
+
+def test_the_steps_of_a_position_are_shown(tmp_path):
+    item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, 0.05 * np.round(POSITION / 0.05), FRICTION))
+    assert '\n\n# [encoder]\n# resolution = "0.05 mm"  # the position moves in such steps' in item.text
+
+
+def test_what_is_not_known_is_to_be_filled_in(tmp_path):
+    item = propose_axis(written(tmp_path, "time,position,current [A]", T, POSITION, FRICTION))
+    assert "columns.position.unit" in item.missing
+    assert f"# Fill in the question marks ({', '.join(item.missing)}), then look at the log with it." in item.text
+    assert '# kind = "translational" or "rotational": the unit of the position decides' in item.text
+    assert "[encoder]" not in item.text
+    assert "effort.constant" in item.missing
+    assert 'constant = "?"  # force or torque for one A, such as "61.2 N/A"' in item.text
+    for key in item.missing:
+        assert f"{key} is not known: it is taken as 1 in SI" in item.notes
+
+
+def test_without_a_position_the_unit_of_the_velocity_decides(tmp_path):
+    item = propose_axis(written(tmp_path, "time [s],velocity,torque [Nm]", T, VELOCITY, FRICTION))
+    assert "the unit of the velocity decides" in item.text
+
+
+def test_a_torque_of_an_axis_that_turns_asks_for_a_constant_of_torque(tmp_path):
+    item = propose_axis(written(tmp_path, "time [s],position [deg],current [A]", T, POSITION, FRICTION))
+    assert item.axis.kind == "rotational"
+    assert 'constant = "?"  # torque for one A, such as "0.12 N*m/A"' in item.text
+
+
+@pytest.mark.parametrize(("sign", "is_told"), [(1.0, False), (-1.0, True)])
+def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, sign, is_told):
+    item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, sign * 3.0 * np.tanh(VELOCITY)))
+    assert ("sign = -1" in item.text) is is_told
+    assert ("takes work out of the axis" in item.text) is is_told
+    assert (item.axis.columns["effort"].scale < 0.0) is is_told
+
+
+def test_an_effort_that_goes_with_the_angle_is_that_of_a_link(tmp_path):
+    angle = 120.0 * np.sin(TURN)
+    torque = 4.0 * np.sin(np.radians(angle)) + 0.05 * np.tanh(VELOCITY)
+    item = propose_axis(written(tmp_path, "time [s],position [deg],torque [Nm]", T, angle, torque))
+    assert 'gravity = "link"  # the effort goes with sine and cosine of the angle' in item.text
+    assert item.axis.gravity
+    straight = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, angle, torque))
+    assert not straight.axis.gravity
+
+
+def test_what_stands_above_the_columns_fills_in_constants(tmp_path):
+    facts = "torque constant;0.25 Nm/A\nlead;10 mm\n"
+    item = propose_axis(written(tmp_path, "time [s],position [mm],current [A]", T, POSITION, FRICTION, before=facts))
+    assert item.missing == ()
+    assert item.text.endswith('[effort]\nconstant = "0.25 N*m/A"\n\n[transmission]\nlead = "10 mm"\n')
+    # 2 pi / 10 mm of 0.25 N m are 157 N.
+    assert item.axis.columns["effort"].scale == pytest.approx(157.0796, rel=1e-6)
+    nought = propose_axis(written(tmp_path, "time [s],position [mm],current [A]", T, POSITION, FRICTION, before="lead;0 mm\n"))
+    assert "effort.constant" in nought.missing
+    assert 'lead = "0' not in nought.text
+
+
+@pytest.mark.parametrize(
+    ("effort", "kind", "missing"), [("force [N]", "translational", ("transmission.lead",)), ("torque [Nm]", "rotational", ())]
+)
+def test_counts_of_a_turn_beside_a_force_are_those_of_a_screw(tmp_path, effort, kind, missing):
+    log = written(tmp_path, f"time [s],position [count],{effort}", T, 1e3 * POSITION, FRICTION, before="counts per rev;4096\n")
+    item = propose_axis(log)
+    assert "counts_per_rev = 4096" in item.text
+    assert (item.axis.kind, item.missing) == (kind, missing)
+
+
+def test_a_column_that_is_not_used_is_named(tmp_path):
+    item = propose_axis(written(tmp_path, "time [s],position [mm],force [N],spare", T, POSITION, FRICTION, np.ones_like(T)))
+    assert item.text.splitlines()[-1] == "# columns that are not used: spare"
+    assert "not used" not in propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, FRICTION)).text
+
+
+def test_a_log_without_time_asks_for_its_sample_time(tmp_path):
+    item = propose_axis(written(tmp_path, "position [mm],force [N]", POSITION, FRICTION))
+    assert "timing.sample_time" in item.missing
+    assert 'sample_time = "?"  # time between samples, such as "1 ms"' in item.text
+    timed = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, FRICTION))
+    assert "timing" not in timed.text
+
+
+def test_a_reference_follows_the_unit_of_the_position():
+    tables = {"columns": {name: {"column": name, "unit": FILL_IN} for name in ("position", "reference", "following_error")}}
+    assert missing_of(tables) == ["columns.position.unit"]
+    tables["columns"]["position"]["unit"] = "mm"
+    assert missing_of(tables) == ["columns.reference.unit", "columns.following_error.unit"]
+
+
+@pytest.mark.parametrize(
+    ("tables", "turns"),
+    [
+        ({"encoder": {"counts_per_rev": 4096}}, True),
+        ({"effort": {"rated": "2.4 N*m"}}, True),
+        ({"effort": {"rated": "120 N"}}, False),
+        ({"effort": {"constant": "0.12 N*m/A"}}, True),
+        ({"effort": {"constant": "61.2 N/A"}}, False),
+        ({"columns": {"effort": {"unit": "mN*m"}}}, True),
+        ({"columns": {"effort": {"unit": "kN"}}}, False),
+        ({"columns": {"effort": {"unit": "A"}}}, None),
+        ({"effort": {"rated": FILL_IN}, "columns": {"effort": {"unit": FILL_IN}}}, None),
+        ({}, None),
+    ],
+)
+def test_a_drive_turns_where_a_torque_or_counts_of_a_turn_say_so(tables, turns):
+    assert proposal._turns({"columns": {}} | tables) is turns
+
+
+def test_what_is_missing_is_looked_at_as_si():
+    tables = {
+        "columns": {
+            "position": {"column": "x", "unit": FILL_IN},
+            "velocity": {"column": "v", "unit": FILL_IN},
+            "effort": {"column": "i", "unit": "mA"},
+        },
+        "effort": {"constant": FILL_IN},
+        "encoder": {"resolution": FILL_IN},
+        "timing": {"sample_time": FILL_IN},
+        "transmission": {"lead": "5 mm"},
+    }
+    assumed = proposal._assumed(tables)
+    assert (assumed["kind"], assumed["effort"]["constant"]) == ("translational", "1 N/A")
+    assert {name: entry["unit"] for name, entry in assumed["columns"].items()} == {"position": "m", "velocity": "m/s", "effort": "mA"}
+    assert (assumed["encoder"]["resolution"], assumed["timing"]["sample_time"]) == ("1 m", "1 s")
+    assert assumed["transmission"]["lead"] == "5 mm"
+    turning = proposal._assumed(tables | {"encoder": {"counts_per_rev": 4096}})
+    assert (turning["kind"], turning["columns"]["position"]["unit"], turning["effort"]["constant"]) == ("rotational", "rad", "1 N*m/A")
+    assert tables["columns"]["position"]["unit"] == FILL_IN

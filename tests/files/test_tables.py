@@ -1,0 +1,201 @@
+"""TOML as it is read and written, motions in the units of an axis, models with other values, arrays beside results."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle import friction
+from bristle.core.axis import Axis, Column
+from bristle.core.content import NOWHERE
+from bristle.core.errors import InputError
+from bristle.files import motion
+from bristle.files.motion import Move, axis_of_motion, gcode_of, motion_columns, moves_table, write_log, write_motion
+from bristle.files.summary import as_json, plain, provenance
+from bristle.files.toml import DEEPEST, Said, as_toml, quoted, read_toml
+from bristle.files.varied import with_changes, with_columns
+
+# --- TOML ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = 3 mm\n", r'A value with a unit stands in quotation marks: "3 mm"'),
+        ("b = 1\na = [1,\n", "Is a bracket or a quotation mark missing at its end|The line reads"),
+        ("b = 1\nnot a line\n", "The line reads: not a line"),
+        (f"a = {'1' * 5000}\n", r"holds what cannot be read as TOML .a number of thousands of digits"),
+        (f"a = {2**63}\n", "a: is too large for a number; allowed whole numbers up to 9223372036854775807"),
+        ("a = nan\n", "a: must be a finite number"),
+        ("a = [1.0, nan]\n", r"a\[1\]: must be a finite number"),
+        ("a = 1e101\n", "a: is out of any range.*up to 1e"),
+        ('a = "x\\u0007"\n', "a: holds control characters"),
+        ('"x\\u0007" = 1\n', "has a key with control characters"),
+        ("[a.b]\nc = 1\n[a.b]\n", "is not valid TOML: .*a.b"),
+        ("a = " + "[" * (DEEPEST + 2) + "]" * (DEEPEST + 2), "is nested too deeply; allowed up to 32 tables"),
+        (".".join("a" * (DEEPEST + 2)) + " = 1", "is nested too deeply"),
+    ],
+)
+def test_what_no_file_holds_is_refused(tmp_path, text, words):
+    path = tmp_path / "x.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words) as refused:
+        read_toml(path)
+    assert str(refused.value).startswith(str(path))
+
+
+def test_what_files_hold_is_read(tmp_path):
+    path = tmp_path / "x.toml"
+    path.write_bytes(b"\xef\xbb\xbfa = inf\r\nb = -9223372036854775807\r\nc = 1e99\r\n")
+    settings = read_toml(path)
+    assert settings.data == {"a": math.inf, "b": -(2**63) + 1, "c": 1e99}
+    assert settings.source == path
+    deep = ".".join("a" * DEEPEST) + " = 1"
+    assert read_toml(deep.encode()).data["a"]
+    with pytest.raises(InputError, match=r"is not a text file in UTF-8 .byte 4."):
+        read_toml(b"a = \xff")
+    assert read_toml({"a": 1}).content is None
+
+
+def test_tables_come_back_from_their_text():
+    tables = {
+        "schema": 1,
+        "a key": 'ä "quoted"',
+        "flag": True,
+        "numbers": [1, 2.5, -0.0],
+        "array": np.array([1.0, 2.0]),
+        "inner": {"x": Said(3.0, "mm: a way"), "deeper": {"y": [[1.0], [2.0]]}},
+        "each": [{"a": 1}, {"a": 2, "b": {"c": 3}}],
+        "empty": {"only": {"z": 1}},
+    }
+    text = as_toml(tables)
+    data = read_toml(text.encode()).data
+    expected = tables | {"array": [1.0, 2.0], "inner": {"x": 3.0, "deeper": {"y": [[1.0], [2.0]]}}}
+    assert data == expected
+    assert "x = 3.0 # mm: a way\n" in text
+    assert "\n\n[inner]\n" in text
+    assert "[empty]\n" not in text
+    assert text.endswith("\n")
+    assert not text.startswith("\n")
+
+
+def test_a_remark_stands_above_a_long_line():
+    long, short = (as_toml({"x": Said(list(range(count)), "so many")}) for count in (200, 3))
+    assert long.startswith("# so many\nx = [0, 1")
+    assert short == "x = [0, 1, 2] # so many\n"
+
+
+def test_what_toml_does_not_know_is_refused_with_its_place():
+    with pytest.raises(InputError, match=r"a\.b: cannot be written.*text, a number, True or False"):
+        as_toml({"a": {"b": None}})
+    assert [quoted(value) for value in (True, 1, 1.0, "x", (1, "y"))] == ["true", "1", "1.0", '"x"', '[1, "y"]']
+
+
+# --- motions ---------------------------------------------------------------------------------------------------------
+
+MOTOR = Axis(
+    kind="translational",
+    columns={
+        "time": Column("t [ms]", "ms", "s", 1.0),
+        "position": Column("q", "rad", "rad", -2e-3),
+        "effort": Column("i [A]", "A", "A", 50.0),
+    },
+)
+BARE = Axis(kind="rotational")
+
+
+def test_columns_of_a_motion_are_those_of_the_axis():
+    heads = motion_columns(MOTOR)
+    assert heads == {
+        "time": ("t [ms]", pytest.approx(1e-3)),
+        "position": ("q [rad]", -2e-3),
+        "velocity": ("velocity [rad/s]", -2e-3),
+        "acceleration": ("acceleration [rad/s^2]", -2e-3),
+    }
+    assert {name: head for name, (head, _) in motion_columns(BARE).items()} == {
+        "time": "time [s]",
+        "position": "position [rad]",
+        "velocity": "velocity [rad/s]",
+        "acceleration": "acceleration [rad/s^2]",
+    }
+    followed = Axis(kind="translational", columns=dict(MOTOR.columns) | {"reference": Column("r", "mm", "m", 1.0)})
+    assert motion_columns(followed)["position"] == ("r [mm]", pytest.approx(1e-3))
+
+
+def test_a_motion_and_a_log_are_written_in_units_of_the_axis(tmp_path):
+    time = np.array([0.0, 0.5])
+    write_motion(tmp_path / "m.csv", MOTOR, {"time": time, "position": 4e-3 * time, "velocity": time, "acceleration": time})
+    lines = (tmp_path / "m.csv").read_text().splitlines()
+    assert lines == ["t [ms],q [rad],velocity [rad/s],acceleration [rad/s^2]", "0,-0,-0,-0", "500,-1,-250,-250"]
+    write_log(tmp_path / "l.csv", MOTOR, {"time": time, "position": 4e-3 * time, "effort": 100.0 * time})
+    assert (tmp_path / "l.csv").read_text().splitlines() == ["t [ms],q [rad],i [A]", "0,-0,0", "500,-1,1"]
+
+
+def test_a_file_without_an_effort_is_a_motion(tmp_path):
+    (tmp_path / "m.csv").write_text("t [ms],q [rad]\n0,0\n1,1\n2,2\n")
+    (tmp_path / "l.csv").write_text("t [ms],q [rad],i [A]\n0,0,1\n1,1,1\n2,2,1\n")
+    led = axis_of_motion(tmp_path / "m.csv", MOTOR)
+    assert set(led.columns) == {"time", "position"}
+    assert led.columns["position"].name == "q"
+    assert axis_of_motion(tmp_path / "l.csv", MOTOR) is None
+    assert axis_of_motion(tmp_path / "m.csv", None) is None
+    assert axis_of_motion(tmp_path / "m.csv", BARE) is None
+
+
+MOVES = [Move("run-in", 0.0, 0.1, 0.05, 2.0), Move("slow", 0.25, -0.02, 0.001, 1.0)]
+
+
+def test_moves_are_listed_in_units_of_the_axis():
+    lines = moves_table(MOVES, MOTOR).split("\n")
+    assert lines[0] == "purpose,dwell [s],q [rad],velocity [rad/s],acceleration [rad/s^2]"
+    assert lines[1:] == ["run-in,0,-50,25,1000", "slow,0.25,10,0.5,500", ""]
+
+
+def test_a_program_for_an_nc_is_in_millimetres_a_minute():
+    text = gcode_of(MOVES, MOTOR, ["chirp"]).split("\n")
+    assert "(left out, as it is no list of moves: chirp)" in text
+    assert "G90 G94 G21 (mm)" in text
+    assert text[-5:] == ["G1 X100.000000 F3000.0000", "G4 P0.250", "G1 X-20.000000 F60.0000", "M30", ""]
+    turning = gcode_of([Move("x", 0.0, math.pi, math.pi / 6.0, 1.0)], BARE, [])
+    assert "G90 G94 (degrees)\nG1 A180.000000 F1800.0000\nM30" in turning
+    assert motion.NC["translational"][0] == "X"
+
+
+# --- other values ----------------------------------------------------------------------------------------------------
+
+STRIBECK = friction.stribeck(F_C=8.0, F_S=12.0, v_S=1e-3, F_v=30.0)
+
+
+def test_a_change_keeps_all_other_values():
+    changed = with_changes(STRIBECK, {"F_C": "9 N"}, "friction")
+    assert changed == STRIBECK.with_values(F_C=9.0)
+    for changes, words in (({"F_C": -1.0}, r"friction\.F_C"), ({"F_C": 13.0}, "F_S >= F_C")):
+        with pytest.raises(InputError, match=words):
+            with_changes(STRIBECK, changes, "friction")
+
+
+def test_columns_give_a_model_for_each_row_that_holds():
+    columns = {"F_C": np.array([8.0, 13.0, 9.0]), "F_v": np.array([1.0, 2.0, 3.0])}
+    first, broken, last = with_columns(STRIBECK, columns, "friction")
+    assert first == STRIBECK.with_values(F_C=8.0, F_v=1.0)
+    assert broken is None
+    assert last == STRIBECK.with_values(F_C=9.0, F_v=3.0)
+    assert with_columns(STRIBECK, {"F_v": np.array([-1.0, 2.0])}, "x") == [None, STRIBECK.with_values(F_v=2.0)]
+    assert with_columns(STRIBECK, {"F_v": np.array([np.nan, 2.0])}, "x") == [None, STRIBECK.with_values(F_v=2.0)]
+    assert with_columns(STRIBECK, {"F_v": np.array(["1 N*s/m"])}, "x") == [STRIBECK.with_values(F_v=1.0)]
+
+
+# --- JSON ------------------------------------------------------------------------------------------------------------
+
+
+def test_plain_data_hold_no_number_that_is_none():
+    data = {1: np.array([1.0, np.nan]), "b": {3}, "c": (True, None, 2), "d": np.float64(1.5), "e": math.inf}
+    assert plain(data) == {"1": [1.0, None], "b": [3], "c": [True, None, 2], "d": 1.5, "e": None}
+    assert as_json({"a": 1}) == '{\n  "a": 1\n}\n'
+
+
+def test_several_sources_are_numbered():
+    record = provenance("bristle x", log=[NOWHERE, NOWHERE], axis=None)
+    assert list(record) == ["bristle", "log", "log_sha256", "log_2", "log_2_sha256", "command"]
+    assert record["command"] == "bristle x"
+    assert list(provenance("bristle x", axis=NOWHERE)) == ["bristle", "axis", "axis_sha256", "command"]

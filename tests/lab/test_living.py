@@ -1,0 +1,146 @@
+"""What a report that moves is told of a loop: which lines it draws, and why there is nothing to move."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle.core.status import Status
+from bristle.lab import living
+from bristle.lab.living import followed_part, living_part, uncertainty_of
+from bristle.lab.page import hash_of, joined, policy
+from bristle.simulation import COMPENSATED
+
+TIME = np.arange(4.0)
+
+
+def simulated(*names, diverged=()):
+    """A simulation of variants whose error is their number."""
+    variants = [SimpleNamespace(name=name) for name in names]
+    results = {
+        name: SimpleNamespace(
+            name=name,
+            time=TIME,
+            reference=np.full(4, 5.0),
+            measured=np.full(4, 5.0 - number),
+            status=Status.NOT_FINITE if name in diverged else Status.OK,
+        )
+        for number, name in enumerate(names, 1)
+    }
+    return SimpleNamespace(experiment=SimpleNamespace(variants=variants), variants=results)
+
+
+def measured(contradiction=None):
+    return SimpleNamespace(time=TIME, error=np.full(4, 9.0), contradiction=contradiction)
+
+
+def lines(simulation, following):
+    return [(name, error.tolist()[0]) for name, _, error in living._errors(simulation, following)]
+
+
+def test_a_line_is_the_reference_less_what_was_measured():
+    assert lines(simulated("a", "b"), None) == [("a", 1.0), ("b", 2.0)]
+    assert lines(simulated("a", "b"), measured()) == [("measured", 9.0), ("a", 1.0), ("b", 2.0)]
+    assert lines(None, measured()) == [("measured", 9.0)]
+    assert lines(None, None) == []
+
+
+def test_a_loop_that_diverged_has_no_line():
+    assert lines(simulated("a", "b", diverged=("a",)), None) == [("b", 2.0)]
+
+
+def test_of_a_simulation_that_the_log_contradicts_the_first_loop_is_shown():
+    assert lines(simulated("a", "b"), measured("it follows otherwise")) == [("measured", 9.0), ("a", 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("simulation", "following", "reason", "moves"),
+    [
+        (simulated("a", COMPENSATED), measured(), "", True),
+        (simulated("a", COMPENSATED), None, "", True),
+        (simulated("a", COMPENSATED), measured("otherwise"), "the log contradicts the simulated loop", False),
+        (simulated("a"), measured(), "no loop was simulated, for which the axis file needs a controller", False),
+        (None, measured(), "no loop was simulated, for which the axis file needs a controller", False),
+    ],
+)
+def test_a_loop_moves_or_says_why_it_does_not(monkeypatch, simulation, following, reason, moves):
+    monkeypatch.setattr(living, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
+    part = followed_part("model", simulation, following)
+    assert part["reason"] == reason
+    assert part["loop"] == ({"of": COMPENSATED, "friction": "model"} if moves else None)
+    assert len(part["traces"]) == len(lines(simulation, following))
+
+
+def test_where_nothing_followed_there_is_no_part():
+    assert followed_part("model", None, None) is None
+    assert followed_part("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None) is None
+
+
+def test_each_parameter_says_whether_it_is_identified():
+    parameters = {"F_C": SimpleNamespace(status="identified", ends=(1.0, 2.0)), "F_v": SimpleNamespace(status="at limit", ends=None)}
+    assert uncertainty_of(SimpleNamespace(parameters=parameters)) == {
+        "F_C": {"status": "identified", "interval": (1.0, 2.0)},
+        "F_v": {"status": "at limit", "interval": None},
+    }
+
+
+@pytest.fixture
+def identified(monkeypatch):
+    """A function that returns the part of an identification whose rows and model are made up."""
+    asked = []
+    rows = SimpleNamespace(mechanical=[SimpleNamespace(name="M"), SimpleNamespace(name="")], as_data=lambda: {"rows": 1})
+    model = {"scales": {"force": 3.0}}
+
+    def described(friction, **how):
+        asked.append(how)
+        return model
+
+    def variables(plant, moved, scale, uncertainty, around):
+        asked.append((moved, scale, around))
+        return [{"name": "M", "fixed": False}, {"name": "g", "fixed": True}]
+
+    monkeypatch.setattr(living, "fitted_rows", lambda *given: rows)
+    monkeypatch.setattr(living, "model_described", described)
+    monkeypatch.setattr(living, "variables_of", variables)
+    monkeypatch.setattr(living, "as_json", lambda data: asked.append(data) or "DATA")
+
+    def part(kind="translational", logs=()):
+        best = SimpleNamespace(friction="model", plant=SimpleNamespace(kind=kind), parameters={})
+        made = living_part(SimpleNamespace(best=best, log=None, treatment=None, further_logs=logs), None)
+        return made, asked
+
+    return part
+
+
+@pytest.mark.parametrize(("kind", "unit", "word"), [("translational", "N", "force"), ("rotational", "N·m", "torque")])
+def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, word):
+    part, (how, variables, data) = identified(kind, ("second", "third"))
+    assert (data["effort"], data["word"], data["logs"]) == (unit, word, 3)
+    assert (how["around"], how["proven"]) == (3.0, False)
+    assert variables == (["M"], 3.0, 3.0)
+    assert [row["name"] for row in data["plant"]] == ["M"]
+    assert (data["loop"], part.follows) == (None, False)
+    assert (str(part.data), part.macro) == ("DATA", "living")
+    assert part.policy == policy([joined(living.SHARED), joined(living.SCRIPTS)])
+
+
+def test_a_model_that_no_page_computes_has_no_part(identified, monkeypatch):
+    monkeypatch.setattr(living, "fitted_rows", lambda *given: None)
+    assert identified()[0] is None
+
+
+# --- the policy ------------------------------------------------------------------------------------------------------
+
+
+def test_a_script_is_named_by_its_hash():
+    # Of nothing, as RFC 6234 has it.
+    assert hash_of("") == "'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='"
+
+
+def test_a_policy_lets_run_what_it_names_and_nothing_else():
+    text = policy(["a", "b"], ["c"])
+    assert text.startswith(
+        f"default-src 'none'; script-src {hash_of('a')} {hash_of('b')} 'wasm-unsafe-eval'; style-src {hash_of('c')}; img-src data:; "
+    )
+    assert "'unsafe-inline'" not in text
+    assert "style-src 'unsafe-inline';" in policy(["a"])

@@ -1,0 +1,273 @@
+"""Linear systems whose responses, poles and margins are known in closed form."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.loop.conftest import loop
+
+from bristle import controllers, friction, plants
+from bristle.core.experiment import Run
+from bristle.loop import linear_system
+from bristle.loop.linear_system import (
+    LARGE,
+    NO_FRICTION,
+    SMALL,
+    LinearFriction,
+    LinearSystem,
+    SampledLoop,
+    linear_law,
+    linear_plant,
+    margins_of,
+    measured_on,
+    sliding_force,
+    slope_in_sliding,
+    stiffness_at_rest,
+    varied_in,
+)
+
+DT = 1e-3
+POINTS = np.exp(1j * np.array([0.1, 0.7, 2.0]))
+
+
+def first_order(pole, gain=1.0, direct=0.0):
+    """The system gain / (z - pole) + direct."""
+    return LinearSystem(np.array([[pole]]), np.ones(1), np.array([gain]), direct)
+
+
+def constant(gain):
+    """A system that answers its input by so many times as much."""
+    return LinearSystem(np.zeros((0, 0)), np.zeros(0), np.zeros(0), gain)
+
+
+def test_the_response_is_that_of_the_transfer_function():
+    assert first_order(0.5, 3.0, 2.0).response(POINTS) == pytest.approx(3.0 / (POINTS - 0.5) + 2.0)
+    assert constant(4.0).response(POINTS) == pytest.approx(np.full(3, 4.0))
+
+
+def test_two_systems_beside_each_other_add_their_outputs():
+    one, other = first_order(0.5, 3.0, 2.0), first_order(-0.2, 1.0, 0.5)
+    both = one.beside(other)
+    assert both.response(POINTS) == pytest.approx(one.response(POINTS) + other.response(POINTS))
+    assert sorted(np.linalg.eigvals(both.A)) == pytest.approx([-0.2, 0.5])
+    assert one.beside(constant(1.0)).response(POINTS) == pytest.approx(one.response(POINTS) + 1.0)
+
+
+def test_a_function_is_measured_by_its_slopes_in_each_direction():
+    def sample(state, measured):
+        x, mode = state
+        return np.array([0.5 * x + 3.0 * measured + 0.1, mode]), 2.0 * x - measured + 7.0
+
+    system = measured_on(sample, np.array([1.0, 5.0]), np.array([True, False]), 1e-3)
+    assert pytest.approx(np.array([[0.5]])) == system.A
+    assert (system.B[0], system.C[0], system.D) == pytest.approx((3.0, 2.0, -1.0))
+
+
+def test_only_numbers_of_a_state_are_varied():
+    structure = ("State", ["number", "counter", ("Part", ["number", "mode"])])
+    assert varied_in(structure).tolist() == [True, False, True, False]
+
+
+def test_a_cascade_answers_a_position_by_its_gains():
+    law = linear_law(controllers.cascade(k_p=40.0, k_v=3000.0), DT, LARGE)
+    slow = law.response(np.array([np.exp(1e-6j)]))[0]
+    assert slow.real == pytest.approx(-40.0 * 3000.0, rel=1e-6)
+    # A difference over a sample: k_v (1 - 1/z) / dt at half the sampling rate.
+    assert law.response(np.array([-1.0 + 0j]))[0] == pytest.approx(-3000.0 * (40.0 + 2.0 / DT), rel=1e-6)
+
+
+def test_a_law_is_measured_about_rest_to_rounding():
+    # Anywhere else a motion so small would be lost in the digits of position and effort.
+    for law in (
+        controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0, K_2=3.0, phi=1e-3),
+        controllers.cascade(k_p=40.0, k_v=3000.0, k_i=2e4),
+    ):
+        small, larger = linear_law(law, DT, SMALL), linear_law(law, DT, 1e3 * SMALL)
+        for own, other in zip(small, larger, strict=True):
+            assert own == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
+
+
+# --- plants ---------------------------------------------------------------------------------------------------------
+
+
+def positions(plant, command, count):
+    """The positions [m] that a plant has at the samples under a constant command."""
+    state, found = np.zeros(plant.B.size), []
+    for _ in range(count):
+        found.append(plant.C @ state)
+        state = plant.A @ state + plant.B * command
+    return np.array(found)
+
+
+def test_a_constant_effort_moves_a_mass_by_half_of_its_acceleration_times_time_squared():
+    plant = linear_plant(loop(), LARGE)
+    assert positions(plant, 40.0, 6) == pytest.approx(0.5 * 2.0 * (DT * np.arange(6)) ** 2)
+
+
+def test_behind_a_lag_the_mass_follows_later():
+    lagging = loop(run=Run(4.0, DT, substeps=10, current_lag=2e-3))
+    t, lag = DT * np.arange(9), 2e-3
+    expected = 2.0 * (0.5 * t**2 - lag * t + lag**2 * (1.0 - np.exp(-t / lag)))
+    assert positions(linear_plant(lagging, LARGE), 40.0, 9) == pytest.approx(expected, rel=1e-3, abs=1e-7)
+
+
+def test_a_damper_lets_a_mass_slide_at_its_terminal_speed():
+    plant = linear_plant(loop(), LARGE, LinearFriction(0.0, 4000.0))
+    x = positions(plant, 40.0, 100)
+    assert (x[-1] - x[-2]) / DT == pytest.approx(0.01, rel=1e-6)
+
+
+def test_a_spring_holds_a_mass_where_the_effort_balances():
+    plant = linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0))
+    assert positions(plant, 40.0, 2000)[-1] == pytest.approx(2e-4, rel=1e-6)
+
+
+SCREW = {"kind": "rotational", "J": 1e-3, "M": 50.0, "lead": 2e-3 * math.pi, "k": 1e8, "d": 2e3}  # an arm of 1 mm
+
+
+def behind_a_screw(side, motor=NO_FRICTION, table=NO_FRICTION, **changed):
+    """The plant of a table behind a screw whose arm is a millimetre."""
+    law = controllers.cascade(kind="rotational", k_p=80.0, k_v=0.2)
+    variant = loop(plant=plants.ball_screw(**(SCREW | changed)), controller=law, sensor_at=side, run=Run(4.0, DT, substeps=20))
+    return linear_plant(variant, LARGE, motor, table)
+
+
+@pytest.mark.parametrize("side", ["motor", "load"])
+def test_motor_and_table_share_an_acceleration_in_the_end(side):
+    x = positions(behind_a_screw(side), 0.42, 200)
+    # 50 kg over an arm of a millimetre are 5e-5 kg m^2.
+    assert np.mean(np.diff(x, 2)[100:]) / DT**2 == pytest.approx(0.42 / (1e-3 + 5e-5), rel=0.01)
+
+
+@pytest.mark.parametrize(("side", "expected"), [("motor", 1e-3 + 1e-2), ("load", 1e-3)])
+def test_a_spring_at_the_table_twists_the_screw(side, expected):
+    # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
+    held = behind_a_screw(side, LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4), k=1e6)
+    assert positions(held, 0.01, 3000)[-1] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(("motor", "table"), [(LinearFriction(0.0, 0.3), NO_FRICTION), (NO_FRICTION, LinearFriction(0.0, 3e5))])
+def test_dampers_on_both_sides_of_a_screw_brake_alike(motor, table):
+    # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
+    x = positions(behind_a_screw("load", motor, table), 0.06, 400)
+    assert (x[-1] - x[-2]) / DT == pytest.approx(0.2, rel=1e-3)
+
+
+def test_a_spring_at_the_motor_holds_both():
+    held = LinearFriction(4.0, 0.2)
+    for side in ("motor", "load"):
+        assert positions(behind_a_screw(side, held), 0.2, 2000)[-1] == pytest.approx(0.05, rel=1e-4)
+
+
+# --- friction -------------------------------------------------------------------------------------------------------
+
+
+def test_a_stuck_bristle_is_its_spring_and_its_damper():
+    stuck = stiffness_at_rest(friction.lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=900.0, sigma_2=70.0), DT)
+    assert (stuck.k, stuck.c) == (pytest.approx(4e6, rel=1e-4), pytest.approx(970.0, rel=1e-4))
+
+
+def test_friction_at_a_speed_is_the_mean_of_both_directions():
+    model = friction.find("coulomb_viscous+asymmetry")(F_C_pos=24.0, F_C_neg=16.0, F_v_pos=90.0, F_v_neg=50.0, offset=3.0)
+    assert sliding_force(model, 0.1) == pytest.approx(20.0 + 7.0)
+    assert slope_in_sliding(model, 0.1) == (0.0, pytest.approx(70.0))
+
+
+# --- loops ----------------------------------------------------------------------------------------------------------
+
+
+def integrator(gain, delay=0):
+    """A position that is the sum of efforts, under a law that answers it by a gain."""
+    return SampledLoop(first_order(1.0), constant(-gain), delay, DT)
+
+
+def test_a_delay_line_makes_the_poles_of_its_polynomial():
+    # z^d (z - 1) + k = 0
+    for delay in range(4):
+        expected = np.roots([1.0, -1.0, *np.zeros(delay - 1), 0.3][: delay + 2] if delay else [1.0, -0.7])
+        found = integrator(0.3, delay).poles
+        assert np.sort(np.abs(found)) == pytest.approx(np.sort(np.abs(expected)), rel=1e-9)
+        assert np.all(np.diff(np.abs(found)) <= 1e-12)  # the largest one first
+        assert integrator(0.3, delay).spectral_radius == pytest.approx(np.max(np.abs(expected)))
+
+
+def test_a_law_with_a_state_makes_the_poles_of_its_polynomial():
+    # 1 + 0.2/((z - 1)(z - 0.5)) = 0
+    whole = SampledLoop(first_order(1.0), first_order(0.5, -0.2), 0, DT)
+    assert np.sort_complex(whole.poles) == pytest.approx(np.sort_complex(np.roots([1.0, -1.5, 0.7])))
+    late = replace(whole, delay=2)
+    assert np.sort(np.abs(late.poles)) == pytest.approx(np.sort(np.abs(np.roots([1.0, -1.5, 0.5, 0.0, 0.2]))))
+
+
+def test_states_that_take_no_part_are_no_poles():
+    idle = LinearSystem(np.diag([1.0, 0.99, 0.98]), np.array([1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0]), 0.0)
+    assert SampledLoop(idle, constant(-0.3), 0, DT).poles == pytest.approx([0.7])
+
+
+def test_a_loop_without_states_has_no_pole():
+    assert SampledLoop(constant(0.0), constant(0.0), 0, DT).spectral_radius == 0.0
+
+
+def test_a_body_that_nothing_holds_is_not_unstable():
+    free = LinearSystem(np.array([[1.0, DT], [0.0, 1.0]]), np.array([0.0, DT]), np.array([1.0, 0.0]), 0.0)
+    assert not SampledLoop(free, constant(0.0), 0, DT).is_unstable
+    assert SampledLoop(first_order(1.00001), constant(0.0), 0, DT).is_unstable
+
+
+def test_the_open_loop_lags_by_its_delay():
+    omega = np.array([10.0, 300.0])
+    z = np.exp(1j * omega * DT)
+    assert integrator(0.3, 2).response(omega) == pytest.approx(0.3 / (z - 1.0) / z**2)
+
+
+def test_a_stronger_law_answers_so_many_times_as_strongly():
+    law = first_order(0.5, -0.2, -0.1)
+    stronger = SampledLoop(first_order(1.0), law, 1, DT).with_gain(3.0)
+    assert stronger.law.response(POINTS) == pytest.approx(3.0 * law.response(POINTS))
+    assert stronger.delay == 1
+
+
+@pytest.mark.parametrize(("gain", "delay"), [(0.3, 0), (0.3, 1), (0.1, 3), (0.05, 0)])
+def test_margins_of_an_integrator_are_those_by_hand(gain, delay):
+    # |z - 1| = 2 sin(w T/2) = k at the crossover; the phase there is -90 degrees less w T (1/2 + delay).
+    angle = 2.0 * math.asin(0.5 * gain)
+    found = margins_of(integrator(gain, delay))
+    phase = 90.0 - math.degrees(angle * (0.5 + delay))
+    assert found.crossover == pytest.approx(angle / DT, rel=1e-9)
+    assert found.phase == pytest.approx(phase, rel=1e-9)
+    assert found.delay == pytest.approx(math.radians(phase) / angle, rel=1e-9)
+    # At 180 degrees w T (1/2 + delay) is 90 degrees.
+    assert found.gain == pytest.approx(2.0 * math.sin(0.5 * math.pi / (1.0 + 2.0 * delay)) / gain, rel=1e-6)
+
+
+def test_the_sensitivity_is_its_largest():
+    # 1/(1 + k/(z - 1)) = (z - 1)/(z - 1 + k) is largest at half the sampling rate: 2/(2 - k).
+    assert margins_of(integrator(0.5)).sensitivity == pytest.approx(2.0 / 1.5)
+
+
+def test_an_unstable_loop_has_a_phase_below_nothing_and_a_smaller_gain_that_is_stable():
+    # With one sample of delay an integrator is stable up to a gain of 1.
+    found = margins_of(integrator(1.25, 1))
+    assert found.gain == pytest.approx(0.8, rel=1e-6)
+    assert found.phase == pytest.approx(90.0 - math.degrees(3.0 * math.asin(0.625)), rel=1e-9)
+    assert found.phase < 0.0
+    assert found.delay == pytest.approx(math.radians(found.phase) / (2.0 * math.asin(0.625)))
+
+
+def test_a_loop_that_never_crosses_over_has_no_margin():
+    still = SampledLoop(first_order(0.5, 0.1), constant(-1.0), 0, DT)
+    found = margins_of(still)
+    assert (found.phase, found.crossover, found.delay) == (None, None, None)
+    assert found.gain == pytest.approx(15.0, rel=1e-3)  # 0.1/(-1 - 0.5) at half the sampling rate
+
+
+def test_a_state_is_reached_along_a_chain():
+    linked = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=bool)
+    assert linear_system._reached(linked, np.array([True, False, False])).tolist() == [True, True, True]
+    assert linear_system._reached(linked.T, np.array([True, False, False])).tolist() == [True, False, False]
+
+
+def test_amplitudes_lie_within_and_beyond_what_is_bounded():
+    # A count of an encoder and a boundary layer lie between.
+    assert SMALL < 1e-9 < 1.0 < LARGE

@@ -1,0 +1,145 @@
+"""How gains follow from a bandwidth, and how the widest bandwidth is found."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from tests.loop.conftest import loop
+from tests.loop.laws import RADIAN, rig
+
+from bristle import controllers, sensors
+from bristle.core.status import Status
+from bristle.loop import Verdict, tuning
+from bristle.loop.tuning import GAINS, Delays, feeds_inertia, inertia_of, lagging, told_the_motion
+
+
+@pytest.mark.parametrize(("value", "rounded"), [(123.4, 120.0), (0.0987, 0.098), (1.0, 1.0), (99.9, 99.0), (4567.0, 4500.0)])
+def test_bandwidths_are_rounded_down_to_two_digits(value, rounded):
+    assert tuning._rounded_down(value) == pytest.approx(rounded)
+
+
+@pytest.mark.parametrize(("limit", "most", "found"), [(123.4, None, 120.0), (777.0, None, 770.0), (123.4, 50.0, 49.0), (123.4, 60.0, 59.0)])
+def test_the_widest_bandwidth_that_keeps_margins_is_found_from_above(limit, most, found):
+    result = tuning._widest(lambda omega: omega <= limit, 1000.0, most)
+    assert result == pytest.approx(found, rel=0.021)
+    assert result <= min(limit, most or math.inf)
+
+
+def test_no_bandwidth_is_found_where_nothing_keeps_the_margins():
+    tried = []
+    assert tuning._widest(lambda omega: bool(tried.append(omega)), 1000.0, None) is None
+    assert max(tried) == pytest.approx(3000.0 / 1.25)
+    assert min(tried) == pytest.approx(0.1 / 1.25, rel=0.25)
+
+
+def test_the_gains_of_a_cascade_follow_from_its_bandwidth():
+    gains = GAINS["cascade"](60.0, {}, loop())
+    assert (gains["k_v"], gains["k_p"], gains["k_i"]) == (pytest.approx(20.0 * 60.0, rel=1e-3), 15.0, 0.0)
+    integral = GAINS["cascade"](60.0, {"k_i": 1.0}, loop())
+    assert integral["k_i"] == pytest.approx(integral["k_v"] * 6.0)
+
+
+def test_a_surface_alone_has_the_bandwidth_twice():
+    assert GAINS["sliding_mode"](60.0, {}, loop()) == {"lambda_": 60.0, "K_1": 60.0}
+    assert GAINS["disturbance_observer"](60.0, {}, loop()) == {"lambda_": 60.0, "K_1": 60.0, "g": 12.0}
+
+
+def test_a_boundary_layer_holds_what_a_count_makes_of_the_surface():
+    law = {"J": 4e-4, "lambda_": 340.0, "K_1": 340.0, "K_2": 1.0, "phi": 0.0, "cutoff": 400.0}
+    variant = rig(1)
+    gains = GAINS["sliding_mode"](300.0, law, variant)
+    assert (gains["lambda_"], gains["K_1"]) == (300.0, pytest.approx(200.0))
+    # A count in a sample, through a low-pass: so much of it as the share that is let through.
+    count, share = 0.125 * RADIAN, 1.0 - math.exp(-2.0 * math.pi * 400.0 * 5e-4)
+    assert gains["phi"] == pytest.approx(count * (300.0 + share / 5e-4), rel=0.02)
+    assert gains["K_2"] / gains["phi"] == pytest.approx(100.0)
+    assert GAINS["sliding_mode"](300.0, law | {"phi": 1.0}, variant)["phi"] == 1.0
+    exact = replace(variant, sensor=sensors.encoder(kind="rotational"))
+    assert GAINS["sliding_mode"](300.0, law, exact)["phi"] == 0.0
+
+
+def test_delays_add_up():
+    assert Delays(1.0, 2.0, 3.0, 4.0).total == 10.0
+
+
+def test_another_lag_changes_nothing_else():
+    late = lagging(loop(), 7e-4)
+    assert late.run.current_lag == 7e-4
+    assert replace(late, run=loop().run) == loop()
+
+
+def test_a_law_feeds_inertia_where_it_answers_the_acceleration():
+    assert feeds_inertia(controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0), 1e-3)
+    assert not feeds_inertia(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3)
+
+
+def test_a_loop_is_told_the_whole_of_the_motion():
+    deaf = loop(controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=0.5), feedforward=replace(loop().feedforward, mass=10.0))
+    informed = told_the_motion(deaf)
+    assert informed.controller.values["k_ff"] == 1.0
+    assert informed.feedforward.mass == pytest.approx(20.0, rel=1e-3)
+    near = loop(feedforward=replace(loop().feedforward, mass=20.1))
+    assert told_the_motion(near) == near  # within a hundredth
+    far = loop(feedforward=replace(loop().feedforward, mass=20.3))
+    assert told_the_motion(far).feedforward.mass == pytest.approx(inertia_of(far))
+
+
+def test_loops_that_are_proposed_have_their_names(monkeypatch):
+    law = controllers.cascade(k_p=10.0, k_v=1000.0)
+    asked = []
+
+    def tuned(variant, name, bandwidth):
+        asked.append((name, bandwidth))
+        return tuning.Tuned(law, 42.0) if name == "cascade" else None
+
+    monkeypatch.setattr(tuning, "tuned", tuned)
+    loops, bandwidths = tuning._loops(loop(), 50.0)
+    assert asked == [("cascade", 50.0), ("disturbance_observer", 50.0)]
+    assert (list(loops), bandwidths) == (["as it is", "tuned"], {"tuned": 42.0})
+    assert [each.name for each in loops.values()] == list(loops)
+    assert loops["tuned"].controller.values["k_p"] == 10.0
+    measured = loop(feedforward=replace(loop().feedforward, along="measured"))
+    assert list(tuning._loops(measured, None)[0]) == ["as it is", "along the desired motion", "tuned"]
+    assert tuning._loops(measured, None)[0]["tuned"].feedforward.along == "desired"
+    same = loop(controller=law)
+    assert list(tuning._loops(same, None)[0]) == ["as it is"]
+    observing = loop(controller=controllers.disturbance_observer(J=20.0, lambda_=100.0, K_1=100.0, g=20.0))
+    asked.clear()
+    tuning._loops(observing, None)
+    assert asked == [("disturbance_observer", None)]
+
+
+def test_loops_that_would_not_diverge_are_simulated_twice_at_most(monkeypatch):
+    ran, judged = [], []
+    loops = {name: loop(name) for name in ("as it is", "along the desired motion", "tuned", "with an observer")}
+    stated = replace(loops["with an observer"], run=replace(loop().run, current_lag=3e-4, seeds=5))
+    loops["with an observer"] = stated
+
+    def assessed(variant):
+        judged.append((variant.name, variant.run.current_lag))
+        verdict = Verdict.DIVERGES if variant.name == "along the desired motion" else Verdict.STABLE
+        return SimpleNamespace(verdict=verdict, name=variant.name)
+
+    def simulated(experiment, progress):
+        ran.append([(each.name, each.run.seeds) for each in experiment.variants])
+        bad = Status.NOT_FINITE
+        outcomes = {each.name: SimpleNamespace(status=Status.OK, following_error=each.name, effort_rms=7.0) for each in experiment.variants}
+        outcomes["tuned"].status = bad
+        return SimpleNamespace(variants=outcomes)
+
+    monkeypatch.setattr(tuning, "assess", assessed)
+    monkeypatch.setattr(tuning, "simulate", simulated)
+    monkeypatch.setattr(tuning, "_loops", lambda variant, bandwidth: (loops, {"tuned": 42.0, "with an observer": 30.0}))
+    present, desired, tuned, observing = tuning.proposals_for(loop(run=replace(loop().run, seeds=5)))
+    assert [item.name for item in (present, desired, tuned, observing)] == list(loops)
+    # Gains are judged with the largest lag that nobody stated, the loop as it is with none.
+    assert dict(judged) == {"as it is": 0.0, "along the desired motion": 0.0, "tuned": 1e-3, "with an observer": 3e-4}
+    assert ran == [[("as it is", 2), ("tuned", 2), ("with an observer", 2)]]
+    assert [item.following_error for item in (present, desired, tuned, observing)] == ["as it is", None, None, "with an observer"]
+    assert [item.effort_rms for item in (present, desired, tuned, observing)] == [7.0, None, None, 7.0]
+    assert [item.bandwidth for item in (present, desired, tuned, observing)] == [None, None, 42.0, 30.0]
+    assert present.stiffness == pytest.approx(80.0 * 4000.0, rel=1e-6)
+    assert present.count_effort == pytest.approx(4000.0 * (1e-3 + 80.0 * 1e-6), rel=1e-6)
+    tuning.proposals_for(loop(), simulated=False)
+    assert [name for name, _ in ran[-1]] == ["tuned", "with an observer"]

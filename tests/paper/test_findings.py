@@ -1,0 +1,148 @@
+"""What comes out of a trial whose errors are made up: intervals, shares, the best family, claims and tables."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle.core.content import NOWHERE
+from bristle.paper.robust import findings
+from bristle.paper.robust.findings import Claim, Interval, best_family, claims, error_of, interval, no_better, numbers, share_left
+from bristle.paper.robust.trial import Cell, Plan, Trial
+from bristle.paper.robust.truths import NOMINAL, Truth
+
+FIRST, OTHER = Truth("thirty_sliders", None, NOWHERE, ("gms",)), Truth("lugre", None, NOWHERE, ("lugre",))
+
+
+@pytest.fixture
+def trial():
+    """Two truths in the loops of a set, with two families."""
+    plan = Plan((FIRST, OTHER), 3, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=("gms", "lugre"))
+    made = Trial(plan, {(truth.name, family): SimpleNamespace(reason="") for truth in plan.truths for family in plan.compensators})
+    sizes = {"none": 1.5, "feedforward": 0.6, "observer": 0.5, "observer_feedforward": 0.4}
+    for cell in plan.cells:
+        size = sizes[cell.variant] * {"gms": 0.5, "lugre": 1.5}.get(cell.family, 1.0)
+        if cell.condition != NOMINAL:
+            size *= 1.2
+        made.errors[cell] = 1e-6 * size * np.array([0.99, 1.0, 1.01])
+    return made
+
+
+def test_a_plan_tries_each_loop_and_each_family_fed_forward():
+    cells = Plan((FIRST,), 2, conditions=(NOMINAL, "level_1.6"), sets=("set_a", "set_c"), families=("gms", "maxwell_slip")).cells
+    assert len(cells) == 2 * 2 * 4 + 2
+    assert {cell.family for cell in cells if cell.variant in ("none", "observer")} == {""}
+    assert {cell.family for cell in cells if cell.variant == "observer_feedforward"} == {"maxwell_slip"}
+    assert Plan((FIRST,), 2, families=("gms",)).compensators == ("gms", "maxwell_slip")
+
+
+def test_an_error_is_found_by_its_loop(trial):
+    assert error_of(trial, "set_a", "lugre", "none").peak_to_peak == pytest.approx(1.5e-6)
+    assert error_of(trial, "set_a", "lugre", "feedforward", family="gms").peak_to_peak == pytest.approx(0.3e-6)
+    assert error_of(trial, "set_a", "lugre", "observer", "level_1.6").peak_to_peak == pytest.approx(0.6e-6)
+    assert error_of(trial, "set_c", "lugre", "none") is None
+    trial.errors[Cell("set_a", "lugre", NOMINAL, "none", "")] = np.empty(0)
+    assert error_of(trial, "set_a", "lugre", "none") is None
+    assert math.isnan(share_left(trial, "set_a", "lugre", "observer"))
+
+
+def test_what_is_left_is_a_share_of_the_error_without_compensation(trial):
+    assert share_left(trial, "set_a", "lugre", "observer") == pytest.approx(1.0 / 3.0)
+    assert share_left(trial, "set_a", "lugre", "feedforward", "gms") == pytest.approx(0.2)
+
+
+def test_the_best_family_leaves_least_and_may_have_to_be_a_stranger(trial):
+    assert best_family(trial, "set_a", FIRST) == "gms"
+    assert best_family(trial, "set_a", FIRST, strangers=True) == "maxwell_slip"
+    assert best_family(trial, "set_a", OTHER, strangers=True) == "gms"
+    assert best_family(trial, "set_c", FIRST) == ""
+
+
+@pytest.mark.parametrize(("both", "named"), [(0.499, ["lugre"]), (0.48, []), (0.5, ["lugre"]), (0.6, ["lugre"])])
+def test_both_together_do_better_by_more_than_their_intervals(trial, both, named):
+    cells = [Cell("set_a", "lugre", NOMINAL, name, family) for name, family in (("observer", ""), ("observer_feedforward", "maxwell_slip"))]
+    trial.errors[cells[0]] = 1e-6 * np.array([0.499, 0.5, 0.501])
+    trial.errors[cells[1]] = 1e-6 * (both + np.array([-0.001, 0.0, 0.001]))
+    assert no_better(trial, "set_a") == named
+    trial.errors = {}
+    assert no_better(trial, "set_a") == []
+
+
+def test_a_single_run_has_no_interval_to_exceed(trial):
+    for name, family, size in (("observer", "", 0.5), ("observer_feedforward", "maxwell_slip", 0.499)):
+        trial.errors[Cell("set_a", "lugre", NOMINAL, name, family)] = np.array([size * 1e-6])
+    assert no_better(trial, "set_a") == []
+
+
+def test_a_claim_holds_up_to_its_limit():
+    assert Claim("x", 0.5, {"a": 0.5, "b": 0.4}).holds
+    assert not Claim("x", 0.5, {"a": 0.5, "b": 0.501}).holds
+
+
+def test_claims_are_of_the_rig_at_every_level_and_of_all_other_truths(trial):
+    first, others = claims(trial)
+    assert (first.limit, others.limit) == (0.45e-6, 0.5e-6)
+    assert first.errors == {NOMINAL: pytest.approx(0.4e-6), "level_1.6": pytest.approx(0.48e-6)}
+    assert others.errors == {"lugre": pytest.approx(0.4e-6)}
+    assert [claim.holds for claim in (first, others)] == [False, True]
+    assert claims(trial, "set_c") == []
+
+
+def test_numbers_hold_every_loop_and_family(trial):
+    data = numbers(trial)
+    assert data["robust"]["lugre"]["level_1.6"]["none"]["peak_to_peak"] == pytest.approx(1.8e-6)
+    family = data["families"]["lugre"]["lugre"]
+    assert family["own_structure"] is True
+    assert family["set_a"]["share_left"] == pytest.approx(0.6)
+    assert data["families"]["lugre"]["gms"]["own_structure"] is False
+    best = data["best_family"]["thirty_sliders"]["set_a"]
+    assert best == {
+        "family": "gms",
+        "share_left": pytest.approx(0.2),
+        "stranger": "maxwell_slip",
+        "stranger_share_left": pytest.approx(0.4),
+    }
+    assert data["claims"]["set_a"][0]["holds"] is False
+    assert data["observer_alone_does_as_well"] == {"set_a": []}
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (None, "–"),
+        (interval([math.inf, 1e-6]), "diverged"),
+        (interval([1.234e-6]), "1.23"),
+        (Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
+    ],
+)
+def test_an_error_is_told_with_its_interval(error, words):
+    assert findings.micrometres(error) == words
+
+
+@pytest.mark.parametrize(("share", "words"), [(math.nan, "–"), (math.inf, "diverged"), (0.123, "12")])
+def test_a_share_is_told_in_percent(share, words):
+    assert findings._percent(share) == words
+
+
+def test_tables_have_a_row_for_each_case(trial):
+    errors = findings.error_table(trial, "set_a")
+    assert [row[:2] for row in errors.rows] == [
+        (name, condition) for name in ("thirty_sliders", "lugre") for condition in (NOMINAL, "level_1.6")
+    ]
+    assert errors.rows[0][2].startswith("1.50 (")
+    assert "mean over 3 runs" in errors.caption
+    shown = findings.claim_table(trial)
+    assert [(row[1], row[3], row[4]) for row in shown.rows] == [("0.45", "level_1.6", "no"), ("0.50", "lugre", "yes")]
+    assert shown.rows[0][2] == "0.48"
+    best = findings.best_table(trial)
+    assert best.rows[0] == ("thirty_sliders", "Set A", "gms", "yes", "20", "maxwell_slip", "40", "40")
+    assert best.rows[1][2:4] == ("gms", "no")
+    families = findings.family_table(trial, "set_a")
+    assert families.rows[0] == ("gms", "20*", "20")
+    assert families.rows[1] == ("lugre", "60", "60*")
+
+
+def test_margins_are_told_of_loops_without_a_model():
+    table = findings.margin_table({"set_c": {"none": {"phase_deg": 45.678, "gain": 3.4567}}})
+    assert table.rows == [("Set C", "nothing", "45.7", "3.46")]

@@ -1,0 +1,330 @@
+"""What figures say of numbers: what is missing at a return, where friction breaks away, what more branches bring."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from bristle import friction, hysteresis
+from bristle.core.errors import InputError
+from bristle.engine import response
+from bristle.paper import drift, economy, paths, plane, reproduced, tracking
+from bristle.paper.bench import Record, Walk
+from bristle.paper.drift import Rippled, torque_of
+from bristle.paper.economy import Economy
+
+
+class Told(dict):
+    """Numbers of an experiment by table and key."""
+
+    source = "x.toml"
+
+
+def led(*torques, x=None, turns=None):
+    """A walk with these torques at its turns."""
+    places = np.arange(len(torques)) if turns is None else np.array(turns)
+    return Walk(np.arange(float(len(torques))) if x is None else np.array(x), np.array(torques, dtype=float), places)
+
+
+# --- returns ------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_missing_is_a_share_of_the_largest_torque():
+    path = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
+    assert paths._missing_at(path, (0, 2)) == pytest.approx(1.0 / 8.0)
+    assert paths._missing_of(path) == {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}
+
+
+@pytest.mark.parametrize(
+    ("share", "words", "title"),
+    [
+        (0.0049, "closes at D", "closes"),
+        (-0.0049, "closes at D", "closes"),
+        (-0.123, "back at D, 12.3 % of the largest torque is missing", "−12.3 % at the return"),
+        (0.05, "back at D, 5.0 % of the largest torque is too much", "5.0 % at the return"),
+    ],
+)
+def test_a_return_is_told_in_words(share, words, title):
+    assert paths._comes_back(share, "D") == words
+    assert paths._at_return(share) == title
+
+
+def test_the_worse_of_two_returns_stands_in_the_title():
+    missing = {"rig": {"D": 0.01, "B": -0.2}, "gate": {"D": 0.0, "B": 0.001}}
+    assert paths._worst(missing) == {"rig": "−20.0 % at the return", "gate": "closes"}
+
+
+@pytest.mark.parametrize("turns", [[1.0, 2.0], [1.0, 2.0, 3.0]])
+def test_a_path_that_does_not_come_back_is_refused(turns):
+    with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be the same"):
+        paths._must_return(Told({("path", "turns"): np.array(turns)}), ((0, 2),))
+    paths._must_return(Told({("path", "turns"): np.array([1.0, 2.0, 1.0])}), ((0, 2),))
+
+
+def test_a_torque_is_reached_where_the_walk_first_has_it():
+    path = led(0.0, 2.0, 3.0, 3.0, 2.0, x=[0.0, 1e-6, 2e-6, 3e-6, 4e-6])
+    assert paths._reached(path, 3.0) == 2e-6
+    assert paths._reached(path, 2.5) == 2e-6
+    assert math.isnan(paths._reached(path, 3.1))
+
+
+def test_a_contact_that_has_not_broken_away_says_how_much_is_there():
+    path = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
+    assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, of which it has 75 % after 14.0 µm."
+    assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and has 95 % of it after 7.00 µm."
+
+
+def test_a_model_beside_the_rig_is_compared_over_the_position_leg_by_leg():
+    up, down = np.linspace(0.0, 1.0, 11), np.linspace(1.0, 0.0, 21)[1:]
+    x = np.concatenate([up, down])
+    torque = np.concatenate([4.0 * up, 4.0 * down - 2.0])
+    rig = Walk(x, torque, np.array([10, 30]))
+    fine = np.concatenate([np.linspace(0.0, 1.0, 101), np.linspace(1.0, 0.0, 51)[1:]])
+    same = Walk(fine, np.concatenate([4.0 * fine[:101], 4.0 * fine[101:] - 2.0]), np.array([100, 150]))
+    away = paths._apart(same, rig)
+    assert away["as_it_is"] == pytest.approx(0.0, abs=0.03)  # the corner of a leg
+    shifted = paths._apart(Walk(fine, same.torque - 1.0, same.turns), rig)
+    assert shifted["offset"] == pytest.approx(1.0, abs=0.1)
+    assert shifted["as_it_is"] == pytest.approx(0.25, rel=0.1)
+    assert shifted["with_offset"] == pytest.approx(away["with_offset"])
+
+
+# --- ripple -------------------------------------------------------------------------------------------------------
+
+
+def ripple(**changed):
+    values = {"break_away": 4.0, "low": 1.0, "high": 3.0, "period": 8 * 2.5e-4, "cycles": 3}
+    return Told({("torque", key): value for key, value in (values | changed).items()})
+
+
+def test_a_torque_rises_falls_back_and_goes_up_and_down():
+    torque, cycles = torque_of(ripple())
+    assert cycles.tolist() == [48, 56, 64, 72]
+    assert torque.size == 73
+    assert torque[:33:8].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]  # over four periods
+    assert torque[32:49:8].tolist() == [4.0, 3.5, 3.0]  # over two
+    assert torque[48:57].tolist() == [3.0, 2.5, 2.0, 1.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    assert torque[cycles].tolist() == [3.0] * 4
+
+
+@pytest.mark.parametrize("changed", [{"low": 3.0}, {"low": 3.5}, {"high": 4.0}, {"high": 4.5}])
+def test_levels_of_a_ripple_are_in_order(changed):
+    with pytest.raises(InputError, match="must have low < high < break_away"):
+        torque_of(ripple(**changed))
+
+
+def rippled(steps, width=10.0):
+    """What a torque does that moves a contact by these steps in its cycles."""
+    ends = np.concatenate([[0.0], np.cumsum(steps)])
+    x = np.column_stack([ends[:-1], ends[:-1] + width]).ravel()
+    x = np.append(x, ends[-1])
+    return Rippled(np.arange(x.size), x, x, x, 2 * np.arange(len(steps) + 1))
+
+
+def test_what_has_settled_are_the_cycles_of_the_second_half():
+    run = rippled([9.0, 5.0, 3.0, 2.0, 1.0])
+    assert run.settled.tolist() == [3.0, 2.0, 1.0]
+    assert rippled([9.0, 5.0, 3.0, 2.0]).settled.tolist() == [3.0, 2.0]
+    assert run.width == 10.0
+
+
+class Setting:
+    """An experiment with contacts whose ripple is known."""
+
+    origin = None
+
+    def __init__(self, **contacts):
+        self.contacts = {name.replace("_", " "): model for name, model in contacts.items()}
+
+    def contact(self, name):
+        return self.contacts[name]
+
+
+@pytest.mark.parametrize(
+    ("lugre", "other", "verdict", "words"),
+    [
+        (1e-6, 1.2e-6, "found", "other: 20 % more than LuGre."),
+        (1e-6, 0.7e-6, "found", "other: 30 % less than LuGre."),
+        (1e-6, -0.5e-6, "found", "other: −0.5 µm in every cycle."),
+        (1e-8, 2e-8, "refuted", "other: 100 % more than LuGre."),
+    ],
+)
+def test_lugre_drifts_where_it_walks_by_more_than_a_share_of_its_orbit(monkeypatch, lugre, other, verdict, words):
+    runs = {"a": rippled([lugre] * 4, 1e-6), "b": rippled([other] * 4, 1e-6)}
+    monkeypatch.setattr(drift, "rippled", lambda setting, model: runs[model])
+    item = drift.figure_2(Setting(LuGre="a", other="b"))
+    assert item.verdict == verdict
+    assert item.found[-1].replace("500 nm", "0.5 µm") == words
+    assert item.numbers["drift_per_cycle"] == {"LuGre": pytest.approx(lugre), "other": pytest.approx(other)}
+
+
+# --- economy ------------------------------------------------------------------------------------------------------
+
+
+def cost(dahl, stops, surface, floor=2.0):
+    """Errors by way, one row for each number of branches."""
+    errors = {name: np.array(rows, dtype=float) for name, rows in zip(economy.WAYS, (dahl, stops, surface), strict=True)}
+    return Economy([1, 100][: len(dahl)], errors, floor, 3.5)
+
+
+@pytest.mark.parametrize(
+    ("dahl", "stops", "surface", "verdict"),
+    [(3.0, 4.0, 2.1, "found"), (3.0, 2.9, 2.1, "found in part"), (3.0, 4.0, 1.9, "refuted"), (3.0, 2.0, 1.9, "refuted")],
+)
+def test_economy_holds_where_few_branches_do_about_as_well_as_many(dahl, stops, surface, verdict):
+    item = cost([[dahl], [9.0]], [[stops], [9.0]], [[math.nan], [surface]])
+    assert economy.verdict(item) == verdict
+
+
+def test_means_are_over_seeds():
+    item = cost([[1.0, 3.0], [2.0, 2.0]], [[1.0, 1.0]] * 2, [[math.nan] * 2, [4.0, 6.0]])
+    assert item.means["reformed Dahl"].tolist() == [2.0, 2.0]
+    assert math.isnan(item.means["tabulated surface"][0])
+    numbers = economy.numbers(item, item)
+    assert numbers["branches"] == [1, 100]
+    assert numbers["error_deviation_percent"]["reformed Dahl"] == pytest.approx([math.sqrt(2.0), 0.0])
+    assert numbers["scatter_percent"] == 2.0
+    single = cost([[1.0]], [[2.0]], [[3.0]])
+    assert economy.numbers(single, single)["error_deviation_percent"]["reformed Dahl"].tolist() == [0.0]
+
+
+def test_what_more_branches_bring_is_told():
+    item = cost([[3.0, 3.2], [3.1, 3.3]], [[2.0, 3.4], [1.5, 1.6]], [[math.nan] * 2, [2.0, 2.2]])
+    first, nearer, scatter, still = economy.sentences(item, cost([[1.0]], [[0.5]], [[0.25]]))
+    assert first.startswith("On motions that were not measured: from 1 branch reformed Dahl 3.10 ± 0.14 %, Prandtl-Ishlinskii")
+    assert "; from 100 branches reformed Dahl 3.20 ± 0.14 %" in first
+    assert "tabulated surface" not in first.partition(";")[0]
+    assert first.endswith("A branch takes 3.5 s.")
+    assert "Prandtl-Ishlinskii is nearer than reformed Dahl in 1 of 2 repetitions, by 0.40 ± 0.85 %" in nearer
+    assert scatter == "The scatter of the rig alone is 2.0 %; no model of it does better."
+    assert "from 1 branch reformed Dahl 1.0 %, Prandtl-Ishlinskii 0.50 %" in still
+    assert len(economy.sentences(cost([[1.0]], [[0.5]], [[0.25]]), item)) == 3
+
+
+def test_a_table_has_a_row_for_each_number_of_branches():
+    item = cost([[3.0, 3.2], [3.1, 3.3]], [[2.0, 3.4], [1.5, 1.6]], [[1.0, 1.0], [2.0, 2.2]])
+    table = economy.table(item, cost([[1.0], [2.0]], [[0.5], [0.5]], [[0.25], [0.25]]))
+    assert [row[0] for row in table.rows] == ["1", "100"]
+    assert table.rows[0][1] == "3.10 ± 0.14"
+    assert table.heads[1:] == (*economy.WAYS, *(f"{name}, no scatter" for name in economy.WAYS))
+    assert len(table.rows[0]) == 7
+
+
+SCATTERING = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=4)
+
+
+def test_a_contact_is_repeated_with_other_seeds():
+    contacts = economy.repeated(Told({("measurement", "seeds"): 3.0}), SCATTERING)
+    assert [contact.values["seed"] for contact in contacts] == [4, 5, 6]
+    assert contacts[0] == SCATTERING
+    plain = friction.coulomb(F_C=3.0)
+    assert economy.repeated(Told({("measurement", "seeds"): 2.0}), plain) == [plain, plain]
+    assert economy.quiet(SCATTERING).values["scatter"] == 0.0
+    assert economy.quiet(plain) == plain
+
+
+def test_an_error_is_a_root_mean_square_in_percent_of_the_largest_torque():
+    assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
+
+
+def test_long_signals_are_thinned_and_short_ones_are_not():
+    assert economy._decimated(np.arange(7999)).size == 7999
+    assert economy._decimated(np.arange(12_001)).tolist()[:3] == [0, 3, 6]
+
+
+ARM = 2e-3
+
+
+def record_of(operator, offset):
+    """What is read of an operator along branches that leave its lower end."""
+    tops = [4e-6, 3e-6, 2e-6, 1e-6]
+    path, turns = [np.array([-4e-6])], [0]
+    for top in tops:
+        for a, b in ((-4e-6, top), (top, -4e-6)):
+            path.append(np.linspace(a, b, 161)[1:])
+            turns.append(turns[-1] + 160)
+    x = np.concatenate(path)
+    torque = offset + ARM * response(operator, x, history=[x[0]])
+    return Record(x, torque, np.array(turns), Walk(x, torque, np.array(turns)))
+
+
+def test_each_way_finds_the_operator_that_was_measured():
+    truth = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.2e7, f_p=20.0)
+    record = record_of(truth, 5e-3)
+    item = economy.fitted_reformed_dahl(record, ARM)
+    assert (item.operator.values["s"], item.operator.values["f_p"]) == (pytest.approx(1.2e7, rel=1e-4), pytest.approx(20.0, rel=1e-4))
+    assert (item.offset, item.arm) == (pytest.approx(5e-3, rel=1e-3), ARM)
+    largest = np.max(np.abs(record.torque))
+    for fit, near in ((economy.fitted_reformed_dahl, 1e-5), (economy.fitted_stops, 0.02), (economy.fitted_table, 0.03)):
+        left = record.torque - fit(record, ARM).torque(record.x)
+        assert np.sqrt(np.mean(left**2)) < near * largest
+
+
+def test_stops_may_have_an_offset_of_either_sign():
+    truth = hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 3e-6], weights=[4e6, 2e6], spring=0.0)
+    for offset in (8e-3, -8e-3):
+        item = economy.fitted_stops(record_of(truth, offset), ARM)
+        assert item.offset == pytest.approx(offset, rel=0.05)
+        assert min(item.operator.values["weights"]) >= 0.0
+
+
+def test_a_single_branch_makes_no_surface():
+    record = record_of(hysteresis.stop(r=1e-6), 0.0)
+    assert economy.fitted_table(record._replace(turns=record.turns[:3]), ARM) is None
+    assert economy.fitted_table(record._replace(turns=record.turns[:5]), ARM) is not None
+
+
+# --- words ---------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_of_figures_are_in_the_units_of_the_paper():
+    assert reproduced.percent(0.1234) == "12.3 %"
+    assert reproduced.percent(0.1234, 1.0) == "12 %"
+    assert reproduced.in_micrometres(1.234e-6) == "1.23 µm"
+    assert reproduced.in_micrometres(1.234e-6, 2) == "1.2 µm"
+    assert reproduced.in_millinewtons(0.0391474, 5) == "39.147 mN·m"
+
+
+@pytest.mark.parametrize(
+    ("values", "step", "words"),
+    [
+        ([1.0, 1.0, 1.0], 0.0, "1.000"),
+        ([1.0, 1.0 + 1e-12], 0.0, "1.000"),
+        ([2.0], 0.1, "2.00"),
+        ([1.0, 3.0], 0.0, "2.0 ± 1.4"),
+        ([1.0, 1.0001], 0.1, "1.00"),  # less than a hundredth of the step
+        ([1.0, 1.01], 0.1, "1.0050 ± 0.0071"),
+    ],
+)
+def test_a_spread_is_told_where_there_is_one(values, step, words):
+    assert reproduced.spread(values, step) == words
+
+
+def test_what_is_rounding_is_called_so():
+    assert plane._rounding(9e-16) == "rounding"
+    assert plane._rounding(2e-15) == "2e−15 N·m"
+
+
+def test_a_number_stands_with_its_spread_to_the_same_step():
+    assert tracking.with_spread(1.4562, 0.0343) == "1.456 ± 0.034"
+    assert tracking.with_spread(1.4562, math.nan) == "1.456"
+    assert tracking.with_spread(12.342, 0.56, 0.1) == "12.34 ± 0.56"
+
+
+class Loop:
+    """A loop with a spread over its runs."""
+
+    spread: ClassVar = {"following_error": {"peak_to_peak": 2e-8}, "runs": 3}
+
+    def as_dict(self):
+        return {"following_error": {"peak_to_peak": 1.5e-6, "mean": 1e-7}, "effort": {"rms": 0.5}}
+
+
+def test_a_number_of_a_loop_is_quoted_in_micrometres_with_its_spread():
+    assert tracking.spread_of(Loop(), "following_error", "peak_to_peak") == 2e-8
+    for keys in (("following_error", "mean"), ("effort", "rms"), ("runs",), ("runs", "deeper")):
+        assert math.isnan(tracking.spread_of(Loop(), *keys))
+    assert tracking.quoted(Loop(), "following_error", "peak_to_peak") == "1.500 ± 0.020"
+    assert tracking.quoted(Loop(), "following_error", "mean") == "0.100"
+    assert tracking.quoted(Loop(), "effort", "rms", factor=1e3, step=0.1) == "500.00"

@@ -1,0 +1,301 @@
+"""What an analysis holds and says, without a server around it."""
+
+import asyncio
+import time
+
+import pytest
+
+from bristle.core.errors import InputError
+from bristle.server.cases import Case, Cases, Job, Part, RefusedRequestError, StoredFile, _last_of, label_of
+from bristle.server.limits import Limits
+
+
+@pytest.fixture
+def case(tmp_path):
+    return Case("a", tmp_path)
+
+
+def dropped(case, role="fit", size=10, label="log.csv"):
+    """Put a file into an analysis, without any bytes."""
+    number = case.number()
+    case.files[number] = StoredFile(number, label, role, size, case.folder / f"file-{number}")
+    return case.files[number]
+
+
+def left(case, name, folder="job"):
+    """Leave a part as a job does."""
+    place = case.folder / folder
+    place.mkdir()
+    case.keep(name, Part(case.number(), place, {"word": name}, case.inputs_of(name)))
+    return place
+
+
+def test_numbers_are_never_given_twice(case):
+    numbers = [dropped(case).number for _ in range(2)]
+    del case.files[2]
+    assert (numbers, dropped(case).number) == ([1, 2], 3)
+
+
+@pytest.mark.parametrize(
+    ("role", "old"),
+    [
+        ("fit", {"looked", "checked", "identified", "predicted", "exported"}),
+        ("axis", {"looked", "checked", "identified", "predicted", "exported"}),
+        ("held_out", {"checked", "predicted"}),
+    ],
+)
+def test_what_was_made_of_a_file_is_old_once_that_is_another(case, role, old):
+    names = ("looked", "checked", "identified", "predicted", "exported", "excited")
+    for name in names:
+        left(case, name, name)
+    assert not any(case.is_old(name) for name in names)
+    case.changed(role)
+    assert {name for name in names if case.is_old(name)} == old
+    assert {name for name, part in case.as_data()["parts"].items() if part["old"]} == old
+
+
+def test_what_is_not_there_is_not_old(case):
+    case.changed("fit")
+    assert not case.is_old("looked")
+
+
+def test_a_new_part_removes_the_files_of_the_one_before(case):
+    first, second = left(case, "looked", "first"), left(case, "looked", "second")
+    assert (first.exists(), second.exists()) == (False, True)
+    assert case.parts["looked"].folder == second
+
+
+def test_logs_come_in_their_order_by_role(case):
+    files = [dropped(case, role) for role in ("fit", "held_out", "fit")]
+    assert case.logs("fit") == [files[0], files[2]]
+    assert case.logs("held_out", "fit") == files
+    assert case.logs() == []
+
+
+def test_a_page_is_told_all_of_an_analysis(case):
+    dropped(case, "held_out", 7, "later.csv")
+    case.axis, case.axis_label = "schema = 1\n", "stage.toml"
+    left(case, "looked")
+    assert case.as_data() == {
+        "id": "a",
+        "files": [{"number": 1, "label": "later.csv", "role": "held_out", "size": 7}],
+        "axis": {"label": "stage.toml", "text": "schema = 1\n"},
+        "parts": {"looked": {"revision": 2, "old": False, "word": "looked"}},
+        "job": None,
+    }
+
+
+# --- all analyses ---------------------------------------------------------------------------------------------------
+
+
+LIMITS = Limits(file_size=100, total_size=250, files=3, cases=2)
+
+
+@pytest.fixture
+def cases(tmp_path):
+    return Cases(tmp_path, LIMITS)
+
+
+def test_an_analysis_is_found_by_its_name_until_it_is_closed(cases):
+    first, second = cases.new(), cases.new()
+    assert first.identifier != second.identifier
+    assert cases[first.identifier] is first
+    assert first.folder.stat().st_mode & 0o777 == 0o700
+    cases.close(first)
+    assert not first.folder.exists()
+    assert list(cases) == [second]
+    with pytest.raises(RefusedRequestError, match="not open any more") as refused:
+        cases[first.identifier]
+    assert refused.value.status == 404
+
+
+def test_looking_at_an_analysis_keeps_it(cases):
+    first = cases.new()
+    first.seen_at -= 50.0
+    assert time.monotonic() - cases[first.identifier].seen_at < 10.0
+
+
+def test_the_analysis_that_was_not_looked_at_for_longest_makes_room(cases):
+    first, second = cases.new(), cases.new()
+    first.seen_at -= 700.0
+    second.seen_at -= 800.0
+    third = cases.new()
+    assert list(cases) == [first, third]
+    assert not second.folder.exists()
+
+
+@pytest.mark.parametrize(("ago", "has_room"), [(590.0, False), (610.0, True)])
+def test_an_analysis_stays_for_ten_minutes(cases, ago, has_room):
+    first, _ = cases.new(), cases.new()
+    first.seen_at -= ago
+    if has_room:
+        assert cases.new() in list(cases)
+    else:
+        with pytest.raises(RefusedRequestError, match=r"2 analyses are open.*up to 2") as refused:
+            cases.new()
+        assert refused.value.status == 429
+
+
+def test_an_analysis_whose_job_runs_makes_no_room(cases):
+    first, second = cases.new(), cases.new()
+    first.seen_at -= 1000.0
+    first.job = Job("look", LIMITS)
+    with pytest.raises(RefusedRequestError, match="analyses are open"):
+        cases.new()
+    first.job.state = "done"
+    third = cases.new()
+    assert list(cases) == [second, third]
+
+
+def test_a_file_has_the_room_that_all_others_leave(cases):
+    first, second = cases.new(), cases.new()
+    assert cases.room_for(first, 0) == 100
+    dropped(first, size=100)
+    dropped(second, size=80)
+    assert cases.room_for(first, 0) == 70
+    assert cases.room_for(first, 70) == 70
+    cases.receiving = 60
+    assert cases.room_for(second, 0) == 10
+    cases.receiving = 70
+    with pytest.raises(RefusedRequestError, match="all files together are too large") as refused:
+        cases.room_for(second, 0)
+    assert refused.value.status == 413
+
+
+def test_a_file_for_which_the_others_leave_no_room_is_refused_for_that(cases):
+    case = cases.new()
+    dropped(case, size=100)
+    dropped(case, size=80)
+    assert cases.room_for(case, 70) == 70
+    for announced in (71, 100):
+        with pytest.raises(RefusedRequestError, match=r"all files together are too large.*Remove some"):
+            cases.room_for(case, announced)
+
+
+@pytest.mark.parametrize("announced", [101, 1000])
+def test_a_file_that_is_too_large_by_itself_is_told_how_large_files_may_be(cases, announced):
+    assert cases.room_for(cases.new(), announced) == 100
+
+
+def test_so_many_files_are_taken_and_no_more(cases):
+    case = cases.new()
+    for _ in range(3):
+        cases.room_for(case, 1)
+        dropped(case, size=1)
+    with pytest.raises(RefusedRequestError, match=r"3 files are there.*up to 3"):
+        cases.room_for(case, 1)
+
+
+# --- jobs -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_job_that_was_not_begun_says_where_it_stands():
+    job = Job("look", LIMITS)
+    assert job.runs
+    assert job.as_data() == {
+        "task": "look",
+        "state": "runs",
+        "share": 0.0,
+        "text": "starting",
+        "message": "",
+        "seconds": 0.0,
+        "cancelled": False,
+    }
+    job._begun, job._ended = 10.0, 12.34
+    assert job.as_data()["seconds"] == 2.3
+
+
+def test_a_job_says_how_it_ended():
+    job = Job("look", Limits(job_seconds=90.0))
+    assert job._ending(-9, "").startswith("the process of this job was ended by signal 9, perhaps for want of memory")
+    assert job._ending(3, "the end") == "the process of this job ended with code 3. the end"
+    assert job._ending(3, "") == "the process of this job ended with code 3."
+    job._late = True
+    assert job._ending(-9, "") == "stopped after 90 s. Take fewer models, or a shorter log"
+    job._killed = True
+    assert job._ending(-9, "") == "stopped"
+
+
+@pytest.mark.parametrize(
+    ("facts", "code", "state"),
+    [
+        ({"_answered": True}, 0, "done"),
+        ({"_answered": True}, 1, "failed"),
+        ({}, 0, "failed"),
+        ({"_killed": True}, -9, "cancelled"),
+        ({"_cancelled": True}, 2, "cancelled"),
+        ({"_cancelled": True, "_late": True}, -9, "failed"),
+        ({"_cancelled": True, "_answered": True}, 0, "done"),
+    ],
+)
+def test_how_a_job_ends_decides_its_state(monkeypatch, facts, code, state):
+    job = Job("look", LIMITS)
+    vars(job).update(facts)
+
+    async def ended(request):
+        return code, "why"
+
+    monkeypatch.setattr(job, "_ended_with", ended)
+    assert asyncio.run(job.run({})) is (state == "done")
+    assert job.state == state
+    assert not job.runs
+    assert job._ended >= job._begun
+
+
+def test_a_job_that_cannot_be_run_says_why(monkeypatch):
+    job = Job("look", LIMITS)
+
+    async def breaks(request):
+        raise OSError("no more processes")
+
+    monkeypatch.setattr(job, "_ended_with", breaks)
+    assert not asyncio.run(job.run({}))
+    assert (job.state, job.message) == ("failed", "the job could not be run: no more processes")
+
+
+def test_a_job_that_has_not_started_or_has_ended_is_not_cancelled():
+    job = Job("look", LIMITS)
+    job.cancel()
+    assert not job.as_data()["cancelled"]
+    job.kill()
+    assert job._killed
+
+
+@pytest.mark.parametrize(
+    ("complained", "last"), [(b"", ""), (b"first\nlast\n", "last"), (b"x" * 5000 + b"\nthe end\n\n", "the end"), (b"caf\xe9", "caf\ufffd")]
+)
+def test_the_last_line_of_a_complaint_is_kept(complained, last):
+    async def read():
+        stream = asyncio.StreamReader()
+        stream.feed_data(complained)
+        stream.feed_eof()
+        return await _last_of(stream)
+
+    assert asyncio.run(read()) == last
+    assert asyncio.run(_last_of(None)) == ""
+
+
+def test_a_long_last_line_is_shortened():
+    async def read():
+        stream = asyncio.StreamReader()
+        stream.feed_data(b"y" * 1000)
+        stream.feed_eof()
+        return await _last_of(stream)
+
+    assert len(asyncio.run(read())) <= 300
+
+
+def test_a_refusal_has_a_status_and_the_words_of_an_input_error():
+    refused = RefusedRequestError(413, "is too large", path="file", allowed="up to 1 kB")
+    assert isinstance(refused, InputError)
+    assert refused.status == 413
+    assert "file" in str(refused)
+    assert "up to 1 kB" in str(refused)
+
+
+def test_a_label_is_short_and_keeps_its_ending():
+    label = label_of("x" * 300 + ".csv")
+    assert label.endswith(".csv")
+    assert len(label) == 104
+    assert label_of("log." + "y" * 30) == "log." + "y" * 10
+    assert label_of("a%20b.csv") == "a b.csv"

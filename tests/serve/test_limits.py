@@ -1,0 +1,31 @@
+"""The limits of the served lab are those that its page tells."""
+
+import re
+from pathlib import Path
+
+from bristle.server.limits import Limits
+
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "identify-in-the-browser.md"
+MIB, GIB = 2**20, 2**30
+
+
+def test_limits_are_those_of_the_page():
+    limits = Limits()
+    rows = dict(re.findall(r"^\| (.+?) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
+    assert rows["a log"].startswith("512 MiB,")
+    assert rows["a log"].endswith("four times that for all logs together")
+    assert (limits.file_size, limits.total_size) == (512 * MIB, 4 * 512 * MIB)
+    assert rows["analyses, logs in one"] == "16, 32"
+    assert (limits.cases, limits.files) == (16, 32)
+    assert rows["jobs at once, time of each, its memory"] == "2, one hour, 16 GiB of addresses"
+    assert (limits.jobs, limits.job_seconds, limits.job_memory) == (2, 3600.0, 16 * GIB)
+    assert rows["a client that says or reads nothing"] == "10 s"
+    assert limits.silence_seconds == 10.0
+    assert rows["connections that have not shown the token; a request on one"] == "32, the oldest makes room for a new one; 3 s"
+    assert (limits.strangers, limits.stranger_seconds) == (32, 3.0)
+
+
+def test_a_job_has_a_minute_to_end_and_a_message_a_mebibyte():
+    limits = Limits()
+    assert (limits.grace_seconds, limits.body_size) == (60.0, MIB)
+    assert limits.grace_seconds < limits.job_seconds

@@ -1,0 +1,247 @@
+"""What the page may ask for, of parts that lie there already and jobs that only stand there."""
+
+import json
+import time
+
+import pytest
+from starlette.testclient import TestClient
+from tests.serve.yard import TOKEN, begun, put
+
+from bristle.server import routes
+from bristle.server.application import application
+from bristle.server.cases import Job, Part
+from bristle.server.limits import Limits
+
+PORT = 8765
+LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3, jobs=2)
+
+
+@pytest.fixture
+def app(tmp_path):
+    return application(tmp_path, TOKEN, PORT, LIMITS)
+
+
+@pytest.fixture
+def client(app):
+    with TestClient(app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}) as client:
+        yield client
+
+
+@pytest.fixture
+def case(client):
+    return begun(client)
+
+
+@pytest.fixture
+def opened(app, case):
+    """The analysis behind the address."""
+    return app.state.cases[case.rpartition("/")[2]]
+
+
+def left(opened, name, facts=None, **files):
+    """Leave a part with these files."""
+    folder = opened.folder / f"job-{opened.number()}"
+    folder.mkdir()
+    for file, text in files.items():
+        place = folder / file.replace("__", "/").replace("_", ".")
+        place.parent.mkdir(exist_ok=True)
+        place.write_text(text)
+    opened.keep(name, Part(opened.number(), folder, facts or {}, opened.inputs_of(name)))
+
+
+def running(state="runs"):
+    job = Job("look", LIMITS)
+    job.state = state
+    return job
+
+
+def test_a_part_is_handed_out_once_it_is_there(client, case, opened):
+    assert client.get(f"{case}/parts/looked").status_code == 404
+    left(opened, "looked", data_json='{"a": 1}')
+    answer = client.get(f"{case}/parts/looked")
+    assert (answer.json(), answer.headers["content-type"]) == ({"a": 1}, "application/json")
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "label"),
+    [("identified", "results_zip", "results.zip"), ("exported", "export_zip", "export.zip"), ("excited", "motion_zip", "motion.zip")],
+)
+def test_an_archive_has_the_name_of_what_it_holds(client, case, opened, name, file, label):
+    left(opened, name, **{file: "zip"})
+    answer = client.get(f"{case}/parts/{name}/archive")
+    assert (answer.content, answer.headers["content-type"]) == (b"zip", "application/zip")
+    assert f'filename="{label}"' in answer.headers["content-disposition"]
+
+
+def test_an_export_is_called_as_its_job_says(client, case, opened):
+    left(opened, "exported", {"file": "axis_table.zip"}, export_zip="zip")
+    assert 'filename="axis_table.zip"' in client.get(f"{case}/parts/exported/archive").headers["content-disposition"]
+
+
+def test_a_part_without_archive_or_report_has_none(client, case, opened):
+    left(opened, "looked", data_json="{}")
+    archive, ticket = client.get(f"{case}/parts/looked/archive"), client.post(f"{case}/parts/looked/ticket")
+    assert (archive.status_code, archive.json()["message"]) == (404, "looked: has no archive")
+    assert (ticket.status_code, ticket.json()["message"]) == (404, "looked: has no report")
+
+
+@pytest.mark.parametrize(("name", "file"), [("identified", "results__report_html"), ("excited", "motion__report_html")])
+def test_a_report_is_shown_once(client, case, opened, name, file):
+    left(opened, name, **{file: "<p>report</p>"})
+    answer = client.post(f"{case}/parts/{name}/ticket")
+    assert answer.status_code == 201
+    address = answer.json()["address"]
+    shown = client.get(address)
+    assert (shown.status_code, shown.text) == (200, "<p>report</p>")
+    assert shown.headers["content-security-policy"].startswith("sandbox allow-scripts allow-downloads; default-src 'none'")
+    again = client.get(address)
+    assert again.status_code == 404
+    assert "is shown no more" in again.json()["message"]
+
+
+@pytest.mark.parametrize(("ago", "status"), [(59.0, 200), (61.0, 404)])
+def test_a_ticket_holds_for_a_minute(client, case, opened, monkeypatch, ago, status):
+    left(opened, "identified", results__report_html="x")
+    address = client.post(f"{case}/parts/identified/ticket").json()["address"]
+    now = time.monotonic()
+
+    class Clock:
+        @staticmethod
+        def monotonic():
+            return now + ago
+
+    monkeypatch.setattr(routes, "time", Clock)
+    assert client.get(address).status_code == status
+
+
+def test_a_new_ticket_lets_go_of_those_whose_time_is_over(client, case, opened, app):
+    left(opened, "identified", results__report_html="x")
+    addresses = [client.post(f"{case}/parts/identified/ticket").json()["address"] for _ in range(3)]
+    assert len(set(addresses)) == 3
+    assert [client.get(address).status_code for address in addresses] == [200, 200, 200]
+
+
+def test_a_report_whose_analysis_is_closed_is_shown_no_more(client, case, opened):
+    left(opened, "identified", results__report_html="x")
+    address = client.post(f"{case}/parts/identified/ticket").json()["address"]
+    client.delete(case)
+    assert client.get(address).status_code == 404
+
+
+def test_an_axis_file_is_the_axis_and_no_log(client, case, opened):
+    state = put(client, case, b"\xef\xbb\xbfschema = 1\n", "stage.toml", "axis").json()
+    assert state["axis"] == {"label": "stage.toml", "text": "schema = 1\n"}
+    assert state["files"] == []
+    assert list(opened.folder.iterdir()) == []
+    refused = put(client, case, b"\xff\xfe", "bad.toml", "axis")
+    assert (refused.status_code, refused.json()["message"]) == (400, "bad.toml: is not a text file in UTF-8")
+    assert list(opened.folder.iterdir()) == []
+    assert client.get(case).json()["axis"]["label"] == "stage.toml"
+
+
+def test_a_role_that_is_none_is_refused(client, case):
+    answer = put(client, case, b"x", role="other")
+    assert answer.status_code == 400
+    assert "allowed fit, held_out, axis" in answer.json()["message"]
+
+
+def test_files_change_their_role_and_go(client, case, opened):
+    put(client, case, b"1")
+    put(client, case, b"2", "later.csv", "held_out")
+    for name in ("looked", "predicted"):
+        left(opened, name)
+    state = client.post(f"{case}/files/1/role", json={"role": "held_out"}).json()
+    assert [file["role"] for file in state["files"]] == ["held_out", "held_out"]
+    assert {name: part["old"] for name, part in state["parts"].items()} == {"looked": True, "predicted": True}
+    assert client.post(f"{case}/files/1/role", json={"role": "axis"}).status_code == 400
+    assert client.post(f"{case}/files/9/role", json={"role": "fit"}).status_code == 404
+    place = opened.files[2].place
+    assert [file["number"] for file in client.delete(f"{case}/files/2").json()["files"]] == [1]
+    assert not place.exists()
+    assert client.delete(f"{case}/files/2").status_code == 404
+
+
+def test_what_is_being_received_takes_room_until_it_is_there(client, case, app):
+    put(client, case, b"x" * 900)
+    assert app.state.cases.receiving == 0
+    put(client, case, b"x" * 1001)
+    assert app.state.cases.receiving == 0
+
+
+def test_a_job_is_not_started_where_another_runs(client, case, opened, app):
+    opened.job = running()
+    answer = client.post(f"{case}/jobs", json={"task": "look"})
+    assert (answer.status_code, "another job runs for this analysis" in answer.json()["message"]) == (409, True)
+    others = [begun(client), begun(client)]
+    app.state.cases[others[0].rpartition("/")[2]].job = running()
+    answer = client.post(f"{others[1]}/jobs", json={"task": "look"})
+    assert (answer.status_code, "2 jobs run already" in answer.json()["message"]) == (429, True)
+    assert client.post(f"{others[1]}/jobs", json={"task": "remove"}).status_code == 400
+
+
+def test_only_a_job_that_runs_is_cancelled(client, case, opened):
+    assert client.post(f"{case}/cancel", json={}).json()["job"] is None
+    called = []
+    for state, asked, expected in (("done", {}, []), ("runs", {}, ["cancel"]), ("runs", {"at_once": True}, ["kill"])):
+        called.clear()
+        opened.job = running(state)
+        opened.job.cancel, opened.job.kill = (lambda: called.append("cancel")), (lambda: called.append("kill"))
+        client.post(f"{case}/cancel", json=asked)
+        assert called == expected
+    opened.job = None
+
+
+def test_a_job_has_what_it_needs_and_leaves_its_part(client, case, opened, monkeypatch):
+    put(client, case, b"1", "a.csv")
+    put(client, case, b"2", "b.csv", "held_out")
+    put(client, case, b"schema = 1\n", "stage.toml", "axis")
+    asked = []
+
+    async def run(job, request):
+        asked.append((job.task, request))
+        job.facts, job.state = {"word": job.task}, "done"
+        return True
+
+    monkeypatch.setattr(Job, "run", run)
+    client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}})
+    parts = client.get(case).json()["parts"]
+    assert {name: part["word"] for name, part in parts.items()} == {"identified": "identify", "predicted": "predict"}
+    (first, request), (second, following) = asked
+    assert (first, second) == ("identify", "predict")
+    assert [(label, role) for _, label, role in request["logs"]] == [("a.csv", "fit"), ("b.csv", "held_out")]
+    assert (request["axis_text"], request["axis_label"], request["options"]) == ("schema = 1\n", "stage.toml", {"draws": 3})
+    assert (request["memory"], request["size_limit"], request["results"]) == (LIMITS.job_memory, 1000, None)
+    assert following["results"] == str(opened.parts["identified"].folder / "results")
+    assert following["options"] == {}
+    json.dumps(request)
+    client.post(f"{case}/jobs", json={"task": "check"})
+    assert len(asked) == 3
+
+
+def test_a_job_that_fails_leaves_nothing(client, case, opened, monkeypatch):
+    async def run(job, request):
+        job.state = "failed"
+        return False
+
+    monkeypatch.setattr(Job, "run", run)
+    client.post(f"{case}/jobs", json={"task": "look"})
+    assert client.get(case).json()["parts"] == {}
+    assert list(opened.folder.iterdir()) == []
+
+
+def test_an_axis_that_a_job_changes_makes_other_parts_old(client, case, opened, monkeypatch):
+    left(opened, "identified")
+
+    async def run(job, request):
+        job.facts, job.state = {"axis_text": "schema = 1\nname = 'x'\n", "ready": True}, "done"
+        return True
+
+    monkeypatch.setattr(Job, "run", run)
+    client.post(f"{case}/jobs", json={"task": "look"})
+    state = client.get(case).json()
+    assert state["axis"]["text"] == "schema = 1\nname = 'x'\n"
+    assert {name: part["old"] for name, part in state["parts"].items()} == {"identified": True, "looked": False}
+    assert state["parts"]["looked"]["ready"]
+    left(opened, "identified")
+    client.post(f"{case}/jobs", json={"task": "look"})  # the same axis again
+    assert not client.get(case).json()["parts"]["identified"]["old"]

@@ -1,0 +1,303 @@
+"""Each demand of the contract by itself: what meets it, what just misses it, and what is told."""
+
+import math
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from bristle import friction
+from bristle.core.status import Status
+from bristle.testing import contract, slot
+from bristle.testing.check import Check, Fact, UnmetError, compiled_as_plain, judged, outcomes
+
+
+class State(NamedTuple):
+    """The state of a model in plain Python."""
+
+    z: float = 0.0
+
+
+class Move(NamedTuple):
+    """Where its state goes."""
+
+    z: float = 0.0
+
+
+def model(trial=lambda state, memory, motion, dt, p: (0.0, Move()), **changed):
+    """A model in plain Python whose trial is given."""
+    component = SimpleNamespace(
+        trial=trial,
+        commit=lambda state, memory, move, p: State(move.z),
+        initial_state=lambda p: State(),
+        new_memory=lambda p: np.zeros(2),
+        **({"rate": None, "piece": None, "flow": None, "arrival": None} | changed),
+    )
+    return SimpleNamespace(component=component, parameters=None, kind="translational", values={})
+
+
+def unmet(demand, *asked):
+    """What is told of a demand that is not met."""
+    with pytest.raises(UnmetError) as missed:
+        demand(*asked)
+    return missed.value
+
+
+# --- outcomes -------------------------------------------------------------------------------------------------------
+
+
+def fits(subject):
+    return Fact("seen", 2.0, "N", 3.0)
+
+
+def misses(subject):
+    raise UnmetError(Fact("too much", 4.0, "N", 3.0), "less")
+
+
+def stops(subject):
+    raise ZeroDivisionError("by nought")
+
+
+def test_outcomes_come_in_order_with_what_was_seen():
+    first, second, third = outcomes([fits, misses, stops], None, ())
+    assert first == Check("fits", True, "seen", "", True, 2.0, "N", 3.0)
+    assert second == Check("misses", False, "too much", "less", True, 4.0, "N", 3.0)
+    assert (third.passed, third.detail, third.advice) == (False, "stops with ZeroDivisionError: by nought", "Kernels never raise")
+
+
+def test_after_a_demand_of_the_form_the_others_are_not_tried():
+    assert [check.name for check in outcomes([misses, fits], None, (misses,))] == ["misses"]
+    assert [check.name for check in outcomes([fits, misses], None, (fits,))] == ["fits", "misses"]
+    assert len(outcomes([stops, fits], None, (stops,), "why")) == 1
+
+    def interrupted(subject):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        outcomes([interrupted], None, ())
+
+
+def test_a_fact_is_handed_on_where_its_demand_is_met():
+    fact = Fact("x")
+    assert judged(fact, "y", unmet=False) is fact
+    missed = unmet(lambda: judged(fact, "y", unmet=True))
+    assert (missed.fact, missed.advice, str(missed)) == (fact, "y", "x")
+
+
+def test_bits_that_differ_are_told_by_their_size():
+    runs = iter([np.array([1.0, 2.0]), np.array([1.0, 2.5])])
+    missed = unmet(lambda: compiled_as_plain(lambda: next(runs), "rotational"))
+    assert (missed.fact.value, missed.fact.unit, missed.fact.threshold) == (0.5, "N*m", 0.0)
+    assert missed.fact.detail == "largest difference 0.5 in 2 steps"
+    assert compiled_as_plain(lambda: np.array([1.0, 2.0]), "translational").value == 0.0
+    zeros = iter([np.array([0.0]), np.array([-0.0])])
+    unmet(lambda: compiled_as_plain(lambda: next(zeros), "translational"))  # the same number, of other bits
+
+
+# --- trials ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_trial_that_writes_or_remembers_is_no_trial():
+    assert contract.pure_trial(model()).detail == "1000 trials"
+
+    def writes(state, memory, motion, dt, p):
+        memory[0] += 1.0
+        return 0.0, Move()
+
+    assert "wrote into the memory" in str(unmet(contract.pure_trial, model(writes)))
+    calls = []
+
+    def counts(state, memory, motion, dt, p):
+        calls.append(1)
+        return float(len(calls)), Move()
+
+    assert "another result later" in str(unmet(contract.pure_trial, model(counts)))
+
+
+def test_a_force_is_finite_at_every_speed_and_step():
+    assert contract.finite_everywhere(model()).detail == "40 pairs of velocity and step"
+    missed = unmet(contract.finite_everywhere, model(lambda state, memory, motion, dt, p: (math.inf if motion.v == 1e6 else 0.0, Move())))
+    assert (missed.fact.value, missed.fact.threshold) == (4, 0.0)
+    assert missed.fact.detail == "the force is inf at v = 1e+06, dt = 0"
+    still = unmet(contract.finite_everywhere, model(lambda state, memory, motion, dt, p: (math.nan if dt == 0.0 else 0.0, Move())))
+    assert still.fact.value == 10
+
+
+@pytest.mark.parametrize(
+    ("forward", "backward", "is_met", "advice"),
+    [(1.0, -1.0, True, ""), (1.0, 1.0, True, ""), (-1.0, 1.0, False, "Check signs"), (0.5, 1.0, False, "Use direction(v)")],
+)
+def test_limits_at_rest_lie_in_order(forward, backward, is_met, advice):
+    sided = model(lambda state, memory, motion, dt, p: (forward if math.copysign(1.0, motion.v) > 0.0 else backward, Move()))
+    if is_met:
+        fact = contract.one_sided_limits(sided)
+        assert (fact.value, fact.unit) == (forward - backward, "N")
+        assert fact.detail == f"F(+0) = {forward:g}, F(-0) = {backward:g}"
+    else:
+        assert unmet(contract.one_sided_limits, sided).advice.startswith(advice)
+
+
+def test_a_force_opposes_sliding_apart_from_its_mean(monkeypatch):
+    monkeypatch.setattr(contract, "_steady", lambda model, v: 5.0 + 2.0 * np.sign(v) + 10.0 * v)
+    fact = contract.opposes_sliding(model())
+    assert fact.value == pytest.approx(4.0 + 20.0 * 1e-4)
+    assert fact.detail.startswith("least at 0.0001 m/s: 7.001 forward, 2.999 backward")
+    monkeypatch.setattr(contract, "_steady", lambda model, v: -v if abs(v) > 0.05 else v)
+    assert unmet(contract.opposes_sliding, model()).fact.value == pytest.approx(-0.2)
+
+
+@pytest.mark.parametrize(
+    ("force", "value"),
+    [(lambda v, x: np.sign(v), 1.0), (lambda v, x: x, 0.0), (lambda v, x: 0.0 * v, 0.0), (lambda v, x: -np.sign(v), -1.0)],
+)
+def test_friction_takes_energy_out_of_cycles(monkeypatch, force, value):
+    monkeypatch.setattr(contract, "force_along", lambda model, v, dt, x: force(v, x - 0.5 * dt * v))
+    if value < -0.5:
+        missed = unmet(contract.dissipates, model())
+        assert (missed.fact.value, missed.fact.threshold) == (pytest.approx(-1.0), -1e-9)
+        assert missed.fact.detail == "a closed cycle returned 100 % of the work"
+    else:
+        assert contract.dissipates(model()).value == pytest.approx(value, abs=1e-9)
+
+
+@pytest.mark.parametrize(("order", "is_met"), [(1.0, True), (0.2, True), (0.0, False), (-1.0, False)])
+def test_halving_the_step_changes_a_force_less_and_less(monkeypatch, order, is_met):
+    # What differs from the limit by the step to a power; the sign of that changes from refinement to refinement.
+    def along(model, v, dt, x):
+        return 1.0 + (-1.0) ** round(math.log2(1.0 / (200.0 * dt))) * (200.0 * dt) ** order * np.ones(v.size)
+
+    monkeypatch.setattr(contract, "force_along", along)
+    if is_met:
+        fact = contract.refines(model())
+        assert fact.value < fact.threshold
+        assert fact.detail.startswith("relative changes ")
+    else:
+        assert unmet(contract.refines, model()).advice == "The force must be the mean over the step"
+
+
+def charged(slope=lambda v: v, force=lambda z, v: 2.0 * z):
+    """A spring whose state follows the velocity, with its rate as it may be wrong."""
+
+    def trial(state, memory, motion, dt, p):
+        z = state.z + motion.v * dt
+        return 2.0 * 0.5 * (state.z + z), Move(z)
+
+    return model(trial, rate=lambda state, motion, p: (force(state.z, motion.v), State(slope(motion.v))))
+
+
+def test_a_rate_is_that_of_small_steps():
+    assert not contract.rate_agrees(model()).applies
+    assert contract.rate_agrees(charged()).value < 1e-3
+    assert unmet(contract.rate_agrees, charged(force=lambda z, v: 2.1 * z)).fact.value > 1e-3
+    assert unmet(contract.rate_agrees, charged(slope=lambda v: 1e6 * v)).fact.value > 1e-3
+
+
+def test_parts_of_a_flow_come_together():
+    assert not contract.flow_agrees(model()).applies
+    assert "not all given" in str(unmet(contract.flow_agrees, model(flow=len)))
+
+
+def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
+    driven = []
+
+    def run(plant, model, effort, dt, steps):
+        driven.append((plant.values["M"], np.max(np.abs(effort)), dt, steps, effort.size))
+        return SimpleNamespace(status=Status.OK, position=np.array([-1.0, 2.0]))
+
+    monkeypatch.setattr(contract, "_steady", lambda model, v: 3.0 if v > 0.0 else -4.0)
+    monkeypatch.setattr(contract, "run_open_loop", run)
+    fact = contract.drives_a_mass(model())
+    assert driven == [(1.0, pytest.approx(8.0, rel=1e-4), 1e-3, 4, 2000)]
+    assert (fact.value, fact.unit, fact.detail) == (3.0, "m", "travel 3 m")
+    monkeypatch.setattr(contract, "run_open_loop", lambda *asked, **more: SimpleNamespace(status=Status.NOT_FINITE))
+    assert str(unmet(contract.drives_a_mass, model())) == Status.NOT_FINITE.sentence
+
+
+def test_results_of_a_trial_are_scalars():
+    assert contract.scalar_results(model()).value == 0.0
+    for force in (np.zeros(2), math.nan, "1"):
+        assert "the force is" in str(unmet(contract.scalar_results, model(lambda *asked, force=force: (force, Move()))))
+    assert "the move is a tuple" in str(unmet(contract.scalar_results, model(lambda *asked: (0.0, (1.0,)))))
+    other = model()
+    other.component.commit = lambda state, memory, move, p: move
+    assert "commit returned a Move" in str(unmet(contract.scalar_results, other))
+
+
+def test_motions_are_the_same_each_time_and_go_both_ways():
+    first, again = (list(contract._motions(200)) for _ in range(2))
+    assert first == again
+    speeds = np.array([motion.v for motion, _ in first])
+    assert 0.3 < np.mean(speeds > 0.0) < 0.7
+    assert 1e-6 <= np.min(np.abs(speeds)) < 1e-5
+    assert 1e-2 < np.max(np.abs(speeds)) <= 1e-1
+    steps = np.array([dt for _, dt in first])
+    assert 1e-6 <= steps.min() < 1e-5
+    assert 1e-3 < steps.max() <= 1e-2
+
+
+# --- slots ----------------------------------------------------------------------------------------------------------
+
+
+def channel(low=-math.inf, high=math.inf, usual=10.0, nominal=1.0):
+    """A slot whose channel has a range."""
+    variable = SimpleNamespace(min=low, max=high, nominal=nominal, unit=lambda: "K")
+    return SimpleNamespace(channel=SimpleNamespace(name="oil", variable=variable, usual=usual, field="x", is_own=False))
+
+
+@pytest.mark.parametrize(
+    ("item", "expected"),
+    [
+        (channel(), (8.0, 12.0)),
+        (channel(usual=0.0, nominal=5.0), (-1.0, 1.0)),
+        (channel(low=0.0), (0.0, 12.0)),
+        (channel(high=11.0), (8.0, 11.0)),
+        (channel(usual=-10.0), (-12.0, -8.0)),
+    ],
+)
+def test_a_channel_is_tried_over_its_range_or_around_its_usual_value(item, expected):
+    assert slot.range_of(item) == pytest.approx(expected)
+
+
+def factor(values, **changed):
+    """A slot whose factor goes through some values."""
+    item = channel(0.0, 1.0)
+    known = np.interp(np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, len(values)), values)
+    item.factor = lambda value, parameters: float(known[round(40.0 * value)])
+    item.neutral, item.defaults, item.example, item.assemble = None, {}, {}, lambda values: None
+    return item
+
+
+def test_a_slot_changes_nothing_by_its_defaults():
+    assert slot.neutral_defaults(factor([1.0, 1.0])).value == 0.0
+    missed = unmet(slot.neutral_defaults, factor([1.0, 1.25]))
+    assert (missed.fact.value, missed.fact.threshold) == (0.25, 1e-12)
+    unmet(slot.neutral_defaults, factor([1.0, math.nan]))
+
+
+def test_a_factor_stays_above_zero_and_varies():
+    fact = slot.factor_above_zero(factor([0.5, 2.0]))
+    assert (fact.value, fact.detail) == (0.5, "0.5 to 2 for oil from 0 to 1 K")
+    assert fact.threshold == slot.SMALLEST_FACTOR
+    for values in ([0.0, 1.0], [-0.5, 1.0], [slot.SMALLEST_FACTOR, 1.0], [1.0, math.inf]):
+        assert unmet(slot.factor_above_zero, factor(values)).advice.startswith("Friction must not change its sign")
+    assert unmet(slot.factor_above_zero, factor([2.0, 2.0])).advice.startswith("Give the slot example")
+
+
+def test_what_is_sampled_returns_a_number_and_a_state():
+    law = SimpleNamespace(component=SimpleNamespace(State=State), kind="rotational")
+    fact = slot._sampled(law, "effort", lambda: (3.0, State(1.0)), "force")
+    assert (fact.value, fact.unit) == (3.0, "N*m")
+    assert "the effort is float inf" in str(unmet(slot._sampled, law, "effort", lambda: (math.inf, State()), "force"))
+    assert "the effort is list" in str(unmet(slot._sampled, law, "effort", lambda: ([], State()), "force"))
+    assert "as its state" in str(unmet(slot._sampled, law, "effort", lambda: (1.0, 2.0), "force"))
+    later = iter(range(9))
+    assert "another result later" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
+
+
+def test_a_model_has_one_dimension_where_its_units_may_change():
+    from bristle.testing.dimensions import WALK, one_dimension
+
+    example = friction.coulomb_viscous(F_C=3.0, F_v=50.0)
+    assert one_dimension(example).detail == f"{len(WALK)} steps, in other units of length, time and force"
+    assert {math.copysign(1.0, v) for v in WALK if v == 0.0} == {1.0, -1.0}
