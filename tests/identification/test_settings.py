@@ -8,7 +8,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.settings import DEFAULT, Settings, thresholds
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.messages import warnings_of
 from bristle.report.model_tables import changed_settings
 
@@ -26,12 +26,12 @@ def codes(result):
 
 
 def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
-    assert len(thresholds()) > 30
-    for threshold in thresholds():
+    assert len(Settings.described()) > 30
+    for threshold in Settings.described():
         assert len(threshold.meaning) > 10, threshold.name
         assert threshold.unit, threshold.name
         assert threshold.least <= threshold.default <= threshold.most, threshold.name
-    assert Settings.of({threshold.name: threshold.default for threshold in thresholds()}) == DEFAULT
+    assert Settings.of({threshold.name: threshold.default for threshold in Settings.described()}) == DEFAULT
 
 
 @pytest.mark.parametrize(
@@ -110,4 +110,4 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
     assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
-    assert set(changed.as_data()) == {threshold.name for threshold in thresholds()}  # all of them stand in summary.json
+    assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}  # all of them stand in summary.json

@@ -11,20 +11,13 @@ Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillate
 :math:`H(j\omega)\,N(A, \omega) = -1`, with `H` from the friction force to the position that gives way to it.
 """
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-
-from bristle.core import TEXT, Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, model, optional, unit_of
-from bristle.engine import FRICTION, PERIOD, STEPS, contact_step, refuse_screw, response, system_of
+from bristle.core import Amount, MissingExtraError, Model
+from bristle.engine import FirstHarmonic, system_of
 
 try:
     from control import DescribingFunctionNonlinearity, NonlinearIOSystem
 except ImportError as error:
     raise MissingExtraError.of("a system of python-control, or a describing function", "control") from error
-
-QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
 
 
 class FrictionSystem(NonlinearIOSystem):
@@ -53,7 +46,6 @@ class FrictionSystem(NonlinearIOSystem):
         return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])
 
 
-@guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
 def to_control(
     friction: Model, plant: Model | None = None, *, dt: Amount | None = None, steps: int = 1, name: str | None = None
 ) -> FrictionSystem:
@@ -105,54 +97,14 @@ def to_control(
     >>> axis.state_labels, axis.units["velocity"]
     (['position', 'velocity', 'z'], 'm/s')
     """
-    if plant is not None:
-        refuse_screw(plant, "to_control")
-        if plant.kind != friction.kind:
-            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
-    if steps != 1 and (dt is None or plant is None):
-        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
-    advance, states, virgin = system_of(friction, plant, dt, steps)
-    inputs, outputs = (["velocity"], ["friction"]) if plant is None else (["effort"], ["position", "velocity", "friction"])
-    following, output = _functions_of(advance, virgin, len(outputs) - 1, is_sampled=dt is not None)
-    called = friction.name.replace("+", "_") if name is None else name
-    system = FrictionSystem(following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0)
+    made = system_of(friction, plant, dt, steps, name, asked_by="to_control")
+    signals = {"inputs": list(made.inputs), "outputs": list(made.outputs), "states": list(made.states)}
+    system = FrictionSystem(made.following, made.output, name=made.name, dt=made.dt, **signals)
     system.friction, system.plant = friction, plant
-    signals = {signal: unit_of(QUANTITIES[signal], friction.kind) for signal in (*inputs, *outputs)}
-    system.units = states | signals
+    system.units = made.states | made.inputs | made.outputs
     return system
 
 
-def _functions_of(
-    advance: Callable[..., tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *, is_sampled: bool
-) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """Return what python-control calls: what follows a state, and the outputs, `motion` numbers of the state first."""
-    # Where zero is added a zero would lose its sign, which tells the side of a contact.
-    places = np.flatnonzero(virgin)
-
-    def advanced(x: Any, u: Any) -> tuple[float, np.ndarray]:
-        state = np.array(x, dtype=float)  # a copy: python-control asks for any sample again, in any order
-        state[places] += virgin[places]
-        return advance(state, float(u[0]))
-
-    def following(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
-        _, state = advanced(x, u)
-        if is_sampled:
-            state[places] -= virgin[places]
-        return state
-
-    def output(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
-        return np.array((*x[:motion], advanced(x, u)[0]))
-
-    return following, output
-
-
-SAMPLES = 2000  # in a cycle; with 4 as a factor, the turns of the path are samples
-CYCLES, MOST_CYCLES = 4, 512
-SETTLED = 1e-6  # relative change of the harmonic from cycle to cycle
-FREQUENCY = amount(Variable("frequency", "frequency", min=0.0), exclusive=True)
-
-
-@guarded(friction=FRICTION, frequency=FREQUENCY, unit=optional(TEXT))
 class DescribingFunction(DescribingFunctionNonlinearity):
     """The describing function of a friction model over the amplitude of its position, memory included.
 
@@ -189,14 +141,8 @@ class DescribingFunction(DescribingFunctionNonlinearity):
 
     def __init__(self, friction: Model, frequency: Amount, unit: str | None = None) -> None:
         super().__init__()
-        self.friction, self.frequency = friction, frequency
-        length = unit_of("length", friction.kind)
-        self.unit = unit or length
-        self._scale = factor(self.unit, length, path="unit")
-        self._dt = 1.0 / (SAMPLES * frequency)
-        self._step = contact_step(friction, self._dt)
-        p, component = friction.parameters, friction.component
-        self._state = np.zeros(1 + len(component.State._fields) + component.memory_size(p))
+        self._harmonic = FirstHarmonic(friction, frequency, unit)
+        self.friction, self.frequency, self.unit = self._harmonic.friction, self._harmonic.frequency, self._harmonic.unit
 
     def describing_function(self, A: float) -> complex:
         """Return the first harmonic of the force over the amplitude.
@@ -217,26 +163,7 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         InputError
             If the amplitude is not positive, or the loop does not settle.
         """
-        amplitude, cycles = float(A) * self._scale, CYCLES
-        if not 0.0 < amplitude < np.inf:
-            raise InputError("must be positive", path="A", value=A, allowed=f"> 0 {self.unit}")
-        # Phases of one cycle, used again for each: to the bit the same path every time.
-        phase = 2.0 * np.pi * np.arange(SAMPLES + 1) / SAMPLES
-        # Each force is the mean of a step: what it is multiplied with is integrated over that step.
-        weight = -np.diff(np.cos(phase)) + 1j * np.diff(np.sin(phase))
-        while cycles <= MOST_CYCLES:
-            path = amplitude * np.concatenate((np.tile(np.sin(phase[:-1]), cycles), [0.0]))
-            force = response(self.friction, path, self._dt)[1:].reshape(cycles, SAMPLES)
-            before, last = (force @ weight / (np.pi * amplitude))[-2:] * self._scale
-            if abs(last - before) <= SETTLED * abs(last):
-                return complex(last)
-            cycles *= 4
-        raise InputError(
-            f"the loop of {self.friction.name} still changes after {MOST_CYCLES} cycles",
-            path="A",
-            value=A,
-            mend="Look at bristle.check(model): it may drift",
-        )
+        return self._harmonic.over(A)
 
     def __call__(self, A: float) -> float:
         """Return the mean force [N or N*m] while the contact moves on to a position in a sample of a cycle.
@@ -244,5 +171,4 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         It moves on from where the last call has left it: python-control calls so, sample by sample, where it computes
         a harmonic itself (``try_method=False, num_points=2000``).
         """
-        force, self._state = self._step(self._state, (float(A) * self._scale - self._state[0]) / self._dt)
-        return force
+        return self._harmonic.moved_to(A)

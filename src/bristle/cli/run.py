@@ -32,7 +32,7 @@ def run(
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
     from bristle.files import provenance
-    from bristle.loop import Verdict, runnable
+    from bristle.loop import runnable
     from bristle.report.compensation import closing_sentences
     from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message
@@ -51,7 +51,7 @@ def run(
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        diverging = {name: message(loop.finding) for name, loop in judged.items() if loop.verdict is Verdict.DIVERGES}
+        diverging = {name: message(loop.finding) for name, loop in judged.items() if loop.diverges}
         result = replace(simulate(stable, report), refused=diverging)
         source = provenance(output.command, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}

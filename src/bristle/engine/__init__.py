@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from bristle.engine.checks import FRICTION, PERIOD, STEPS
     from bristle.engine.compilation import interpreted, is_interpreted
     from bristle.engine.contact import Contact
-    from bristle.engine.equations import contact_step, system_of
+    from bristle.engine.equations import system_of
+    from bristle.engine.harmonic import FirstHarmonic
     from bristle.engine.loop import Compensator, LoopTrace, Trace, run_closed_loop, run_open_loop
     from bristle.engine.motion import conditioned, force_along, response, settled
     from bristle.engine.path import after
-    from bristle.engine.screwed import refuse_screw
 
 __getattr__ = loaded_from(__name__)
 

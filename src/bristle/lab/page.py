@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from bristle import __version__
 from bristle.core import Model
-from bristle.exports import as_json, common_described, example_described, packed, slots_described, switched, version
-from bristle.friction import MODELS
+from bristle.exports import as_json, lab_described
 from bristle.lab.loop import paper_loop
 
 if TYPE_CHECKING:
@@ -64,22 +64,11 @@ def lab_page(
     provenance : mapping of str to str, optional
         What the page was made from.
     """
-    models, first = [example_described(name) for name in MODELS], list(MODELS).index(FIRST)
-    if model is not None:
-        named = f"{model.name} of {source}" if source else ""
-        models.insert(0, switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named))
-        first = 0
+    named = f"{model.name} of {source}" if model is not None and source else ""
+    known = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
-    data = {
-        "models": models,
-        "first": first,
-        "loop": paper_loop(),
-        "common": common_described(),
-        "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
-    }
-    content = as_json(data).encode("utf-8")
     texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
-    texts["data"] = as_json({"code": packed(content), "size": len(content)})
+    texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **known))
     return (
         environment()
         .get_template("lab.html")
@@ -87,7 +76,7 @@ def lab_page(
             {name: Markup(text) for name, text in texts.items()},
             policy=policy([shared, script], [style]),
             provenance=dict(provenance or {}),
-            version=version(),
+            version=__version__,
         )
     )
 

@@ -42,11 +42,18 @@ class TableUnits(NamedTuple):
 
 
 class DriveUnits(NamedTuple):
-    """The units in which a drive may want speed, effort and inertia, besides SI of the axis."""
+    """The units in which the drive of an axis may want speed, effort, inertia and distance, besides SI of the axis."""
 
+    axis: Axis | None
+    kind: Kind
     velocities: tuple[DriveUnit, ...]
     efforts: tuple[DriveUnit, ...]
     inertias: tuple[DriveUnit, ...]
+    lengths: tuple[DriveUnit, ...]
+
+    def of(self, quantity: str) -> tuple[DriveUnit, ...]:
+        """Return the units that a parameter has in the log and at the motor, besides SI."""
+        return units_of(quantity, self.axis, self.kind)
 
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
@@ -91,7 +98,7 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     """Return the units that a drive of this axis may want: those of its log, of its motor, percent of rated."""
     if axis is None:
-        return DriveUnits((), (), ())
+        return DriveUnits(None, kind, (), (), (), ())
     own, arm = log_units(axis, kind), axis.arm
     geared = arm is not None and (kind == "translational" or abs(arm - 1.0) > NEARLY)
     motor = [DriveUnit("rpm of the motor", RPM * arm)] if arm is not None else []
@@ -100,9 +107,12 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     inertia = [DriveUnit("kg*m^2 at the motor", 1.0 / arm**2)] if arm is not None and geared else []
     percent = bool(rated) and own.effort.name == "%"
     return DriveUnits(
+        axis,
+        kind,
         (*_besides_si([own.velocity], unit_of("length/time", kind)), *motor),
         (*([] if percent else _besides_si([own.effort], unit_of("force", kind))), *torque, *rated),
         tuple(inertia),
+        length_units(axis, kind),
     )
 
 

@@ -86,6 +86,21 @@ def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
     return {"code": packed(binary), "size": len(binary), "parts": addresses}
 
 
+def tracking_described(plain: Variant, observing: Variant) -> dict[str, Any]:
+    """Return what a page knows of a loop whose law works alone and with an observer: its module, and its numbers."""
+    laws = {"sliding": (plain.controller, None), "observer": (observing.controller, None)}
+    return parts_described(plain.sensor, **laws) | {
+        "rig": body_described(plain.friction),
+        "paper": {
+            "K_2": plain.controller.values["K_2"],
+            "g": observing.controller.values["g"],
+            "frequency": plain.reference.values["frequency"],
+        },
+        "sampleTime": plain.run.sample_time,
+        "delay": plain.run.delay,
+    }
+
+
 def _reason_against(variant: Variant, friction: Model) -> str:
     """Return why a page cannot compute a loop; nothing where it can."""
     fed = variant.feedforward
