@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bristle as br
-from bristle.prediction.drive_units import log_units, table_units, units_of
+from bristle.prediction.drive_units import drive_units, log_units, table_units
 
 SCREW = br.read_axis(
     {
@@ -36,7 +36,7 @@ SPEED = 0.03  # m/s
 
 
 def by_name(quantity, axis=SCREW, kind="translational"):
-    return {unit.name: unit for unit in units_of(quantity, axis, kind)}
+    return {unit.name: unit for unit in drive_units(axis, kind).of(quantity)}
 
 
 def test_viscous_friction_is_percent_for_a_turn_a_minute():
@@ -64,11 +64,11 @@ def test_levels_distances_and_inertia():
 
 @pytest.mark.parametrize("quantity", ["1", "time", "1/temperature", "force*temperature"])
 def test_what_has_no_length_and_no_force_stays_as_it_is(quantity):
-    assert units_of(quantity, SCREW, "translational") == ()
+    assert drive_units(SCREW, "translational").of(quantity) == ()
 
 
 def test_without_an_axis_or_a_motor_there_is_less():
-    assert units_of("force", None, "rotational") == ()
+    assert drive_units(None, "rotational").of("force") == ()
     assert set(by_name("force", BARE)) == set()
     assert set(by_name("force/length", BARE)) == {"N/mm"}
 

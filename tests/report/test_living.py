@@ -21,7 +21,7 @@ from bristle import friction
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
 from bristle.exports.page import rows as rows_module
-from bristle.exports.page.pages import followed_described
+from bristle.exports.page.loop import followed_described
 from bristle.exports.page.rows import fitted_rows, turns_of
 from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of

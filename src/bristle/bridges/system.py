@@ -11,8 +11,10 @@ Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillate
 :math:`H(j\omega)\,N(A, \omega) = -1`, with `H` from the friction force to the position that gives way to it.
 """
 
-from bristle.core import Amount, MissingExtraError, Model
-from bristle.engine import FirstHarmonic, system_of
+import numpy as np
+
+from bristle.core import TEXT, Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, optional, unit_of
+from bristle.engine import FRICTION, contact_step, response, system_of
 
 try:
     from control import DescribingFunctionNonlinearity, NonlinearIOSystem
@@ -105,6 +107,13 @@ def to_control(
     return system
 
 
+SAMPLES = 2000  # in a cycle; with 4 as a factor, the turns of the path are samples
+CYCLES, MOST_CYCLES = 4, 512
+SETTLED = 1e-6  # relative change of the harmonic from cycle to cycle
+FREQUENCY = amount(Variable("frequency", "frequency", min=0.0), exclusive=True)
+
+
+@guarded(friction=FRICTION, frequency=FREQUENCY, unit=optional(TEXT))
 class DescribingFunction(DescribingFunctionNonlinearity):
     """The describing function of a friction model over the amplitude of its position, memory included.
 
@@ -141,8 +150,14 @@ class DescribingFunction(DescribingFunctionNonlinearity):
 
     def __init__(self, friction: Model, frequency: Amount, unit: str | None = None) -> None:
         super().__init__()
-        self._harmonic = FirstHarmonic(friction, frequency, unit)
-        self.friction, self.frequency, self.unit = self._harmonic.friction, self._harmonic.frequency, self._harmonic.unit
+        self.friction, self.frequency = friction, frequency
+        length = unit_of("length", friction.kind)
+        self.unit = unit or length
+        self._scale = factor(self.unit, length, path="unit")
+        self._dt = 1.0 / (SAMPLES * frequency)
+        self._step = contact_step(friction, self._dt)
+        p, component = friction.parameters, friction.component
+        self._state = np.zeros(1 + len(component.State._fields) + component.memory_size(p))
 
     def describing_function(self, A: float) -> complex:
         """Return the first harmonic of the force over the amplitude.
@@ -163,7 +178,26 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         InputError
             If the amplitude is not positive, or the loop does not settle.
         """
-        return self._harmonic.over(A)
+        amplitude, cycles = float(A) * self._scale, CYCLES
+        if not 0.0 < amplitude < np.inf:
+            raise InputError("must be positive", path="A", value=A, allowed=f"> 0 {self.unit}")
+        # Phases of one cycle, used again for each: to the bit the same path every time.
+        phase = 2.0 * np.pi * np.arange(SAMPLES + 1) / SAMPLES
+        # Each force is the mean of a step: what it is multiplied with is integrated over that step.
+        weight = -np.diff(np.cos(phase)) + 1j * np.diff(np.sin(phase))
+        while cycles <= MOST_CYCLES:
+            path = amplitude * np.concatenate((np.tile(np.sin(phase[:-1]), cycles), [0.0]))
+            force = response(self.friction, path, self._dt)[1:].reshape(cycles, SAMPLES)
+            before, last = (force @ weight / (np.pi * amplitude))[-2:] * self._scale
+            if abs(last - before) <= SETTLED * abs(last):
+                return complex(last)
+            cycles *= 4
+        raise InputError(
+            f"the loop of {self.friction.name} still changes after {MOST_CYCLES} cycles",
+            path="A",
+            value=A,
+            mend="Look at bristle.check(model): it may drift",
+        )
 
     def __call__(self, A: float) -> float:
         """Return the mean force [N or N*m] while the contact moves on to a position in a sample of a cycle.
@@ -171,4 +205,5 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         It moves on from where the last call has left it: python-control calls so, sample by sample, where it computes
         a harmonic itself (``try_method=False, num_points=2000``).
         """
-        return self._harmonic.moved_to(A)
+        force, self._state = self._step(self._state, (float(A) * self._scale - self._state[0]) / self._dt)
+        return force

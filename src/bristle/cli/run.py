@@ -47,11 +47,12 @@ def run(
         described = experiment_in(experiment, allow_code=allow_code, progress=report)
         admit_friction_of(described)
         stable, judged = runnable(described)
+        runs = [variant.name for variant in stable.variants]
         about = about_loops(judged, on_another_rig(described))
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        diverging = {name: message(loop.finding) for name, loop in judged.items() if loop.diverges}
+        diverging = {name: message(loop.finding) for name, loop in judged.items() if name not in runs}
         result = replace(simulate(stable, report), refused=diverging)
         source = provenance(output.command, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from bristle import __version__
-from bristle.core import Model
-from bristle.exports import as_json, lab_described
-from bristle.lab.loop import paper_loop
+from bristle.core import Experiment, Model
+from bristle.exports import as_json, lab_described, tracking_described
+from bristle.files import read_experiment
 
 if TYPE_CHECKING:
     import jinja2
@@ -79,6 +79,20 @@ def lab_page(
             version=__version__,
         )
     )
+
+
+@cache
+def paper_experiment() -> Experiment:
+    """Return the tracking experiment of the paper."""
+    with resources.as_file(resources.files("bristle").joinpath("paper", "experiments")) as folder:
+        return read_experiment(folder / "set_a.toml")
+
+
+@cache
+def paper_loop() -> dict[str, Any]:
+    """Return what the page knows of the loop: its module, and the numbers of the paper."""
+    variants = {variant.name: variant for variant in paper_experiment().variants}
+    return tracking_described(variants["none"], variants["observer"])
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:

@@ -116,11 +116,6 @@ class Assessment:
         return self.verdict is Verdict.STABLE
 
     @property
-    def diverges(self) -> bool:
-        """Whether it grows without bounds."""
-        return self.verdict is Verdict.DIVERGES
-
-    @property
     def bare(self) -> tuple[WorkingPoint, ...]:
         """The working points without friction: what the law, the inertia and the delays do by themselves."""
         return tuple(point for point in self.points if point.friction is Friction.NONE)
@@ -144,7 +139,7 @@ class Assessment:
         if self.is_stable:
             return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=self.kind)
         numbers |= {"motions": worst.motions.value, "delay": worst.loop.delay, **_cause_of(self)}
-        code = "loop_diverges" if self.diverges else "loop_oscillates"
+        code = "loop_diverges" if self.verdict is Verdict.DIVERGES else "loop_oscillates"
         return Diagnostic(code, severity="error", numbers=numbers, kind=self.kind)
 
     @property

@@ -53,7 +53,18 @@ class DriveUnits(NamedTuple):
 
     def of(self, quantity: str) -> tuple[DriveUnit, ...]:
         """Return the units that a parameter has in the log and at the motor, besides SI."""
-        return units_of(quantity, self.axis, self.kind)
+        powers = dict(exponents_of(quantity))
+        force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
+        if self.axis is None or powers or (force, length) == (0.0, 0.0):
+            return ()
+        simple = {
+            (1.0, 0.0, 0.0): _of_other_sizes(self.efforts),
+            (1.0, -1.0, 2.0): self.inertias,
+            (0.0, 1.0, -1.0): _of_other_sizes(self.velocities),
+            (0.0, 1.0, 0.0): self.lengths,
+        }
+        units = simple.get((force, length, time))
+        return _of_other_sizes(_products(self, self.axis, force, length, time)) if units is None else units
 
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
@@ -135,27 +146,11 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
     return _of_other_sizes((*_besides_si(own, unit_of("length", kind)), *motor))
 
 
-def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
-    """Return the units that a parameter has in the log and at the motor of an axis, besides SI."""
-    powers = dict(exponents_of(quantity))
-    force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
-    if axis is None or powers or (force, length) == (0.0, 0.0):
-        return ()
-    drive = drive_units(axis, kind)
-    simple = {
-        (1.0, 0.0, 0.0): _of_other_sizes(drive.efforts),
-        (1.0, -1.0, 2.0): drive.inertias,
-        (0.0, 1.0, -1.0): _of_other_sizes(drive.velocities),
-        (0.0, 1.0, 0.0): length_units(axis, kind),
-    }
-    units = simple.get((force, length, time))
-    return _of_other_sizes(_products(axis, kind, force, length, time)) if units is None else units
-
-
-def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
+def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
     """Return what a product is in: effort and position of the log; percent of rated, or torque, and turns of the motor."""
     # A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
-    own, drive, distance = log_units(axis, kind), drive_units(axis, kind), length_units(axis, kind)
+    kind, distance = drive.kind, drive.lengths
+    own = log_units(axis, kind)
     speeds = length == -time and length != 0.0
     logged = own.velocity if speeds else (distance[0] if distance else DriveUnit(unit_of("length", kind), 1.0))
     at_motor = None if axis.arm is None else (drive.velocities[-1] if speeds else distance[-1])
