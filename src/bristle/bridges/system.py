@@ -99,11 +99,11 @@ def to_control(
     >>> axis.state_labels, axis.units["velocity"]
     (['position', 'velocity', 'z'], 'm/s')
     """
-    made = system_of(friction, plant, dt, steps, name, asked_by="to_control")
-    signals = {"inputs": list(made.inputs), "outputs": list(made.outputs), "states": list(made.states)}
-    system = FrictionSystem(made.following, made.output, name=made.name, dt=made.dt, **signals)
+    described = system_of(friction, plant, dt, steps, name, asked_by="to_control")
+    signals = {"inputs": list(described.inputs), "outputs": list(described.outputs), "states": list(described.states)}
+    system = FrictionSystem(described.following, described.output, name=described.name, dt=described.dt, **signals)
     system.friction, system.plant = friction, plant
-    system.units = made.states | made.inputs | made.outputs
+    system.units = described.states | described.inputs | described.outputs
     return system
 
 

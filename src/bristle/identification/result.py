@@ -253,8 +253,8 @@ class Fit:
         """Whether the log never saw sliding: the effort follows the position, or a level lies beyond the largest effort."""
         beyond = [item.name for item in self.estimates if item.reason is not None and item.reason.code == "beyond_effort"]
         levels = [variable for name, variable in self.friction.component.variables.items() if name in beyond]
-        told = any(diagnostic.code == "never_slides" for diagnostic in self.diagnostics)
-        return told or any(acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable) for variable in levels)
+        is_stuck = any(diagnostic.code == "never_slides" for diagnostic in self.diagnostics)
+        return is_stuck or any(acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable) for variable in levels)
 
     @property
     def lacking(self) -> tuple[str, ...]:

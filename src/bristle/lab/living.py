@@ -38,8 +38,8 @@ def living_part(
     from bristle.figures.style import envelope
 
     uncertainty = uncertainty_of(identification.best)
-    kept = partial(envelope, columns=1000)  # as few points as look the same, by columns of the line
-    data = living_described(identification, axis, simulation, following, uncertainty=uncertainty, around=AROUND, kept=kept)
+    thinned = partial(envelope, columns=1000)  # as few points as look the same, by columns of the line
+    data = living_described(identification, axis, simulation, following, uncertainty=uncertainty, around=AROUND, thinned=thinned)
     if data is None:
         return None
     shared, script = joined(SHARED), joined(SCRIPTS)

@@ -65,10 +65,10 @@ def lab_page(
         What the page was made from.
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
-    known = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
+    options = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
     texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
-    texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **known))
+    texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **options))
     return (
         environment()
         .get_template("lab.html")

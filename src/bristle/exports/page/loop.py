@@ -214,11 +214,11 @@ def living_described(
     *,
     uncertainty: Mapping[str, Mapping[str, Any]],
     around: float,
-    kept: Callable[[np.ndarray], np.ndarray],
+    thinned: Callable[[np.ndarray], np.ndarray],
 ) -> dict[str, Any] | None:
     """Return what makes the report of an identification move; None where the model cannot be computed on a page.
 
-    Sliders go `around` times up and down from an identified value; of a line, the samples that are `kept` are drawn.
+    Sliders go `around` times up and down from an identified value; of a line, the samples that `thinned` returns are drawn.
     """
     fit = identification.best
     rows = fitted_rows(fit, identification.log, axis, identification.treatment)
@@ -237,12 +237,12 @@ def living_described(
         "effort": typeset(unit_of("force", fit.plant.kind)),
         "word": "torque" if fit.plant.kind == "rotational" else "force",
         "logs": 1 + len(identification.further_logs),
-        "loop": followed_described(fit.friction, simulation, following, kept),
+        "loop": followed_described(fit.friction, simulation, following, thinned),
     }
 
 
 def followed_described(
-    friction: Model, simulation: SimulationResult | None, following: Following | None, kept: Callable[[np.ndarray], np.ndarray]
+    friction: Model, simulation: SimulationResult | None, following: Following | None, thinned: Callable[[np.ndarray], np.ndarray]
 ) -> dict[str, Any] | None:
     """Return how the loop followed, and what computes it; None where nothing followed."""
     errors = _errors(simulation, following)
@@ -257,7 +257,7 @@ def followed_described(
         reason = "no loop was simulated, for which the axis file needs a controller"
     else:
         loop, reason = loop_described(variant, friction)
-    traces = [trace_described(name, time, error, kept(error)) for name, time, error in errors]
+    traces = [trace_described(name, time, error, thinned(error)) for name, time, error in errors]
     return {"traces": traces, "reason": reason, "loop": loop}
 
 

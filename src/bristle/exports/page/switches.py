@@ -316,16 +316,16 @@ def common_described() -> dict[str, Any]:
     return {"code": packed(common), "size": len(common)}
 
 
-def lab_described(first: str | Model, loop: Mapping[str, Any], **known: Any) -> dict[str, Any]:
+def lab_described(first: str | Model, loop: Mapping[str, Any], **options: Any) -> dict[str, Any]:
     """Return the data of the lab: the examples of all models, one of them first or one with values of its own, slots and a loop.
 
-    What else is `known` of a model with values of its own is that of `switched`.
+    Options, of a model with values of its own, are those of `switched`.
     """
     models, place = [example_described(name) for name in MODELS], 0
     if isinstance(first, str):
         place = list(MODELS).index(first)
     else:
-        models.insert(0, switched(first, **known))
+        models.insert(0, switched(first, **options))
     data = {
         "models": models,
         "first": place,
