@@ -538,7 +538,7 @@ def equations() -> str:
 
 def diagnostics() -> str:
     """Return the page of the codes of all diagnostics, and of the thresholds that decide on them."""
-    from bristle.identification.settings import thresholds
+    from bristle.identification.settings import Settings
     from bristle.report.messages import fields_of
     from bristle.report.sentences import SENTENCES
 
@@ -559,7 +559,7 @@ def diagnostics() -> str:
             _range(one.least, one.most),
             one.meaning + (f" ({one.source})" if one.source else ""),
         )
-        for one in thresholds()
+        for one in Settings.described()
     ]
     return page(
         "Diagnostics",

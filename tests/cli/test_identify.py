@@ -14,7 +14,7 @@ from tests.cli.conftest import written_in
 
 from bristle.core.errors import InputWarning
 from bristle.files import read_model
-from bristle.identification.settings import thresholds
+from bristle.identification.settings import Settings
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -256,7 +256,7 @@ def test_an_axis_file_sets_thresholds(bristle, place):
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0")
     data = bristle(*requested, "--json").data
     assert (data["settings"]["poor_error"], data["settings"]["inseparable"]) == (0.0, 0.5)
-    assert set(data["settings"]) == {threshold.name for threshold in thresholds()}
+    assert set(data["settings"]) == {threshold.name for threshold in Settings.described()}
     assert "unexplained" in [threshold["code"] for threshold in data["diagnostics"]]
     axis.write_text(axis.read_text() + "nothing = 1.0\n")
     refused = bristle(*requested)

@@ -9,7 +9,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.settings import DEFAULT, Settings, thresholds
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.messages import warnings_of
 from bristle.report.model_tables import changed_settings
 
@@ -27,12 +27,12 @@ def codes(result):
 
 
 def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
-    assert len(thresholds()) > 30
-    for threshold in thresholds():
+    assert len(Settings.described()) > 30
+    for threshold in Settings.described():
         assert len(threshold.meaning) > 10, threshold.name
         assert threshold.unit, threshold.name
         assert threshold.least <= threshold.default <= threshold.most, threshold.name
-    assert Settings.of({threshold.name: threshold.default for threshold in thresholds()}) == DEFAULT
+    assert Settings.of({threshold.name: threshold.default for threshold in Settings.described()}) == DEFAULT
 
 
 @pytest.mark.parametrize(
@@ -111,11 +111,11 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
     assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
-    assert set(changed.as_data()) == {threshold.name for threshold in thresholds()}  # all of them stand in summary.json
+    assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}  # all of them stand in summary.json
 
 
 def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
-    by_name = {threshold.name: threshold for threshold in thresholds()}
+    by_name = {threshold.name: threshold for threshold in Settings.described()}
     assert DEFAULT.seen_rise == pytest.approx(chi2.ppf(0.95, 1), abs=1e-3)
     assert (DEFAULT.white_level, DEFAULT.missing_level) == (0.95, 0.99)
     assert by_name["seen_rise"].source == "95 % of chi-square"
@@ -133,6 +133,6 @@ def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
 
 def test_fixed_thresholds_are_no_settings():
     for name in ("repeated_size", "filter_seen", "hopeless_std", "nested_loop"):
-        assert name not in {threshold.name for threshold in thresholds()}
+        assert name not in {threshold.name for threshold in Settings.described()}
         with pytest.raises(InputError, match="is fixed, and no longer set"):
             Settings.of({name: 1.0})

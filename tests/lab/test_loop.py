@@ -15,7 +15,7 @@ from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.page.described import example_named, model_described
 from bristle.exports.page.packing import plain
 from bristle.exports.subject import presliding_distance, subject_of
-from bristle.lab.loop import paper_experiment, paper_loop
+from bristle.lab.page import paper_experiment, paper_loop
 from bristle.plants import inertia, pulled_inertia
 from bristle.simulation.compensation import feedforward_effort
 

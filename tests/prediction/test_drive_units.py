@@ -46,7 +46,7 @@ SPEED = 0.03  # m/s
 
 
 def by_name(quantity, axis=SCREW, kind="translational"):
-    return {unit.name: unit for unit in units_of(quantity, axis, kind)}
+    return {unit.name: unit for unit in drive_units(axis, kind).of(quantity)}
 
 
 def test_viscous_friction_is_percent_for_a_turn_a_minute():
@@ -74,11 +74,11 @@ def test_levels_distances_and_inertia():
 
 @pytest.mark.parametrize("quantity", ["1", "time", "1/temperature", "force*temperature"])
 def test_what_has_no_length_and_no_force_stays_as_it_is(quantity):
-    assert units_of(quantity, SCREW, "translational") == ()
+    assert drive_units(SCREW, "translational").of(quantity) == ()
 
 
 def test_without_an_axis_or_a_motor_there_is_less():
-    assert units_of("force", None, "rotational") == ()
+    assert drive_units(None, "rotational").of("force") == ()
     assert set(by_name("force", BARE)) == set()
     assert set(by_name("force/length", BARE)) == {"N/mm"}
 

@@ -21,8 +21,9 @@ from bristle import friction
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
 from bristle.exports.page import rows as rows_module
+from bristle.exports.page.loop import followed_described
 from bristle.exports.page.rows import fitted_rows, turns_of
-from bristle.lab.living import SHARED, followed_part, living_part
+from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of
 from bristle.simulation import simulate
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment
@@ -192,17 +193,21 @@ def test_a_loop_that_begins_in_motion_begins_with_a_contact_that_has_slid(stage,
     assert np.max(np.abs(error[:20])) < 0.5 * 10.0 / 1e6
 
 
+def every(line):
+    return np.arange(line.size)
+
+
 def test_a_loop_that_a_page_cannot_compute_says_why(stage):
     model = stage.identified.best.friction
-    assert followed_part(model, stage.looped, None)["reason"] == ""
-    assert followed_part(model, None, None) is None
+    assert followed_described(model, stage.looped, None, every)["reason"] == ""
+    assert followed_described(model, None, None, every) is None
     last = stage.looped.experiment.variants[-1]
     halved = replace(last, feedforward=replace(last.feedforward, gain=0.5))
     along_measured = replace(last, feedforward=replace(last.feedforward, along="measured"))
     for variant in (halved, along_measured):
         variants = (*stage.looped.experiment.variants[:-1], variant)
         other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
-        part = followed_part(model, other, None)
+        part = followed_described(model, other, None, every)
         assert part["loop"] is None
         assert "than the friction alone" in part["reason"]
         assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]

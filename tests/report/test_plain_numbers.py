@@ -1,5 +1,7 @@
 """Numbers and reasons stand in a sentence as a person says them."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from bristle.core.diagnostic import Diagnostic
@@ -85,6 +87,7 @@ def test_an_interval_of_nearly_nothing_has_no_digits_of_rounding():
 
 def test_the_interval_of_break_aways_that_are_all_alike_has_no_two_equal_ends():
     alike = BreakAway(0.001, 12, 1.5674, (1.5674, 1.5674), 1e-4, (0.9e-4, 1.1e-4))
-    row = break_away_table([alike], "translational").rows[0]
+    best = SimpleNamespace(plant=SimpleNamespace(kind="translational"))
+    row = break_away_table(SimpleNamespace(break_aways=(alike,), best=best)).rows[0]
     assert "1.57, to the last digit" in row
     assert not any(cell.partition(" to ")[0] == cell.partition(" to ")[2] for cell in row)

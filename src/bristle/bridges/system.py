@@ -11,20 +11,15 @@ Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillate
 :math:`H(j\omega)\,N(A, \omega) = -1`, with `H` from the friction force to the position that gives way to it.
 """
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
-from bristle.core import TEXT, Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, model, optional, unit_of
-from bristle.engine import FRICTION, PERIOD, STEPS, contact_step, refuse_screw, response, system_of
+from bristle.core import TEXT, Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, optional, unit_of
+from bristle.engine import FRICTION, contact_step, response, system_of
 
 try:
     from control import DescribingFunctionNonlinearity, NonlinearIOSystem
 except ImportError as error:
     raise MissingExtraError.of("a system of python-control, or a describing function", "control") from error
-
-QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
 
 
 class FrictionSystem(NonlinearIOSystem):
@@ -53,7 +48,6 @@ class FrictionSystem(NonlinearIOSystem):
         return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])
 
 
-@guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
 def to_control(
     friction: Model, plant: Model | None = None, *, dt: Amount | None = None, steps: int = 1, name: str | None = None
 ) -> FrictionSystem:
@@ -105,45 +99,12 @@ def to_control(
     >>> axis.state_labels, axis.units["velocity"]
     (['position', 'velocity', 'z'], 'm/s')
     """
-    if plant is not None:
-        refuse_screw(plant, "to_control")
-        if plant.kind != friction.kind:
-            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
-    if steps != 1 and (dt is None or plant is None):
-        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
-    advance, states, virgin = system_of(friction, plant, dt, steps)
-    inputs, outputs = (["velocity"], ["friction"]) if plant is None else (["effort"], ["position", "velocity", "friction"])
-    following, output = _functions_of(advance, virgin, len(outputs) - 1, is_sampled=dt is not None)
-    called = friction.name.replace("+", "_") if name is None else name
-    system = FrictionSystem(following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0)
+    described = system_of(friction, plant, dt, steps, name, asked_by="to_control")
+    signals = {"inputs": list(described.inputs), "outputs": list(described.outputs), "states": list(described.states)}
+    system = FrictionSystem(described.following, described.output, name=described.name, dt=described.dt, **signals)
     system.friction, system.plant = friction, plant
-    signals = {signal: unit_of(QUANTITIES[signal], friction.kind) for signal in (*inputs, *outputs)}
-    system.units = states | signals
+    system.units = described.states | described.inputs | described.outputs
     return system
-
-
-def _functions_of(
-    advance: Callable[..., tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *, is_sampled: bool
-) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """Return what python-control calls: what follows a state, and the outputs, `motion` numbers of the state first."""
-    # Where zero is added a zero would lose its sign, which tells the side of a contact.
-    places = np.flatnonzero(virgin)
-
-    def advanced(x: Any, u: Any) -> tuple[float, np.ndarray]:
-        state = np.array(x, dtype=float)  # a copy: python-control asks for any sample again, in any order
-        state[places] += virgin[places]
-        return advance(state, float(u[0]))
-
-    def following(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
-        _, state = advanced(x, u)
-        if is_sampled:
-            state[places] -= virgin[places]
-        return state
-
-    def output(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
-        return np.array((*x[:motion], advanced(x, u)[0]))
-
-    return following, output
 
 
 SAMPLES = 2000  # in a cycle; with 4 as a factor, the turns of the path are samples

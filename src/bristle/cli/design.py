@@ -50,6 +50,5 @@ def design(
         if folder:
             write_report(folder, design_report(outcome, command=output.command, provenance=source, figures=further), summary)
 
-    budget = None if outcome.budget is None else budget_table(outcome.budget, outcome)
-    output.tell(summary, margin_table(outcome), budget, proposal_table(outcome), *design_sentences(outcome))
+    output.tell(summary, margin_table(outcome), budget_table(outcome), proposal_table(outcome), *design_sentences(outcome))
     return 0 if outcome.is_stable else NO

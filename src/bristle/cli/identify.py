@@ -220,7 +220,7 @@ def identification_parts(
             parts.append(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
     parts.append(parameter_table(best))
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
-    parts += [break_away_table(identification.break_aways, kind)] if identification.break_aways else []
+    parts += [table] if (table := break_away_table(identification)) is not None else []
     parts.append(f"The model {'; '.join(misfit(best))}.")
     gain = gain_of(simulation) if simulation else None
     return [*parts, *about_loop(gain, following, kind), *(f"Note: {note}" for note in identification.notes)]

@@ -10,7 +10,7 @@ from bristle.cli.options import Json, holds_own, loaded_code, own_model, print_j
 from bristle.cli.terminal import say, say_laid_out, show_table
 
 if TYPE_CHECKING:
-    from bristle.core import Component, Surrounding, Variable
+    from bristle.core import Component, Variable
 
 EXAMPLE = """Example:
   bristle models lugre+asymmetry"""
@@ -86,7 +86,7 @@ def _described(family: str, component: Component) -> dict[str, Any]:
         "family": family,
         "equations": list(component.equations),
         "relations": [relation.condition for relation in component.relations],
-        "channels": [channel.name for channel in _channels(component)],
+        "channels": [channel.name for channel in component.channels_needed],
         "parameters": {
             key_of(name): picked(variable, "description", "quantity", "min", "max", "directional")
             | {
@@ -140,19 +140,13 @@ def _show_one(component: Component) -> None:
     show_table(Table.of(f"{component.name}: {component.description}", rows))
     for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
-    for channel in _channels(component):
+    for channel in component.channels_needed:
         say(
             f"Needs {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; "
             f"{channel.usual:g} where nobody tells it."
         )
     if component.reference:
         say(f"Source: {component.reference}")
-
-
-def _channels(component: Any) -> list[Surrounding]:
-    """Return the channels of a log that a slot, or those of a model, depend on."""
-    needed = getattr(component, "surroundings", ()) or [getattr(component, "channel", None)]
-    return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
 
 
 def _range(variable: Variable) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def identify_operators(logs: list[Path], axes: list[Content], model: str | None, output: Output) -> int:
     """Identify hysteresis operators from recorded curves, write them where that is asked for, and return the exit code."""
     from bristle.core import InputError
-    from bristle.files import provenance, read_curve_columns, read_curves, write_operator
+    from bristle.files import provenance, read_curves, write_operator
     from bristle.hysteresis.identification import identify_operator
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
@@ -38,7 +38,7 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
             write_operator(folder / "model.toml", identification.best.operator, identification.best.offset, provenance=source)
             page = operator_report(
                 identification,
-                name=read_curve_columns(axis).name,
+                name=recorded.name,
                 command=output.command,
                 provenance=source,
                 banner=f"Unfinished; {unfinished}." if unfinished else None,
@@ -55,7 +55,7 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
 def predict_operator(model: Content, log: Path, axis: Content | None, output: Output) -> None:
     """Predict recorded curves with an operator."""
     from bristle.core import InputError, unit_of, with_unit
-    from bristle.files import provenance, read_curve_columns, read_curves, read_operator
+    from bristle.files import provenance, read_curves, read_operator
     from bristle.hysteresis.identification import predict_operator as predicted
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report
@@ -73,7 +73,7 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
         source = provenance(output.command, model=model, log=recorded, axis=axis)
         summary = operator_prediction_summary(prediction, operator, recorded, provenance=source)
         if folder:
-            name = read_curve_columns(axis).name
+            name = recorded.name
             page = operator_prediction_report(prediction, operator, recorded, name=name, command=output.command, provenance=source)
             write_report(folder, page, summary)
 

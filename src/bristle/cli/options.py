@@ -263,8 +263,7 @@ def holds_own(name: str) -> bool:
 
 def own_model(name: str, path: str) -> Any:
     """Return the friction model of a name that holds files; they are executed, tried, and allowed from now on."""
-    from bristle.files import allow, load_code, slots_in
-    from bristle.friction import base_of, find, with_slots
+    from bristle.files import allow, friction_named
     from bristle.testing import admit
 
     contents: list[Content] = []
@@ -273,9 +272,7 @@ def own_model(name: str, path: str) -> Any:
         contents.append(code_in(file))
         return contents[-1]
 
-    base, *slots = name.split("+")
-    model = load_code(read(base, path)) if base.endswith(".py") else base_of(find(base, path))
-    chosen = with_slots(model, slots_in(slots, path, read), path)
+    chosen = friction_named(name, path, read)
     admit(chosen)
     for content in contents:
         allow(content)

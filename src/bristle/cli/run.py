@@ -32,7 +32,7 @@ def run(
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
     from bristle.files import provenance
-    from bristle.loop import Verdict, runnable
+    from bristle.loop import runnable
     from bristle.report.compensation import closing_sentences
     from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message
@@ -47,11 +47,12 @@ def run(
         described = experiment_in(experiment, allow_code=allow_code, progress=report)
         admit_friction_of(described)
         stable, judged = runnable(described)
+        runs = [variant.name for variant in stable.variants]
         about = about_loops(judged, on_another_rig(described))
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        diverging = {name: message(loop.finding) for name, loop in judged.items() if loop.verdict is Verdict.DIVERGES}
+        diverging = {name: message(loop.finding) for name, loop in judged.items() if name not in runs}
         result = replace(simulate(stable, report), refused=diverging)
         source = provenance(output.command, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}

@@ -89,6 +89,12 @@ class Documented:
         """The parameters that have a default value."""
         return self._written(getattr(self.Parameters, "_field_defaults", {}))
 
+    @property
+    def channels_needed(self) -> list[Any]:
+        """The channels of a log, beside its motion, that a slot, or those of a model, depend on."""
+        needed = getattr(self, "surroundings", ()) or [getattr(self, "channel", None)]
+        return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
+
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""
         return is_array(self.Parameters, name)

@@ -114,9 +114,15 @@ class Thresholds:
     """Thresholds, each a field that `threshold` made."""
 
     @classmethod
+    @cache
+    def described(cls) -> tuple[Threshold, ...]:
+        """Return what each of the thresholds is, in order."""
+        return tuple(Threshold(entry.name, **entry.metadata) for entry in fields(cls))
+
+    @classmethod
     def of(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
         """Return the thresholds that are given, all others at their defaults."""
-        by_name = {entry.name: entry for entry in thresholds_of(cls)}
+        by_name = {entry.name: entry for entry in cls.described()}
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
@@ -134,20 +140,14 @@ class Thresholds:
     @classmethod
     def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
         """Return those of the thresholds that are given which are of this class, all others at their defaults."""
-        names = {entry.name for entry in thresholds_of(cls)}
+        names = {entry.name for entry in cls.described()}
         return cls.of({name: value for name, value in values.items() if name in names}, path)
 
     @property
     def changed(self) -> dict[str, float]:
         """Those that differ from the default, by name."""
-        return {entry.name: value for entry in thresholds_of(type(self)) if (value := getattr(self, entry.name)) != entry.default}
+        return {entry.name: value for entry in self.described() if (value := getattr(self, entry.name)) != entry.default}
 
     def as_data(self) -> dict[str, float]:
         """Return all of them, by name."""
-        return {entry.name: getattr(self, entry.name) for entry in thresholds_of(type(self))}
-
-
-@cache
-def thresholds_of(settings: type[Thresholds]) -> tuple[Threshold, ...]:
-    """Return what each of the thresholds of a class is, in order."""
-    return tuple(Threshold(entry.name, **entry.metadata) for entry in fields(settings))
+        return {entry.name: getattr(self, entry.name) for entry in self.described()}

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.core import Axis, Model, Status, example_of
+from bristle.core import Axis, Model, Status
 from bristle.demo import truth
-from bristle.engine import Trace, run_closed_loop
+from bristle.engine import run_closed_loop
 from bristle.files import read_axis, write_whole
 from bristle.plants import inertia
 from bristle.sensors import encoder
@@ -29,7 +29,7 @@ def plant() -> Model:
 
 def friction() -> Model:
     """Return the friction of the simulated axis: thirty elements that slip one after the other."""
-    return example_of(truth.MODEL)
+    return truth.MODEL(**truth.MODEL.example)
 
 
 def motion(seed: int, duration: float = 24.0) -> np.ndarray:
@@ -61,8 +61,19 @@ def _move(start: float, end: float, speed: float, acceleration: float) -> np.nda
 
 def write_log(path: Path, seed: int) -> None:
     """Run the axis along a motion and write the log that its drive would have recorded, as CSV."""
-    reference = motion(seed)
-    trace = _run(reference)
+    described, reference = axis(), motion(seed)
+    velocity = np.gradient(reference, SAMPLE_TIME)
+    desired = np.stack((reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference)))
+    trace = run_closed_loop(
+        plant(),
+        friction(),
+        described.controller,
+        encoder(resolution=described.resolution or 0.0),
+        desired,
+        SAMPLE_TIME,
+        steps=8,
+        limit=described.effort_limit or np.inf,
+    )
     if trace.status != Status.OK:
         raise RuntimeError(f"the simulated axis did not run: {trace.status.sentence}")
     constant = 61.2
@@ -73,19 +84,3 @@ def write_log(path: Path, seed: int) -> None:
     out = io.StringIO()
     np.savetxt(out, table, fmt=("%.3f", "%.4f", "%.6f", "%.5f"), delimiter=",", header=header, comments="")
     write_whole(path, out.getvalue())
-
-
-def _run(reference: np.ndarray) -> Trace:
-    described = axis()
-    velocity = np.gradient(reference, SAMPLE_TIME)
-    desired = np.stack((reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference)))
-    return run_closed_loop(
-        plant(),
-        friction(),
-        described.controller,
-        encoder(resolution=described.resolution or 0.0),
-        desired,
-        SAMPLE_TIME,
-        steps=8,
-        limit=described.effort_limit or np.inf,
-    )

@@ -34,19 +34,7 @@ class Demonstration:
 def run(folder: Results, *, command: str, progress: Progress | None = None) -> Demonstration:
     """Simulate an axis, identify it, predict an unseen log, and compensate it; write all of it into `folder`.
 
-    Parameters
-    ----------
-    folder : Results
-        A folder of results that is being written.
-    command : str
-        The command that repeats it.
-    progress : callable, optional
-        Called with the share done and what comes next.
-
-    Returns
-    -------
-    Demonstration
-        What was found. The folder also holds the axis file and both logs, to be used with the other commands.
+    The folder also holds the axis file and both logs, to be used with the other commands. `command` repeats it.
     """
 
     def at(share: float, text: str) -> None:

@@ -7,14 +7,13 @@ from bristle.loading import loaded_from
 if TYPE_CHECKING:
     from bristle.engine.adaptive import AdaptiveTrace, run_adaptive
     from bristle.engine.batch import WORTH_LANES, BatchTrace, run_batch
-    from bristle.engine.checks import FRICTION, PERIOD, STEPS
+    from bristle.engine.checks import FRICTION
     from bristle.engine.compilation import interpreted, is_interpreted
     from bristle.engine.contact import Contact
     from bristle.engine.equations import contact_step, system_of
     from bristle.engine.loop import Compensator, LoopTrace, Trace, run_closed_loop, run_open_loop
     from bristle.engine.motion import conditioned, force_along, response, settled
     from bristle.engine.path import after
-    from bristle.engine.screwed import refuse_screw
 
 __getattr__ = loaded_from(__name__)
 

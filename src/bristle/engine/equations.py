@@ -7,14 +7,17 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.dispatch import friction_rate, friction_trial, plant_rate
+from bristle.core.edge import TEXT, guarded, model, optional
 from bristle.core.errors import InputError
 from bristle.core.motion import Motion
 from bristle.core.packing import pack, unpacker
 from bristle.core.variable import unit_of, variables_of
+from bristle.engine.checks import FRICTION, PERIOD, STEPS
 from bristle.engine.entry_points import ACCELERATION, FORCE, OUT_SIZE, SLOPE, MechanismVectors
 from bristle.engine.instance import Instance, warn_of_lost
 from bristle.engine.loop import substeps_entry
 from bristle.engine.motion import force_along_entry
+from bristle.engine.screwed import refuse_screw
 from bristle.friction import is_static
 
 SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system takes the steps of bristle itself'
@@ -114,27 +117,77 @@ def contact_step(friction: Model, dt: float) -> Advance:
     return step
 
 
+QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
+
+
 class System(NamedTuple):
-    """An axis with its friction, or friction alone: how it goes on, the unit of each state, the state of a virgin one at rest."""
+    """An axis with its friction, or friction alone: what follows a state and what goes out, and the unit of each signal."""
 
-    advance: Advance
+    following: Callable[..., np.ndarray]
+    output: Callable[..., np.ndarray]
     states: dict[str, str]
-    virgin: np.ndarray
+    inputs: dict[str, str]
+    outputs: dict[str, str]
+    name: str
+    dt: float
 
 
-def system_of(friction: Model, plant: Model | None, dt: float | None, steps: int) -> System:
-    """Return the equations of an axis with its friction or of friction alone, or its samples where a sample time is given."""
+@guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
+def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: str | None, *, asked_by: str) -> System:
+    """Return an axis with its friction or friction alone as a differential equation, or in samples where a sample time is given.
+
+    Zero is the state of a virgin contact at rest. `asked_by` is the function that a person called.
+    """
+    if plant is not None:
+        refuse_screw(plant, asked_by)
+        if plant.kind != friction.kind:
+            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
+    if steps != 1 and (dt is None or plant is None):
+        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
     if plant is None:
         advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
     else:
         advance = axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
     states = _states_of(friction, plant, is_sampled=dt is not None)
+    motion = () if plant is None else ("position", "velocity")
+    following, output = _functions_of(advance, _virgin(friction, plant, len(states)), len(motion), is_sampled=dt is not None)
+    named = ("velocity" if plant is None else "effort",), (*motion, "friction")
+    inputs, outputs = ({key: unit_of(QUANTITIES[key], friction.kind) for key in keys} for keys in named)
+    return System(following, output, states, inputs, outputs, friction.name.replace("+", "_") if name is None else name, dt or 0)
+
+
+def _virgin(friction: Model, plant: Model | None, size: int) -> np.ndarray:
+    """Return the state of a virgin contact at rest."""
     # The contact comes behind the plant, or behind the position.
     before, p = len(plant.component.State._fields) if plant else 1, friction.parameters
     contact = np.concatenate((pack(friction.component.initial_state(p)), friction.component.new_memory(p)))
-    virgin = np.zeros(len(states))
-    virgin[before : before + contact.size] = contact[: virgin.size - before]
-    return System(advance, states, virgin)
+    virgin = np.zeros(size)
+    virgin[before : before + contact.size] = contact[: size - before]
+    return virgin
+
+
+def _functions_of(
+    advance: Advance, virgin: np.ndarray, motion: int, *, is_sampled: bool
+) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """Return two ``f(t, x, u, params)``: what follows a state, and the outputs, `motion` numbers of the state first."""
+    # Where zero is added a zero would lose its sign, which tells the side of a contact.
+    places = np.flatnonzero(virgin)
+
+    def advanced(x: Any, u: Any) -> tuple[float, np.ndarray]:
+        state = np.array(x, dtype=float)  # a copy: any sample may be asked for again
+        state[places] += virgin[places]
+        return advance(state, float(u[0]))
+
+    def following(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
+        _, state = advanced(x, u)
+        if is_sampled:
+            state[places] -= virgin[places]
+        return state
+
+    def output(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
+        return np.array((*x[:motion], advanced(x, u)[0]))
+
+    return following, output
 
 
 def _states_of(friction: Model, plant: Model | None, *, is_sampled: bool) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,11 @@ from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
 from bristle.excitation.limits import MotionLimits, Prior, limits_of, prior_of
-from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of
+from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of, moves_of
 from bristle.excitation.purposes import PURPOSES
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.files.arguments import AXIS
+from bristle.files.motion import gcode_of, moves_table, write_motion
 
 SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
@@ -55,6 +57,22 @@ class Excitation:
     prior: Prior
     notes: tuple[str, ...]
     rehearsal: Rehearsal | None = None
+
+    @property
+    def purposes(self) -> list[tuple[str, str]]:
+        """The purposes of the motion, and what each tells."""
+        used = {piece.purpose for piece in self.motion.pieces}
+        return [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
+
+    @property
+    def moves(self) -> tuple[str, str]:
+        """The moves of the motion as a table in the units of the axis file, and as a program for an NC."""
+        moves, left_out = moves_of(self.motion)
+        return moves_table(moves, self.axis), gcode_of(moves, self.axis, left_out)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write the set points of the motion as CSV, with the columns of the axis file."""
+        write_motion(path, self.axis, {name: getattr(self.motion, name) for name in ("time", "position", "velocity", "acceleration")})
 
 
 @guarded(

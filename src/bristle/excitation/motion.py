@@ -6,11 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.files.motion import Move, gcode_of, moves_table
+from bristle.files.motion import Move
 
 
 @dataclass(frozen=True)
@@ -132,12 +131,6 @@ def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace
     for _ in range(12):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
     return make(pace)
-
-
-def texts_of_moves(motion: ExcitationMotion, axis: Axis) -> tuple[str, str]:
-    """Return the moves of a motion as a table in the units of the axis file, and as a program for an NC."""
-    moves, left_out = moves_of(motion)
-    return moves_table(moves, axis), gcode_of(moves, axis, left_out)
 
 
 def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...]]:

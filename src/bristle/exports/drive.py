@@ -24,7 +24,7 @@ from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error
-from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, log_units, table_units, units_of
+from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, drive_units, log_units, table_units
 
 if TYPE_CHECKING:
     from bristle.exports.effect import Drive
@@ -256,7 +256,7 @@ def _values_text(levels: LevelValues, request: Request, units: TableUnits, remar
     (plus, minus), (rising, falling) = (level, viscous) if forward else (level[::-1], viscous[::-1])
     named = {"gravity": levels.constant if forward else -levels.constant, "F+": plus, "F-": minus}
     rows = [(name, value, unit) for unit in units.efforts for name, value in named.items()]
-    slopes = DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0), *units_of(VISCOUS, request.axis, request.model.kind)
+    slopes = DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0), *drive_units(request.axis, request.model.kind).of(VISCOUS)
     rows += [(name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))]
     rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if levels.inertia else []
     lines = [f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}" for name, value, unit in rows if value is not None]
@@ -266,7 +266,7 @@ def _values_text(levels: LevelValues, request: Request, units: TableUnits, remar
 def _drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
     """Return what a drive computes from gravity, levels and viscous friction, with a field for each."""
     kind, sign = request.model.kind, column_signs(request.axis)[0]
-    si_of = {unit.name: unit.si for unit in (*units.efforts, *units_of(VISCOUS, request.axis, kind))}
+    si_of = {unit.name: unit.si for unit in (*units.efforts, *drive_units(request.axis, kind).of(VISCOUS))}
     si_of[unit_of(VISCOUS, kind)] = 1.0
     values = {name: float(amount) * si_of[unit] for name, amount, unit, _ in rows_of(text) if unit in si_of}
 

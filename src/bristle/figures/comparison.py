@@ -13,8 +13,7 @@ from bristle.figures.report_figure import ReportFigure
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from bristle.comparison import Change, Comparison, Turn
-    from bristle.core import Kind
+    from bristle.comparison import Change, Comparison
 
 BEFORE, AFTER = style.MEASURED, style.PREDICTED
 TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}
@@ -42,7 +41,7 @@ def comparison(compared: Comparison) -> Figure:
     grid[0][0].set_title("reference" if "following_error.rms" in compared.changes else "position")
     _draw_errors(grid[1][0], compared)
     if small:
-        _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
+        _draw_turns(grid[2], compared)
         if compared.friction_curve:
             axes, speeds = grid[2][-1], np.array([speed for speed, _ in compared.friction_curve])
             sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
@@ -62,7 +61,7 @@ def comparison_in_short(compared: Comparison) -> Figure:
     changes = _changes_with_interval(compared)
     figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
     if compared.turns:
-        _draw_turns(grid[0], compared.turns, compared.window, compared.kind)
+        _draw_turns(grid[0], compared)
     else:
         _draw_errors(grid[0][0], compared)
     _draw_changes(grid[-1][0], changes)
@@ -100,8 +99,9 @@ def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
     style.over_time(axes, course.time, (course.before, BEFORE, "before"), (course.after, AFTER, "after"), scale=scale, word=word)
 
 
-def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: float | None, kind: Kind) -> None:
-    scale = style.scale_for("length", kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
+def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
+    turns, window = compared.turns, compared.window
+    scale = style.scale_for("length", compared.kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
     for axes, turn in zip(panels, turns, strict=False):
         pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
         style.over_time(axes, turn.time, *pair, scale=scale, word="Following error")

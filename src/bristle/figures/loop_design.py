@@ -17,7 +17,7 @@ from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core import Kind
-    from bristle.loop import Assessment, Circle, WorkingPoint
+    from bristle.loop import Assessment, Circle
 
 
 LOWEST = 0.003  # of the Nyquist frequency
@@ -39,8 +39,8 @@ def margins(assessment: Assessment) -> Figure:
     poles.set_xlabel("Poles, real part")
     poles.set_ylabel("imaginary part", labelpad=1.0)
     poles.margins(0.06)
+    _draw_open_loops(gain, phase, assessment)
     for look, point in zip(style.SERIES[1:], points, strict=False):
-        _draw_open_loop(gain, phase, point, look)
         at = point.loop.poles
         poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
     gain.axhline(1.0, **style.AID)
@@ -57,22 +57,23 @@ def margins(assessment: Assessment) -> Figure:
     return figure
 
 
-def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, look: style.Look) -> None:
-    line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
-    nyquist = math.pi / point.loop.sample_time
-    omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
-    response = point.loop.response(omega)
-    hertz = omega / (2.0 * math.pi)
-    gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
-    # Continued from its start, which lies between -90 and -270 degrees, and drawn once around.
-    turned = np.unwrap(np.angle(response))
-    turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
-    phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
-    margin, crossover = point.margins.phase, point.margins.crossover
-    if margin is not None and crossover is not None:
-        at = crossover / (2.0 * math.pi)
-        phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
-        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
+def _draw_open_loops(gain: style.Axes, phase: style.Axes, assessment: Assessment) -> None:
+    for look, point in zip(style.SERIES[1:], assessment.bare, strict=False):
+        line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
+        nyquist = math.pi / point.loop.sample_time
+        omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
+        response = point.loop.response(omega)
+        hertz = omega / (2.0 * math.pi)
+        gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
+        # Continued from its start, which lies between -90 and -270 degrees, and drawn once around.
+        turned = np.unwrap(np.angle(response))
+        turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
+        phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
+        margin, crossover = point.margins.phase, point.margins.crossover
+        if margin is not None and crossover is not None:
+            at = crossover / (2.0 * math.pi)
+            phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
+            gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
 
 
 MARGINS = ReportFigure(

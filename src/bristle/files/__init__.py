@@ -9,14 +9,14 @@ if TYPE_CHECKING:
     from bristle.files.arrays import read_arrays, write_arrays
     from bristle.files.axis import axis_text, read_axis
     from bristle.files.axis_form import CHANNELS, EMPTY, edited, form_of, with_columns_of_motion
-    from bristle.files.components import FILL_IN, check_keys, check_schema, key_of, model_from, name_of, number_at, table_at
-    from bristle.files.curves import describes_curves, read_curve_columns, read_curves
+    from bristle.files.components import FILL_IN, check_keys, check_schema, key_of, name_of, number_at, table_at
+    from bristle.files.curves import describes_curves, read_curves
     from bristle.files.experiment import Planned, experiment_from, planned_in, read_experiment, with_models
-    from bristle.files.experiment_text import LOOP, NextExperiment, next_experiment
+    from bristle.files.experiment_text import LOOP, NextExperiment
     from bristle.files.growing import Growing, growing_folder, verified
-    from bristle.files.inspection import Inspection, inspection_of
+    from bristle.files.inspection import Inspection
     from bristle.files.model import FITTED_TO, TREATMENT, read_model, write_model
-    from bristle.files.motion import write_log, write_motion
+    from bristle.files.motion import write_log
     from bristle.files.operator import holds_operator, read_operator, write_operator
     from bristle.files.owned import NOTE, lock
     from bristle.files.permission import CODE_LIMIT, allow, code_at
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
         SourceText,
         codes_of,
         declared_in,
+        friction_named,
         load_checked,
         load_code,
         load_model_file,
         load_reader_file,
         load_slot_file,
         origins_of_code,
-        slots_in,
         word_of,
     )
     from bristle.files.variant import variables_of_section

@@ -1,6 +1,6 @@
 """An axis file as a form: what a page shows of it, and some keys of it changed with all else as it is."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ from bristle.core.content import Content
 from bristle.core.dimensions import KINDS, unit_of
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
-from bristle.files.components import FILL_IN
+from bristle.files.components import open_in
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
@@ -78,15 +78,7 @@ def form_of(axis_file: Content) -> dict[str, Any]:
             if comment := getattr(getattr(item, "trivia", None), "comment", ""):
                 remarks[f"{name}.{key}"] = comment.lstrip("# ")
     plain = {key: value for key, value in tables.items() if isinstance(value, (str, int, float, Mapping))}
-    return {"tables": plain | {"columns": columns}, "missing": list(_open(tables, "")), "remarks": remarks}
-
-
-def _open(tables: Any, path: str) -> Iterator[str]:
-    if isinstance(tables, Mapping):
-        for key, value in tables.items():
-            yield from _open(value, f"{path}.{key}" if path else str(key))
-    elif tables == FILL_IN:
-        yield path
+    return {"tables": plain | {"columns": columns}, "missing": list(open_in(tables)), "remarks": remarks}
 
 
 def with_columns_of_motion(text: str) -> str:

@@ -116,7 +116,7 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
         notes.append(f"{len(candidates) - len(chosen)} curves of less than {shortest} samples were left out")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
         raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Which column is the input?")
-    return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes))
+    return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes), file.name)
 
 
 def _signal(table: Table, part: str, column: SignalEntry, key: str, quantity: str, kind: Kind) -> np.ndarray:

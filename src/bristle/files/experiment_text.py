@@ -5,7 +5,7 @@ import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -91,34 +91,32 @@ class NextExperiment:
     loop: str = ""
     """Content of ``loop.csv``, which the file names; empty where it names none."""
 
-
-def next_experiment(
-    plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None
-) -> NextExperiment:
-    """Return the experiment file that lies beside the model file of an axis."""
-    has_law, gains = axis.controller is not None, {} if axis.controller is None else axis.controller.values
-    title = f"schema = 1\nname = {quoted((axis.name or 'the axis') + ', without and with compensation')}\n"
-    # Without an axis file the kind stands above all tables. The variants: as it is, with what the motion takes, with friction.
-    mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
-    follows, fed = "k_ff = 1.0\n" if not has_law or "k_ff" in gains else "", f'{mass}plant = "own"'
-    parts = [
-        HEAD.format(name="experiment.toml"),
-        title if has_axis_file else f'{title}kind = "{plant.kind}"\n',
-        '[axis]\nfile = "axis.toml"\n' if has_axis_file else "",
-        '[friction]\nfile = "model.toml"           # with the plant\n',
-        "" if has_law else _open_loop(plant, log),
-        *(_motion(log, folder) if loop is None else _motion_of(loop)),
-        f"[compare.{AS_RECORDED}]\n",
-        f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
-        f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
-    ]
-    record = ""
-    if loop is not None:
-        position = np.asarray(loop.reference.values["position"])
-        left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
-        record = loop_text(LoopRecord(loop.plant.kind, loop.run.sample_time, position, left, loop.injected))
-    missing = () if has_law else ("controller.k_p", "controller.k_v")
-    return NextExperiment("\n".join(part for part in parts if part), missing, record)
+    @classmethod
+    def beside_model(cls, plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None) -> Self:
+        """Return the experiment file that lies beside the model file of an axis."""
+        has_law, gains = axis.controller is not None, {} if axis.controller is None else axis.controller.values
+        title = f"schema = 1\nname = {quoted((axis.name or 'the axis') + ', without and with compensation')}\n"
+        # Without an axis file the kind stands above all tables. The variants: as it is, with what the motion takes, with friction.
+        mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
+        follows, fed = "k_ff = 1.0\n" if not has_law or "k_ff" in gains else "", f'{mass}plant = "own"'
+        parts = [
+            HEAD.format(name="experiment.toml"),
+            title if has_axis_file else f'{title}kind = "{plant.kind}"\n',
+            '[axis]\nfile = "axis.toml"\n' if has_axis_file else "",
+            '[friction]\nfile = "model.toml"           # with the plant\n',
+            "" if has_law else _open_loop(plant, log),
+            *(_motion(log, folder) if loop is None else _motion_of(loop)),
+            f"[compare.{AS_RECORDED}]\n",
+            f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
+            f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
+        ]
+        record = ""
+        if loop is not None:
+            position = np.asarray(loop.reference.values["position"])
+            left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
+            record = loop_text(LoopRecord(loop.plant.kind, loop.run.sample_time, position, left, loop.injected))
+        missing = () if has_law else ("controller.k_p", "controller.k_v")
+        return cls("\n".join(part for part in parts if part), missing, record)
 
 
 def _motion_of(loop: Variant) -> tuple[str, ...]:

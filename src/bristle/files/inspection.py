@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Readable
@@ -29,17 +29,17 @@ class Inspection:
     log: Log | None
     passages: tuple[Passage, ...]
 
-
-def inspection_of(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspection:
-    """Return what is in a log; without an axis, with the axis file that its columns speak of."""
-    content, proposal = content_of_log(log, limit=size_limit), None
-    if axis is None:
-        with suppress(InputError):  # no column can be the position
-            proposal = propose_axis(content, size_limit=size_limit)
-    axis = proposal.axis if proposal else axis
-    table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
-    summary = _looked_at(table, axis, proposal.unknown if proposal else ())
-    return Inspection(summary.data, content, table, axis, proposal, summary.log, summary.passages)
+    @classmethod
+    def of(cls, log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Self:
+        """Return what is in a log; without an axis, with the axis file that its columns speak of."""
+        content, proposal = content_of_log(log, limit=size_limit), None
+        if axis is None:
+            with suppress(InputError):  # no column can be the position
+                proposal = propose_axis(content, size_limit=size_limit)
+        axis = proposal.axis if proposal else axis
+        table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
+        summary = _looked_at(table, axis, proposal.unknown if proposal else ())
+        return cls(summary.data, content, table, axis, proposal, summary.log, summary.passages)
 
 
 def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Summary:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
@@ -11,7 +11,7 @@ from bristle.core.contracts import Model, make_model
 from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
-from bristle.files.components import check_keys, parameters_in, table_at
+from bristle.files.components import check_keys, model_from, parameters_in, table_at
 from bristle.files.experiment_text import LoopRecord, kind_of_loop, read_loop
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
@@ -19,9 +19,11 @@ from bristle.files.operator import OperatorFile, contact_over, holds_operator, r
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Own, component_in, origins_of_code
+from bristle.hysteresis import OPERATORS
 from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.logs.tables import content_of_log
+from bristle.plants import PLANTS
 from bristle.references import recorded
 
 
@@ -85,6 +87,10 @@ class Sources:
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
+
+    def listed(self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str) -> Model:
+        """Return the plant or the operator that a table names, with the parameters that it gives."""
+        return model_from(table, PLANTS if family == "plant" else OPERATORS, kind=kind, path=path)
 
     def own(self, table: Any, family: type[Own], path: str) -> Own | None:
         """Return the component of a person's own that a table names in `file`; None where it names none."""

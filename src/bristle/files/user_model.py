@@ -21,7 +21,7 @@ from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
 from bristle.files.permission import CodeRead, code_at
-from bristle.friction import base_of, channel_slots_of
+from bristle.friction import base_of, channel_slots_of, find, with_slots
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import SLOTS
 from bristle.logs.formats import LogFormat
@@ -180,6 +180,13 @@ def word_of(described: Documented) -> str:
 def slots_in(names: Iterable[str], path: str, read_code: CodeRead) -> list[str | Slot]:
     """Return slots by name, and of a person's own where the name is that of a file of Python."""
     return [load_slot_file(read_code(name, path)) if name.endswith(".py") else name for name in names]
+
+
+def friction_named(name: str, path: str, read_code: CodeRead) -> FrictionModel:
+    """Return the friction model of a name that holds files: ``my_model.py+asymmetry``, ``lugre+my_slot.py``."""
+    base, *slots = name.split("+")
+    model = load_code(read_code(base, path)) if base.endswith(".py") else base_of(find(base, path))
+    return with_slots(model, slots_in(slots, path, read_code), path)
 
 
 def codes_of(component: Any) -> tuple[Content, ...]:

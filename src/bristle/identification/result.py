@@ -11,8 +11,9 @@ import numpy as np
 from bristle.core.diagnostic import HeldOut
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import with_unit
-from bristle.identification.parameters import Role, constant_of, names_of
+from bristle.identification.parameters import Role, acts_in_sliding, constant_of, name_of, names_of
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.passages import Passage, passages
 from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
@@ -243,6 +244,24 @@ class Fit:
         return {estimate.name: estimate for estimate in self.estimates}
 
     @property
+    def inertia(self) -> Estimate | None:
+        """The estimate of the moving mass or inertia; None where it is none of the parameters."""
+        return self.parameters.get(name_of(Role.INERTIA, self.plant.component.variables) or "")
+
+    @property
+    def never_slid(self) -> bool:
+        """Whether the log never saw sliding: the effort follows the position, or a level lies beyond the largest effort."""
+        beyond = [item.name for item in self.estimates if item.reason is not None and item.reason.code == "beyond_effort"]
+        levels = [variable for name, variable in self.friction.component.variables.items() if name in beyond]
+        is_stuck = any(diagnostic.code == "never_slides" for diagnostic in self.diagnostics)
+        return is_stuck or any(acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable) for variable in levels)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Codes of the diagnostics that a force is missing: ``structure`` in the model, others in the effort of the log."""
+        return tuple(code for code in LACKING if any(diagnostic.code == code for diagnostic in self.diagnostics))
+
+    @property
     def effective(self) -> tuple[str, ...]:
         """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
         return self._named_by(LACKING)
@@ -373,3 +392,8 @@ class Identification:
     def best(self) -> Fit:
         """The model of the first rank."""
         return self.fits[0]
+
+    @property
+    def passages(self) -> tuple[Passage, ...]:
+        """The experiments that the log contains, in order."""
+        return passages(self.log)

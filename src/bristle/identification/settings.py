@@ -7,14 +7,13 @@ filter and an inertia are known; those of validation may change which model come
 
 from dataclasses import dataclass
 
-from bristle.core.values import Threshold, thresholds_of
 from bristle.core.values import threshold as _set
 from bristle.logs.look import CheckThresholds
 
 
 @dataclass(frozen=True)
 class Settings(CheckThresholds):
-    """The thresholds; `thresholds` tells what each of them is.
+    """The thresholds; `Settings.described` tells what each of them is.
 
     Examples
     --------
@@ -99,11 +98,6 @@ class Settings(CheckThresholds):
 
     # The loop in simulation.
     loop_differs: float = _set(0.15, "relative difference of measured and simulated following error from which no gain is promised")
-
-
-def thresholds() -> tuple[Threshold, ...]:
-    """Return what each of the settings is, in order."""
-    return thresholds_of(Settings)
 
 
 DEFAULT = Settings()

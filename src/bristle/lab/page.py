@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from bristle.core import Model
-from bristle.exports import as_json, common_described, example_described, packed, slots_described, switched, version
-from bristle.friction import MODELS
-from bristle.lab.loop import paper_loop
+from bristle import __version__
+from bristle.core import Experiment, Model
+from bristle.exports import as_json, lab_described, tracking_described
+from bristle.files import read_experiment
 
 if TYPE_CHECKING:
     import jinja2
@@ -64,22 +64,11 @@ def lab_page(
     provenance : mapping of str to str, optional
         What the page was made from.
     """
-    models, first = [example_described(name) for name in MODELS], list(MODELS).index(FIRST)
-    if model is not None:
-        named = f"{model.name} of {source}" if source else ""
-        models.insert(0, switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named))
-        first = 0
+    named = f"{model.name} of {source}" if model is not None and source else ""
+    options = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
-    data = {
-        "models": models,
-        "first": first,
-        "loop": paper_loop(),
-        "common": common_described(),
-        "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
-    }
-    content = as_json(data).encode("utf-8")
     texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
-    texts["data"] = as_json({"code": packed(content), "size": len(content)})
+    texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **options))
     return (
         environment()
         .get_template("lab.html")
@@ -87,9 +76,23 @@ def lab_page(
             {name: Markup(text) for name, text in texts.items()},
             policy=policy([shared, script], [style]),
             provenance=dict(provenance or {}),
-            version=version(),
+            version=__version__,
         )
     )
+
+
+@cache
+def paper_experiment() -> Experiment:
+    """Return the tracking experiment of the paper."""
+    with resources.as_file(resources.files("bristle").joinpath("paper", "experiments")) as folder:
+        return read_experiment(folder / "set_a.toml")
+
+
+@cache
+def paper_loop() -> dict[str, Any]:
+    """Return what the page knows of the loop: its module, and the numbers of the paper."""
+    variants = {variant.name: variant for variant in paper_experiment().variants}
+    return tracking_described(variants["none"], variants["observer"])
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:

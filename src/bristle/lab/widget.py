@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core import InputError, MissingExtraError, Model
 from bristle.engine import FRICTION
-from bristle.exports import model_described, plain, values_of
+from bristle.exports import values_of, widget_described
 from bristle.lab.page import joined
 
 try:
@@ -86,29 +86,24 @@ class Widget(anywidget.AnyWidget):
     def _model_was_set(self, change: Any) -> None:
         before, model = change["old"], change["new"]
         alike = isinstance(before, Model) and before.component is model.component and before.kind == model.kind
-        values = _values_of(model)
+        values = values_of(model)
         if not alike or {name: len(row) for name, row in values.items()} != {k: len(v) for k, v in self._values.items()}:
-            facts = model_described(
-                model, uncertainty=None if isinstance(before, Model) else self._uncertainty, fastest=self._fastest, proven=False
-            )
+            uncertainty = None if isinstance(before, Model) else self._uncertainty
+            facts = widget_described(model, uncertainty=uncertainty, fastest=self._fastest)
             with self.hold_sync():
-                self._values, self._described = values, plain(facts)
+                self._values, self._described = values, facts
         self._values, self._problem = values, ""
 
     @traitlets.observe("_values")
     def _values_came(self, change: Any) -> None:
         values = change["new"]
-        if not self.trait_has_value("model") or values == _values_of(self.model):
+        if not self.trait_has_value("model") or values == values_of(self.model):
             return
         try:
             self.model = self.model.with_values(**_written(self.model, values))
         except InputError as error:
             # The sliders stay where a person put them, and say what is wrong; the model stays the last one that holds.
             self._problem = str(error)
-
-
-def _values_of(model: Model) -> dict[str, Any]:
-    return plain(values_of(model))
 
 
 def _written(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -45,6 +45,8 @@ class Curves:
         Name and SHA-256 of the file, and the table in it.
     notes : tuple of str
         What was left out.
+    name : str
+        What the file that describes them calls them.
     """
 
     curves: tuple[Curve, ...] = taken(many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1))
@@ -53,6 +55,7 @@ class Curves:
     source: Path = taken(instance(Path, "a path", read=Path), Path())
     origin: Origin = taken(instance(Origin, "an Origin"), NOWHERE)
     notes: tuple[str, ...] = taken(many(TEXT), ())
+    name: str = taken(TEXT, "hysteresis")
 
     @cached_property
     def full_scale(self) -> float:

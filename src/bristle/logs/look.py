@@ -24,7 +24,7 @@ SIDE = 0.02  # share of the rows in a direction from which it has columns of its
 
 @dataclass(frozen=True)
 class CheckThresholds(Thresholds):
-    """The thresholds of the checks before a fit; `bristle.core.values.thresholds` tells what each of them is."""
+    """The thresholds of the checks before a fit; `CheckThresholds.described` tells what each of them is."""
 
     # A log by itself, before anything is fitted.
     reversed_work: float = threshold(

@@ -6,9 +6,9 @@ from bristle.loading import loaded_from
 from bristle.loop.design import design
 
 if TYPE_CHECKING:
-    from bristle.loop.assessment import PHASE_ENOUGH, Assessment, Verdict, WorkingPoint, assess, runnable
+    from bristle.loop.assessment import Assessment, Verdict, WorkingPoint, assess, runnable
     from bristle.loop.budget import Budget, error_budget
     from bristle.loop.design import Circle, Design, run_circles
-    from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, proposals_for
+    from bristle.loop.tuning import Delays, Proposal, delays_of, proposals_for
 
 __getattr__ = loaded_from(__name__)

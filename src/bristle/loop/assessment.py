@@ -111,6 +111,11 @@ class Assessment:
         return Verdict.OSCILLATES if any(point.loop.is_unstable for point in self.points) else Verdict.STABLE
 
     @property
+    def is_stable(self) -> bool:
+        """Whether all poles lie inside the unit circle."""
+        return self.verdict is Verdict.STABLE
+
+    @property
     def bare(self) -> tuple[WorkingPoint, ...]:
         """The working points without friction: what the law, the inertia and the delays do by themselves."""
         return tuple(point for point in self.points if point.friction is Friction.NONE)
@@ -122,11 +127,16 @@ class Assessment:
         return max(among, key=lambda point: point.loop.spectral_radius)
 
     @property
+    def least_phase(self) -> float | None:
+        """Smallest phase margin without friction [°]; None where there is no crossover."""
+        return min((point.margins.phase for point in self.bare if point.margins.phase is not None), default=None)
+
+    @property
     def finding(self) -> Diagnostic:
         """The verdict on the loop; of an unstable one with the cause of its largest pole, and the limits of delay and gain."""
         worst = self.worst
         numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
-        if self.verdict is Verdict.STABLE:
+        if self.is_stable:
             return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=self.kind)
         numbers |= {"motions": worst.motions.value, "delay": worst.loop.delay, **_cause_of(self)}
         code = "loop_diverges" if self.verdict is Verdict.DIVERGES else "loop_oscillates"

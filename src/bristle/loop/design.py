@@ -18,7 +18,7 @@ from bristle.core.variable import Kind, Variable
 from bristle.files.arguments import EXPERIMENT
 from bristle.loop.assessment import Assessment, Verdict, assess, motion_of, top_speed
 from bristle.loop.budget import Budget, error_budget
-from bristle.loop.linear_system import sliding_force
+from bristle.loop.linear_system import PHASE_ENOUGH, sliding_force
 from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, lagging, proposals_for
 from bristle.references import circle
 from bristle.simulation import simulate
@@ -60,6 +60,9 @@ class Design:
     proposals: tuple[Proposal, ...]
     circles: tuple[Circle, ...]
 
+    usual_phase = PHASE_ENOUGH  # least phase margin that is usual [deg]
+    unstated_lags = UNSTATED  # of a current loop that nobody stated: the least and the largest [s]
+
     @property
     def assessment(self) -> Assessment:
         """Poles and margins of the loop that was designed."""
@@ -73,7 +76,20 @@ class Design:
     @property
     def is_stable(self) -> bool:
         """Whether all poles of the loop that was designed lie inside the unit circle."""
-        return self.assessment.verdict is Verdict.STABLE
+        return self.assessment.is_stable
+
+    @property
+    def best(self) -> Proposal | None:
+        """Which of the loops proposed errs least; None where none was simulated."""
+        simulated = [proposal for proposal in self.proposals[1:] if proposal.following_error is not None]
+        return min(simulated, key=lambda proposal: proposal.peak_to_peak, default=None)
+
+    @property
+    def chosen(self) -> Proposal:
+        """The loop to run: the one as it is, unless another one errs less or that one is not stable."""
+        present, best = self.proposals[0], self.best
+        # Other gains are not worth their margins for less.
+        return best if best is not None and (not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak) else present
 
 
 def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:

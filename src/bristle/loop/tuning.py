@@ -249,6 +249,11 @@ class Proposal:
         """What the proposal is called."""
         return self.variant.name
 
+    @property
+    def peak_to_peak(self) -> float:
+        """Simulated following error, peak to peak [m or rad]; infinite where there is none."""
+        return math.inf if self.following_error is None else self.following_error.peak_to_peak
+
 
 def proposals_for(
     variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None

@@ -132,17 +132,7 @@ def claim_table(figures: Sequence[Reproduced]) -> Table:
 
 
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
-    """Return the report as one HTML page.
-
-    Parameters
-    ----------
-    figures : sequence of Reproduced
-        The figures.
-    command : str
-        The command that repeats it.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    """
+    """Return the report as one HTML page; `command` repeats it."""
     return render(
         "paper.html",
         provenance=provenance,

@@ -32,9 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core import InputError, Kind, Model, Origin, Variable, content_of, located
-from bristle.files import TOML_LIMIT, Sources, check_keys, check_schema, model_from, number_at, read_toml, results_folder, table_at
-from bristle.hysteresis import OPERATORS
-from bristle.plants import PLANTS
+from bristle.files import TOML_LIMIT, Sources, check_keys, check_schema, number_at, read_toml, results_folder, table_at
 
 KIND: Kind = "translational"
 
@@ -135,8 +133,8 @@ def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
             origin=content.origin,
             arm=lead / (2.0 * math.pi),
             contacts={name: sources.friction(table, KIND, f"contact.{name}")[1] for name, table in contacts},
-            operators={name: model_from(table, OPERATORS, kind=KIND, path=f"operator.{name}") for name, table in operators},
-            plant=model_from(data["plant"], PLANTS, kind=KIND, path="plant") if "plant" in data else None,
+            operators={name: sources.listed("hysteresis", table, KIND, f"operator.{name}") for name, table in operators},
+            plant=sources.listed("plant", data["plant"], KIND, "plant") if "plant" in data else None,
             numbers={section: _numbers(data[section], section) for section in SECTIONS if section in data},
         )
 
@@ -167,24 +165,9 @@ EXPERIMENTS = Path(str(files("bristle.paper") / "experiments"))
 
 
 def write_experiments(folder: Path, *, force: bool = False) -> list[Path]:
-    """Copy the experiments of the paper into a new folder, to be read, changed and run.
+    """Copy the experiments of the paper into a new folder, to be read, changed and run; return the files written.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder. Its parent must exist.
-    force : bool
-        Whether an earlier copy is replaced, if nobody changed it.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    InputError
-        If the folder is there already, or cannot be written.
+    Its parent must exist. Where that is asked for, an earlier copy is replaced, if nobody changed it.
     """
     sources = sorted(source for source in EXPERIMENTS.iterdir() if source.suffix == ".toml")
     with results_folder(folder, force=force) as written:

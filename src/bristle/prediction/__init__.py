@@ -8,8 +8,7 @@ from bristle.prediction.drive_units import drive_units
 from bristle.prediction.predict import predict
 
 if TYPE_CHECKING:
-    from bristle.prediction.drive_table import largest_deviation, level_values, never_slid, reversal_distance, steady_curve
-    from bristle.prediction.drive_units import length_units, units_of
+    from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance, steady_curve
     from bristle.prediction.following import Following, following_of, loop_of
     from bristle.prediction.kept import fit_of
     from bristle.prediction.predict import TREATED, effort_of_motion, unexplained_force

@@ -15,7 +15,7 @@ from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 from bristle.friction import unvaried
 from bristle.identification.dataset import transmitted_by
-from bristle.identification.parameters import Role, acts_in_sliding, name_of, offset_of
+from bristle.identification.parameters import Role, name_of, offset_of
 from bristle.identification.result import Fit
 from bristle.logs.check import parted
 from bristle.logs.log import Log
@@ -47,7 +47,7 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
         The table covers the velocities of the log, in both directions if the log has both. The entries lie where
         straight lines between them stay closest to the steady friction; where fewer do that as well, there are fewer.
         At standstill it has two entries, -0.0 and +0.0: the limits from either side. Empty for a plant on a spring,
-        which does not move on steadily, and where the log never slid (`never_slid`).
+        which does not move on steadily, and where the log never slid (`Fit.never_slid`).
 
     Raises
     ------
@@ -81,21 +81,6 @@ def level_values(fit: Fit) -> LevelValues | None:
     """Return the friction of a fit as one level and one viscous coefficient for each direction."""
     sides = {direction: along for direction, along, _ in _branches(fit)}
     return levels_of(fit.plant, fit.friction, sides) if sides else None
-
-
-def never_slid(fit: Fit) -> bool:
-    """Return whether the friction of sliding is one that the log never saw: its level is a guess.
-
-    That is where the effort follows the position as before sliding, or a level lies beyond the largest effort.
-    """
-    if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics):
-        return True
-    variables = fit.friction.component.variables
-    return any(
-        estimate.reason is not None and estimate.reason.code == "beyond_effort"
-        for estimate in fit.estimates
-        if estimate.name in variables and acts_in_sliding(variables[estimate.name]) and not Role.BREAK_AWAY.fits(variables[estimate.name])
-    )
 
 
 def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
@@ -160,7 +145,7 @@ def _sides(fit: Fit) -> list[np.ndarray]:
 
 def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Return each direction of the log, the steady friction along it, and the same over velocity, ascending."""
-    if fit.plant.values.get("k") or never_slid(fit):
+    if fit.plant.values.get("k") or fit.never_slid:
         return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
     tops = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)

@@ -42,11 +42,29 @@ class TableUnits(NamedTuple):
 
 
 class DriveUnits(NamedTuple):
-    """The units in which a drive may want speed, effort and inertia, besides SI of the axis."""
+    """The units in which the drive of an axis may want speed, effort, inertia and distance, besides SI of the axis."""
 
+    axis: Axis | None
+    kind: Kind
     velocities: tuple[DriveUnit, ...]
     efforts: tuple[DriveUnit, ...]
     inertias: tuple[DriveUnit, ...]
+    lengths: tuple[DriveUnit, ...]
+
+    def of(self, quantity: str) -> tuple[DriveUnit, ...]:
+        """Return the units that a parameter has in the log and at the motor, besides SI."""
+        powers = dict(exponents_of(quantity))
+        force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
+        if self.axis is None or powers or (force, length) == (0.0, 0.0):
+            return ()
+        simple = {
+            (1.0, 0.0, 0.0): _of_other_sizes(self.efforts),
+            (1.0, -1.0, 2.0): self.inertias,
+            (0.0, 1.0, -1.0): _of_other_sizes(self.velocities),
+            (0.0, 1.0, 0.0): self.lengths,
+        }
+        units = simple.get((force, length, time))
+        return _of_other_sizes(_products(self, self.axis, force, length, time)) if units is None else units
 
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
@@ -91,7 +109,7 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     """Return the units that a drive of this axis may want: those of its log, of its motor, percent of rated."""
     if axis is None:
-        return DriveUnits((), (), ())
+        return DriveUnits(None, kind, (), (), (), ())
     own, arm = log_units(axis, kind), axis.arm
     geared = arm is not None and (kind == "translational" or abs(arm - 1.0) > NEARLY)
     motor = [DriveUnit("rpm of the motor", RPM * arm)] if arm is not None else []
@@ -100,9 +118,12 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     inertia = [DriveUnit("kg*m^2 at the motor", 1.0 / arm**2)] if arm is not None and geared else []
     percent = bool(rated) and own.effort.name == "%"
     return DriveUnits(
+        axis,
+        kind,
         (*_besides_si([own.velocity], unit_of("length/time", kind)), *motor),
         (*([] if percent else _besides_si([own.effort], unit_of("force", kind))), *torque, *rated),
         tuple(inertia),
+        length_units(axis, kind),
     )
 
 
@@ -125,27 +146,11 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
     return _of_other_sizes((*_besides_si(own, unit_of("length", kind)), *motor))
 
 
-def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
-    """Return the units that a parameter has in the log and at the motor of an axis, besides SI."""
-    powers = dict(exponents_of(quantity))
-    force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
-    if axis is None or powers or (force, length) == (0.0, 0.0):
-        return ()
-    drive = drive_units(axis, kind)
-    simple = {
-        (1.0, 0.0, 0.0): _of_other_sizes(drive.efforts),
-        (1.0, -1.0, 2.0): drive.inertias,
-        (0.0, 1.0, -1.0): _of_other_sizes(drive.velocities),
-        (0.0, 1.0, 0.0): length_units(axis, kind),
-    }
-    units = simple.get((force, length, time))
-    return _of_other_sizes(_products(axis, kind, force, length, time)) if units is None else units
-
-
-def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
+def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
     """Return what a product is in: effort and position of the log; percent of rated, or torque, and turns of the motor."""
     # A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
-    own, drive, distance = log_units(axis, kind), drive_units(axis, kind), length_units(axis, kind)
+    kind, distance = drive.kind, drive.lengths
+    own = log_units(axis, kind)
     speeds = length == -time and length != 0.0
     logged = own.velocity if speeds else (distance[0] if distance else DriveUnit(unit_of("length", kind), 1.0))
     at_motor = None if axis.arm is None else (drive.velocities[-1] if speeds else distance[-1])

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from bristle.core import number, unit_of, with_unit
-from bristle.loop import PHASE_ENOUGH, UNSTATED, Design, Proposal, Verdict
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
@@ -18,7 +17,7 @@ from bristle.report.page import Block, Figures, Front, Ruling, Section, about, a
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed, length_text, short_text, stiffness_text
 
 if TYPE_CHECKING:
-    from bristle.loop import Assessment, Budget, Circle, Delays
+    from bristle.loop import Design
 
 
 def margin_table(design: Design) -> Table:
@@ -40,8 +39,9 @@ def _cell(value: float | None) -> str:
     return "–" if value is None else short_text(value)
 
 
-def delay_table(delays: Delays) -> Table:
+def delay_table(design: Design) -> Table:
     """Return where the delay of a loop comes from."""
+    delays = design.delays
     words = {
         "hold": "effort held over a sample: half of it",
         "computation": "computation",
@@ -56,8 +56,10 @@ def _lengths(design: Design, values: list[float]) -> Quantity:
     return Quantity.of(unit_of("length", design.experiment.kind), [*values, MICROMETRE], digits=4)
 
 
-def budget_table(budget: Budget, design: Design) -> Table:
-    """Return the error budget."""
+def budget_table(design: Design) -> Table | None:
+    """Return the error budget; None for a loop that was not simulated."""
+    if (budget := design.budget) is None:
+        return None
     errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
     length = _lengths(design, [budget.all_causes.peak_to_peak, *errors])
     heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is")
@@ -85,7 +87,7 @@ def proposal_table(design: Design) -> Table:
             "Loop": loop_name(proposal.name, design),
             "Law": proposal.variant.controller.name,
             "Bandwidth [1/s]": _cell(proposal.bandwidth),
-            "Smallest phase margin [°]": _cell(least_phase(proposal.assessment)),
+            "Smallest phase margin [°]": _cell(proposal.assessment.least_phase),
             "Stiffness": "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.head("Effort of one count"): count.cell(proposal.count_effort),
             length.head("Following error, peak to peak"): "–"
@@ -103,14 +105,9 @@ def loop_name(name: str, design: Design) -> str:
     return design.variant.name if name == design.proposals[0].name else name
 
 
-def least_phase(assessment: Assessment) -> float | None:
-    """Return the smallest phase margin of a loop without friction [°]."""
-    phases = [point.margins.phase for point in assessment.bare]
-    return min((phase for phase in phases if phase is not None), default=None)
-
-
-def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
+def circle_table(design: Design) -> Table:
     """Return how round the circles are."""
+    circles = design.circles
     length = _lengths(design, [circle.peak_to_peak for circle in circles])
     rows = [
         {"Loop": loop_name(circle.variant, design), length.head("Deviation, peak to peak"): length.cell(circle.peak_to_peak)}
@@ -131,7 +128,7 @@ slope of its curve at the largest speed of the reference."""
 
 def design_report(design: Design, **options: Any) -> str:
     """Return the report of a loop that is designed as one HTML page; options as of `report_page`."""
-    budget = None if design.budget is None else budget_table(design.budget, design)
+    budget = budget_table(design)
     laws = [
         block
         for proposal in design.proposals[1:]
@@ -145,15 +142,13 @@ def design_report(design: Design, **options: Any) -> str:
         circles = [
             f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
             "swing of the deviation within 30° of the place where an axis reverses.",
-            circle_table(design.circles, design),
+            circle_table(design),
         ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
         Section("budget", "What it errs by", errs),
         Section("summary", "In words", design_sentences(design), folded=True),
-        Section(
-            "margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design.delays)], folded=True
-        ),
+        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], folded=True),
         Section("circle", "A circle", circles, folded=True),
     ]
     facts = {
@@ -162,8 +157,8 @@ def design_report(design: Design, **options: Any) -> str:
         "assessment": design.assessment,
         "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
-        "enough": PHASE_ENOUGH,
-        "phases": [least_phase(loop.assessment) for loop in design.proposals],
+        "enough": design.usual_phase,
+        "phases": [loop.assessment.least_phase for loop in design.proposals],
     }
     return report_page("design", facts, _front(design), sections, **options)
 
@@ -178,9 +173,9 @@ def design_sentences(design: Design) -> list[str]:
         f"bandwidths, such as λ + K_1, {number(0.5 / delay, digits=2)} 1/s."
     )
     if late is not None:
-        (least, most), phase = (1e3 * lag for lag in UNSTATED), least_phase(late)
+        (least, most), phase = (1e3 * lag for lag in design.unstated_lags), late.least_phase
         own = f"is unstable with {most:g} ms"
-        if late.verdict is Verdict.STABLE and phase is not None:
+        if late.is_stable and phase is not None:
             own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
         lines.append(
             f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
@@ -206,7 +201,7 @@ def design_sentences(design: Design) -> list[str]:
             about_causes = f"No cause weighs more than this one, {first.cause}: without it, that is {without}."
         lines.append(f"It errs by {length_text(error, kind)} peak to peak. {about_causes}")
     choice = _choice(design)
-    return [*lines, *([f"{choice[0].upper()}{choice[1:]}."] if _best(design) is not None else [])]
+    return [*lines, *([f"{choice[0].upper()}{choice[1:]}."] if design.best is not None else [])]
 
 
 def _counts_much(design: Design) -> bool:
@@ -214,54 +209,36 @@ def _counts_much(design: Design) -> bool:
     return design.friction > 0.0 and design.proposals[0].count_effort > 0.5 * design.friction  # An effort that is worth a word
 
 
-def _peak(proposal: Proposal) -> float:
-    """Return the simulated following error of a loop, peak to peak [m or rad]; infinite where there is none."""
-    return proposal.following_error.peak_to_peak if proposal.following_error is not None else math.inf
-
-
-def _best(design: Design) -> Proposal | None:
-    """Return which of the loops proposed errs least; None where none was simulated."""
-    return min((proposal for proposal in design.proposals[1:] if proposal.following_error is not None), key=_peak, default=None)
-
-
-def _chosen(design: Design) -> Proposal:
-    """Return the loop to run: the one as it is, unless another one errs less or that one is not stable."""
-    present, best = design.proposals[0], _best(design)
-    # Other gains are not worth their margins for less.
-    return best if best is not None and (not design.is_stable or _peak(best) < 0.8 * _peak(present)) else present
-
-
 def _choice(design: Design) -> str:
     """Return the loop to run and its following error, against that of the present one."""
-    chosen, present, kind = _chosen(design), design.proposals[0], design.experiment.kind
+    chosen, present, kind = design.chosen, design.proposals[0], design.experiment.kind
     if chosen is present:
         return "no proposed loop has a following error smaller by a fifth"
-    instead = "" if present.following_error is None else f" instead of {length_text(_peak(present), kind)}"
-    error = length_text(_peak(chosen), kind)
+    instead = "" if present.following_error is None else f" instead of {length_text(present.peak_to_peak, kind)}"
+    error = length_text(chosen.peak_to_peak, kind)
     return f"the loop {chosen.name} has a following error of {error}{instead}, with margins kept"
 
 
 def design_ruling(design: Design) -> Ruling:
     """Return whether to keep a loop, and why."""
-    chosen, present, doubts = _chosen(design), design.proposals[0], tuple(message(doubt) for doubt in design.assessment.doubts)
+    chosen, present, doubts = design.chosen, design.proposals[0], tuple(message(doubt) for doubt in design.assessment.doubts)
     if not design.is_stable:
         return Ruling("no", "Do not run it", (message(design.assessment.finding), *doubts))
     if chosen is not present:
         return Ruling("with_care", "Change the gains", (_choice(design), *doubts))
     if doubts:
         return Ruling("with_care", "Keep it, with care", doubts)
-    return Ruling("usable", "Keep it", (_margin_text(present), _choice(design)))
+    return Ruling("usable", "Keep it", (_margin_text(present.assessment.least_phase), _choice(design)))
 
 
-def _margin_text(proposal: Proposal) -> str:
-    phase = least_phase(proposal.assessment)
+def _margin_text(phase: float | None) -> str:
     return "it has no crossover, and so no phase margin" if phase is None else f"phase margin {short_text(phase)}°"
 
 
 def _front(design: Design) -> Front:
-    kind, budget, chosen, present = design.experiment.kind, design.budget, _chosen(design), design.proposals[0]
+    kind, budget, chosen, present = design.experiment.kind, design.budget, design.chosen, design.proposals[0]
     is_present = chosen is present
-    quality = [f"stable as it is, {_margin_text(present)}" if design.is_stable else "not stable as it is"]
+    quality = [f"stable as it is, {_margin_text(present.assessment.least_phase)}" if design.is_stable else "not stable as it is"]
     if budget is not None and budget.entries:
         first = budget.entries[0]
         quality += [
@@ -274,7 +251,7 @@ def _front(design: Design) -> Front:
     answers = answered(
         quality,
         [f"loop {title}", *law_lines(chosen.variant)],
-        _cost(chosen, present, design),
+        _cost(design),
         [
             "margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file",
             "" if budget is None else simulated,
@@ -289,18 +266,19 @@ def _front(design: Design) -> Front:
     return Front(f"{design.experiment.name}: the loop", facts, design_ruling(design), answers, "summary")
 
 
-def _cost(chosen: Proposal, present: Proposal, design: Design) -> list[str]:
+def _cost(design: Design) -> list[str]:
     """Return error, effort and margin of the loop that is chosen, instead of those of the present one where that is another."""
-    kind, is_change = design.experiment.kind, chosen is not present
+    kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
+    is_change = chosen is not present
     lines, force = [], unit_of("force", kind)
     if chosen.following_error is not None and present.following_error is not None and is_change:
-        lines.append(f"following error {length_text(_peak(chosen), kind)} instead of {length_text(_peak(present), kind)}")
+        lines.append(f"following error {length_text(chosen.peak_to_peak, kind)} instead of {length_text(present.peak_to_peak, kind)}")
     words = {"effort_rms": "effort, root mean square", "count_effort": "effort that one count of the encoder calls up"}
     for name, word in words.items():
         new, old = getattr(chosen, name), getattr(present, name)
         if new is not None:
             lines.append(f"{word}: {fixed(new, force)}" + (f" instead of {fixed(old, force)}" if is_change and old else ""))
-    new, old = (least_phase(loop.assessment) for loop in (chosen, present))
+    new, old = (loop.assessment.least_phase for loop in (chosen, present))
     return [*lines, *([f"phase margin {short_text(new)}° instead of {short_text(old)}°"] if is_change and new and old else [])]
 
 

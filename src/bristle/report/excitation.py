@@ -7,8 +7,8 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from bristle.core import Content, number, scale_of, unit_of, with_unit
-from bristle.excitation import PURPOSES, Excitation, excite, texts_of_moves
-from bristle.files import Results, origins_of_code, provenance, write_motion
+from bristle.excitation import Excitation, excite
+from bristle.files import Results, origins_of_code, provenance
 from bristle.identification import Estimate
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
@@ -50,11 +50,9 @@ class DesignedMotion(NamedTuple):
 
     def write(self, folder: Results, identify: str) -> None:
         """Write the motion, its moves and its report into a folder of results, with the command that comes next."""
-        motion, axis = self.excitation.motion, self.excitation.axis
         page = excitation_report(self.excitation, command=self.command, identify=identify, provenance=self.provenance)
-        signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
-        write_motion(folder / FILES["motion"], axis, signals)
-        for name, text in zip(("moves", "program"), texts_of_moves(motion, axis), strict=True):
+        self.excitation.write(folder / FILES["motion"])
+        for name, text in zip(("moves", "program"), self.excitation.moves, strict=True):
             folder.write(FILES[name], text)
         folder.write(FILES["axis"], self.axis_file.data)
         write_report(folder, page, self.summary(FILES, identify))
@@ -67,8 +65,7 @@ def designed_motion(axis_file: Content, *, command: str, model_file: Content | N
 
 def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:
     """Return the report of a motion as one HTML page; `identify` is the command for its log, options as of `report_page`."""
-    used, rehearsal = {piece.purpose for piece in excitation.motion.pieces}, excitation.rehearsal
-    purposes = [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
+    rehearsal = excitation.rehearsal
     limits = [
         (word.capitalize(), with_unit(value, unit) + ("" if limit is None else f" of {with_unit(limit, unit)} allowed"))
         for word, value, limit, unit in _limits(excitation)
@@ -76,7 +73,7 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
     if rehearsal is not None:
         limits.append(("Effort, as believed", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
     motion = [
-        Block("facts", purposes, ("What each part tells",)),
+        Block("facts", excitation.purposes, ("What each part tells",)),
         piece_table(excitation),
         Block("facts", limits, ("What it takes of the axis",)),
     ]

@@ -11,9 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import number, typeset, unit_of, with_unit
-from bristle.identification import Role, name_of
-from bristle.logs import passages
-from bristle.prediction import drive_units, largest_deviation, length_units, level_values, never_slid, reversal_distance, steady_curve
+from bristle.prediction import drive_units, largest_deviation, level_values, reversal_distance, steady_curve
 from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
@@ -76,7 +74,7 @@ def identification_report(
         "log": log,
         "log_name": log_name,
         "curve": steady_curve(fit),
-        "passages": passages(log),
+        "passages": identification.passages,
         "simulation": simulation,
         "following": following,
         "prediction": prediction,
@@ -100,10 +98,10 @@ def identification_report(
         doubts += ["What to measure next:", Block("items", motions)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
-    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit.resampling, kind)
+    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
     read = [
         passage_table([segment.as_data() for segment in facts["passages"]], kind),
-        break_away_table(identification.break_aways, kind) if identification.break_aways else None,
+        break_away_table(identification),
         Figures("log"),
         Block("facts", log_facts(log, identification.further_logs) + treated, ("What was read, and how it was treated",)),
         Block("items", identification.notes),
@@ -173,12 +171,11 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     kind, levels, unit = fit.plant.kind, level_values(fit), unit_of("force", fit.plant.kind)
     if not any(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.value):
         return ["nothing: no parameter was identified"]
-    if levels is None and never_slid(fit):
+    if levels is None and fit.never_slid:
         return ["nothing: the log never slides, so that no level of friction was seen; record motion that slides"]
     if levels is None:
         return ["nothing: a plant on a spring does not move on steadily"]
-    inertia, units = name_of(Role.INERTIA, fit.plant.component.variables), drive_units(axis, kind)
-    is_open = inertia in fit.parameters and fit.parameters[inertia].status == "unidentifiable"
+    units, is_open = drive_units(axis, kind), fit.inertia is not None and fit.inertia.status == "unidentifiable"
     mass = ": not identified" if is_open else f" {fixed(levels.inertia, unit_of('mass', kind))}"
     named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
     named = {name: value for name, value in named.items() if value is not None}
@@ -193,7 +190,7 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
         in_units.append(f"in {typeset(drive_unit.name)}: {', '.join(values)}")
     # Over which distance friction turns, where it does not turn at once.
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-    motor = [drive_unit for drive_unit in length_units(axis, kind) if "motor" in drive_unit.name]
+    motor = [drive_unit for drive_unit in units.lengths if "motor" in drive_unit.name]
     at_motor = "".join(f" ({number(drive_unit.of(distance), digits=2)} {drive_unit.name})" for drive_unit in motor)
     turned = [f"after a reversal 95 % of the friction turns within {length_text(distance, kind)}{at_motor}"] if distance else []
     return [

@@ -190,12 +190,12 @@ class Outcome:
 
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file that lies in a folder beside the model: the next step."""
-        from bristle.files import next_experiment
+        from bristle.files import NextExperiment
 
         log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
         loop, has_file = None if self.looped is None else self.looped.variants[0], bool(self._axis_texts)
         plant = self.identification.plant
-        return next_experiment(plant, axis, log, folder, has_axis_file=has_file, loop=loop if has_file else None)
+        return NextExperiment.beside_model(plant, axis, log, folder, has_axis_file=has_file, loop=loop if has_file else None)
 
     @cached_property
     def _axis_texts(self) -> tuple[bytes, ...]:

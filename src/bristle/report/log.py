@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import SIZE_LIMIT, Axis, Diagnostic, Kind, Readable, number, unit_of, with_unit
-from bristle.files import SUMMARY, Inspection, as_json, inspection_of
+from bristle.files import SUMMARY, Inspection, as_json
 from bristle.report.messages import as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.results import write_report
@@ -19,8 +19,8 @@ from bristle.report.table import Quantity, Table, fixed, interval_text, span_tex
 
 if TYPE_CHECKING:
     from bristle.files import Results
-    from bristle.identification import Resampling
-    from bristle.logs import BreakAway, Log, Passage
+    from bristle.identification import Fit, Identification
+    from bristle.logs import Log, Passage
 
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
@@ -69,8 +69,8 @@ class Inspected(Inspection):
 
 def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
     """Return what is in a log; without an axis, the axis file that its columns speak of."""
-    inspection = inspection_of(log, axis, size_limit=size_limit)
-    data, proposal = inspection.summary, inspection.proposal
+    inspected = Inspected.of(log, axis, size_limit=size_limit)
+    data, proposal = inspected.summary, inspected.proposal
     diagnostics = [Diagnostic(**entry, kind=data["kind"]) for entry in data["diagnostics"]]
     if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
         # Of a size that nobody knows nothing can be said.
@@ -81,7 +81,7 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
         summary["notes"] = [*proposal.notes, *summary["notes"]]
-    return Inspected(**vars(replace(inspection, summary=summary)))
+    return replace(inspected, summary=summary)
 
 
 def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
@@ -167,8 +167,9 @@ def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[st
     return facts
 
 
-def scatter_facts(resampling: Resampling | None, kind: Kind) -> list[tuple[str, str]]:
+def scatter_facts(fit: Fit) -> list[tuple[str, str]]:
     """Return how repeatable the friction of a log is, and what else keeps a fit from being exact."""
+    resampling, kind = fit.resampling, fit.plant.kind
     if resampling is None:
         return []
     bands, scatter = resampling.bands, resampling.scatter
@@ -206,8 +207,11 @@ def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
     return Table("What the motion of the log is", heads, rows).without_empty_columns()
 
 
-def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
-    """Return break-away by rate, with its 95 % intervals."""
+def break_away_table(identification: Identification) -> Table | None:
+    """Return break-away by rate, with its 95 % intervals; None where the log shows none."""
+    break_aways, kind = identification.break_aways, identification.best.plant.kind
+    if not break_aways:
+        return None
     speeds = Quantity.of(unit_of("length/time", kind), [break_away.speed for break_away in break_aways])
     forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
     distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])

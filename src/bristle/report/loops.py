@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
 from bristle.files import Said, as_toml, key_of
-from bristle.loop import Assessment, Verdict
+from bristle.loop import Assessment
 from bristle.report.compensation import names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
@@ -170,7 +170,7 @@ def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnost
     """Return what to know of loops, those that are unstable or have small margins: ``variants`` are their names."""
     by_message: dict[str, tuple[Diagnostic, list[str]]] = {}
     for name, assessment in judged.items():
-        for doubt in assessment.doubts if assessment.verdict is Verdict.STABLE else (assessment.finding,):
+        for doubt in assessment.doubts if assessment.is_stable else (assessment.finding,):
             # Two that read alike are told as one.
             by_message.setdefault(message(doubt), (doubt, []))[1].append(name)
     complete = [*by_message.values(), *((diagnostic, [name]) for name, diagnostic in further.items())]

@@ -61,12 +61,9 @@ def note_of(estimate: Estimate) -> str:
 
 def why_effective(fit: Fit) -> str:
     """Return why parameters are effective, in a few words: the model lacks a force, or the effort of the log does."""
-    from bristle.identification import LACKING
-
-    codes = {diagnostic.code for diagnostic in fit.diagnostics}
-    recorded = next((code for code in LACKING[1:] if code in codes), "")
+    recorded = next((code for code in fit.lacking if code != "structure"), "")
     reasons = [SENTENCES[recorded].means] if recorded else []
-    return " and ".join(reasons + (["the model lacks a force"] if LACKING[0] in codes or not recorded else []))
+    return " and ".join(reasons + (["the model lacks a force"] if "structure" in fit.lacking or not recorded else []))
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:

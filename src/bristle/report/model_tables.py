@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bristle.core import Kind, number, printable, scale_of, typeset, unit_of, with_unit
-from bristle.identification import thresholds
-from bristle.prediction import drive_units, units_of
+from bristle.prediction import drive_units
 from bristle.report.table import Quantity, Table, interval_text, short_text
 
 if TYPE_CHECKING:
@@ -164,7 +163,7 @@ def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
     variables, values = fit.plant.component.variables | fit.friction.component.variables, {}
     for estimate in fit.estimates:
         if estimate.name in variables and math.isfinite(estimate.value):
-            units = units_of(variables[estimate.name].quantity, axis, fit.plant.kind)
+            units = drive_units(axis, fit.plant.kind).of(variables[estimate.name].quantity)
             values |= {estimate.name: {unit.name: unit.of(estimate.value) for unit in units}} if units else {}
     return values
 
@@ -179,7 +178,7 @@ def changed_settings(settings: Settings) -> Table | None:
             "Unit": threshold.unit if threshold.unit != "1" else "–",
             "Meaning": f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
         }
-        for threshold in thresholds()
+        for threshold in settings.described()
         if threshold.name in settings.changed
     ]
     return Table.of("Thresholds that were changed", rows) if rows else None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import unit_of
-from bristle.prediction import drive_units, largest_deviation, length_units, level_values, reversal_distance, units_of
+from bristle.prediction import drive_units, largest_deviation, level_values, reversal_distance
 from bristle.report.judgement import judged
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
@@ -98,10 +98,10 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
     of_units |= {unit.name: {"inertia": unit.of(levels.inertia)} for unit in units.inertias}
     of_units |= {
         unit.name: {name: None if value is None else unit.of(value) for name, value in viscous.items()}
-        for unit in units_of("force*time/length", axis, fit.plant.kind)
+        for unit in units.of("force*time/length")
     }
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-    of_units |= {unit.name: {"reversal_distance": unit.of(distance)} for unit in length_units(axis, fit.plant.kind)}
+    of_units |= {unit.name: {"reversal_distance": unit.of(distance)} for unit in units.lengths}
     presliding = {"reversal_distance": distance, "lag": fit.lag}
     return levels._asdict() | presliding | {"units": of_units}
 

@@ -13,7 +13,8 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from bristle.exports import TARGETS, as_json, version
+from bristle import __version__
+from bristle.exports import TARGETS, as_json
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import environment, hash_of, joined
 from bristle.server.cases import Cases, RefusedRequestError
@@ -72,7 +73,7 @@ def server_page(limits: Limits) -> tuple[str, str]:
     script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
     style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
     template = environment("bristle.server").get_template("server.html")
-    page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=version())
+    page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__)
     # It may run its script, use its style, speak to its server and show a report of it.
     policy = (
         f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "

@@ -91,25 +91,9 @@ BACKLOG = 128  # connections waiting
 
 
 def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print) -> None:
-    """Serve the lab to browsers of this machine until the process is ended.
+    """Serve the lab to browsers of this machine until the process is ended; port 0 is any that is free.
 
-    Parameters
-    ----------
-    port : int
-        Where to listen; 0 for one that is free.
-    opens : bool
-        Whether a browser is opened.
-    limits : Limits, optional
-        How much of anything a browser may ask for.
-    announce : callable
-        Called once with the address, which holds the token.
-
-    Raises
-    ------
-    MissingExtraError
-        If what serves is not installed.
-    InputError
-        If the port is not free.
+    `announce` is called once with the address, which holds the token.
     """
     for package in ("starlette", "uvicorn"):
         if find_spec(package) is None:

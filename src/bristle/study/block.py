@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bristle.core import SEED_MAX, BristleError, Experiment, InputError, Model, Status, Variant, told_by, variables_of
+from bristle.core import SEED_MAX, BristleError, Experiment, InputError, Model, Status, Variant, told_by
 from bristle.engine import WORTH_LANES, run_batch
 from bristle.files import experiment_from, key_of, with_changes, with_columns
 from bristle.simulation import SimulationResult, simulate
@@ -168,14 +168,7 @@ def _with(item: T, **changed: Any) -> T:
 
 
 REFUSED, RAISED = "refused", "raised"
-NAMES = {
-    Status.OK: OK,
-    Status.SOLVE_INACCURATE: "solve_inaccurate",
-    Status.TOLERANCE_MISSED: "tolerance_missed",
-    Status.MEMORY_OVERFLOW: "memory_overflow",
-    Status.NOT_FINITE: "not_finite",
-}
-FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)  # the statuses of runs that have no numbers
+FAILED = (Status.NOT_FINITE.name.lower(), REFUSED, RAISED)  # the statuses of runs that have no numbers
 
 MODELS = ("plant", "friction")
 REASON = 300  # letters
@@ -237,7 +230,7 @@ class Simulator:
         if worst.status is Status.OK:
             return OK, ""
         sentence = worst.status.sentence
-        return NAMES[worst.status], sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
+        return worst.status.name.lower(), sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
 
     def _batched(self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]) -> set[int]:
         """Simulate runs many at once; return those that ended well: of the others each is told by itself."""
@@ -270,7 +263,7 @@ def fits_a_batch(experiment: Experiment) -> bool:
             return False
         if variant.disturbance is not None or variant.start is not None or run.tolerance or run.delay or run.current_lag:
             return False
-        if "lost" in variables_of(friction.State) or friction.new_memory(variant.friction.parameters).size > 0:
+        if "lost" in friction.State._fields or friction.new_memory(variant.friction.parameters).size > 0:
             return False
     return True
 

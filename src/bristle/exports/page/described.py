@@ -22,7 +22,7 @@ from bristle.core.variable import Variable, unit_of
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.build import Builder
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
-from bristle.exports.page.packing import packed
+from bristle.exports.page.packing import packed, plain
 from bristle.exports.page.sliders import AROUND, Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, forces_of, hash_of, presliding_distance, subject_of, walk_of
 from bristle.exports.tree import Function
@@ -218,9 +218,14 @@ def variables_of(
     return rows
 
 
-def values_of(model: Model) -> dict[str, list[float]]:
+def widget_described(model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None, fastest: float) -> dict[str, Any]:
+    """Return what a widget knows of a friction model, as a script reads it."""
+    return plain(model_described(model, uncertainty=uncertainty, fastest=fastest, proven=False))
+
+
+def values_of(model: Model) -> dict[str, Any]:
     """Return the values of a model as a page has them: a list of numbers for each parameter."""
-    return {name: _numbers(variable, model.values[name]) for name, variable in model.component.variables.items()}
+    return plain({name: _numbers(variable, model.values[name]) for name, variable in model.component.variables.items()})
 
 
 def _numbers(variable: Variable, value: Any) -> list[float]:

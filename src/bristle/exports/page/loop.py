@@ -1,31 +1,41 @@
-"""Loops that a page computes: laws and an encoder as a module, and a loop of an experiment with its numbers.
+"""What moves on a page: laws and an encoder as a module, a loop of an experiment with its numbers, and what a report of it holds.
 
 The mass, its friction and what is fed forward are modules of friction models. A law begins as a simulation does; what it is told at a
-sample lies in what lasts of it.
+sample lies in what lasts of it. In a report the axis stays as it was simulated, with what the model does not explain pushing it.
 """
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
+from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start, Variant
+from bristle.core.status import Status
+from bristle.core.typography import typeset
+from bristle.core.variable import unit_of
 from bristle.engine.loop import begun
 from bristle.engine.mechanism import drive_over
 from bristle.engine.motion import settled
 from bristle.exports.build import Builder
 from bristle.exports.cycle import SOLVER
-from bristle.exports.page.described import body_described, values_of
+from bristle.exports.page.described import body_described, model_described, values_of, variables_of
 from bristle.exports.page.packing import differences, packed, packed_numbers
+from bristle.exports.page.rows import fitted_rows
 from bristle.exports.scope import defined
 from bristle.exports.tree import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.friction.level import rises_with_effort
+from bristle.identification.result import Identification
 from bristle.plants.pulled_inertia import MODEL as BODY
+from bristle.prediction.following import Following
 from bristle.sensors.encoder import MODEL as ENCODER
+from bristle.simulation.compensation import COMPENSATED
+from bristle.simulation.result import SimulationResult
 
 # What lasts of a law: whether it has begun, what it is told, and from there on its state.
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
@@ -84,6 +94,21 @@ def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
     parts = {name: law_part(builder, law, state) for name, (law, state) in laws.items()}
     binary, addresses = module_of_parts(builder, parts | {"sense": sensor_part(builder, sensor)})
     return {"code": packed(binary), "size": len(binary), "parts": addresses}
+
+
+def tracking_described(plain: Variant, observing: Variant) -> dict[str, Any]:
+    """Return what a page knows of a loop whose law works alone and with an observer: its module, and its numbers."""
+    laws = {"sliding": (plain.controller, None), "observer": (observing.controller, None)}
+    return parts_described(plain.sensor, **laws) | {
+        "rig": body_described(plain.friction),
+        "paper": {
+            "K_2": plain.controller.values["K_2"],
+            "g": observing.controller.values["g"],
+            "frequency": plain.reference.values["frequency"],
+        },
+        "sampleTime": plain.run.sample_time,
+        "delay": plain.run.delay,
+    }
 
 
 def _reason_against(variant: Variant, friction: Model) -> str:
@@ -179,3 +204,71 @@ def trace_described(name: str, time: np.ndarray, error: np.ndarray, samples: np.
         "time": float(time[0]),
         "sampleTime": float(time[1] - time[0]),
     }
+
+
+def living_described(
+    identification: Identification,
+    axis: Axis | None,
+    simulation: SimulationResult | None,
+    following: Following | None,
+    *,
+    uncertainty: Mapping[str, Mapping[str, Any]],
+    around: float,
+    thinned: Callable[[np.ndarray], np.ndarray],
+) -> dict[str, Any] | None:
+    """Return what makes the report of an identification move; None where the model cannot be computed on a page.
+
+    Sliders go `around` times up and down from an identified value; of a line, the samples that `thinned` returns are drawn.
+    """
+    fit = identification.best
+    rows = fitted_rows(fit, identification.log, axis, identification.treatment)
+    if rows is None:
+        return None
+    try:
+        model = model_described(fit.friction, uncertainty=uncertainty, around=around, proven=False)
+    except InputError:
+        return None
+    moved = [column.name for column in rows.mechanical if column.name]
+    plant = [row for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, around) if not row["fixed"]]
+    return {
+        "model": model,
+        "plant": plant,
+        "rows": rows.as_data(),
+        "effort": typeset(unit_of("force", fit.plant.kind)),
+        "word": "torque" if fit.plant.kind == "rotational" else "force",
+        "logs": 1 + len(identification.further_logs),
+        "loop": followed_described(fit.friction, simulation, following, thinned),
+    }
+
+
+def followed_described(
+    friction: Model, simulation: SimulationResult | None, following: Following | None, thinned: Callable[[np.ndarray], np.ndarray]
+) -> dict[str, Any] | None:
+    """Return how the loop followed, and what computes it; None where nothing followed."""
+    errors = _errors(simulation, following)
+    if not errors:
+        return None
+    loop: dict[str, Any] | None = None
+    variants = () if simulation is None else simulation.experiment.variants
+    variant = next((variant for variant in variants if variant.name == COMPENSATED), None)
+    if following is not None and following.contradiction is not None:
+        reason = "the log contradicts the simulated loop"
+    elif variant is None:
+        reason = "no loop was simulated, for which the axis file needs a controller"
+    else:
+        loop, reason = loop_described(variant, friction)
+    traces = [trace_described(name, time, error, thinned(error)) for name, time, error in errors]
+    return {"traces": traces, "reason": reason, "loop": loop}
+
+
+def _errors(simulation: SimulationResult | None, following: Following | None) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return name, time and following error of the log and of each loop that the report tells of."""
+    rows = [] if following is None else [("measured", following.time, following.error)]
+    contradicted = following is not None and following.contradiction is not None
+    if simulation is None:
+        return rows
+    variants = simulation.experiment.variants[: 1 if contradicted else None]
+    results = [simulation.variants[variant.name] for variant in variants]
+    return rows + [
+        (result.name, result.time, result.reference - result.measured) for result in results if result.status is not Status.NOT_FINITE
+    ]

@@ -26,7 +26,7 @@ from bristle.core.symbols import symbolic
 from bristle.core.variable import Variable
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.page.described import example_named, model_described, module_described, variables_of, walked_together, walks_of
-from bristle.exports.page.packing import packed, unpacked
+from bristle.exports.page.packing import as_json, packed, unpacked
 from bristle.exports.page.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
@@ -314,3 +314,24 @@ def common_described() -> dict[str, Any]:
     """Return what the modules of all models begin with, as a page unpacks it."""
     common = common_module()
     return {"code": packed(common), "size": len(common)}
+
+
+def lab_described(first: str | Model, loop: Mapping[str, Any], **options: Any) -> dict[str, Any]:
+    """Return the data of the lab: the examples of all models, one of them first or one with values of its own, slots and a loop.
+
+    Options, of a model with values of its own, are those of `switched`.
+    """
+    models, place = [example_described(name) for name in MODELS], 0
+    if isinstance(first, str):
+        place = list(MODELS).index(first)
+    else:
+        models.insert(0, switched(first, **options))
+    data = {
+        "models": models,
+        "first": place,
+        "loop": loop,
+        "common": common_described(),
+        "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
+    }
+    content = as_json(data).encode("utf-8")
+    return {"code": packed(content), "size": len(content)}

@@ -74,17 +74,10 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
 
 
 def fitted(family: str, log: Log, axis: Axis) -> Fitted:
-    """Return a model of a family, identified from a log; where it cannot be, why.
+    """Return a model of a family, identified from the log and the axis of `log_of`; where it cannot be, why.
 
     As in the paper, the operator of the printed equations is fitted over the position, and then driven by z: they are
     identified with the gate, which is then left out.
-
-    Parameters
-    ----------
-    family : str
-        Name of the models.
-    log, axis
-        What `log_of` returns.
     """
     try:
         name = GATED if family == PRINTED else family
