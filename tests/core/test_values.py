@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.core.values import Thresholds, looked_at, shown, threshold, thresholds_of
+from bristle.core.values import Thresholds, looked_at, shown, threshold
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ def test_thresholds_are_those_that_are_given_and_else_at_their_defaults():
     assert Some.of({"share": 0.1, "ratio": 1.0}).share == 0.1
     assert Some.of({"share": 0.9}).share == 0.9
     assert Some.among({"share": 0.4, "other": 1.0}).changed == {"share": 0.4}
-    first, second = thresholds_of(Some)
+    first, second = Some.described()
     assert first == ("share", 0.3, "1", "of all", 0.1, 0.9, "")
     assert second == ("ratio", 2.0, "s", "of two", 1.0, math.inf, "a book")
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
 
-from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, in_time, length_of, moves_of, texts_of_moves
+from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, in_time, length_of, moves_of
+from bristle.files.motion import gcode_of, moves_table
 from bristle.references import chirp, s_curve, triangle
 
 
@@ -91,7 +92,7 @@ def test_a_chirp_is_left_out_of_the_moves_and_named_in_the_program():
     moves, left_out = moves_of(motion)
     assert left_out == ("damping",)
     assert [move.target for move in moves] == pytest.approx([1.0])
-    table, program = texts_of_moves(motion, STAGE)
+    table, program = moves_table(moves, STAGE), gcode_of(moves, STAGE, left_out)
     assert table.startswith("purpose,dwell [s],")
     assert "(left out, as it is no list of moves: damping)" in program
     assert program.count("G1 X") == 1

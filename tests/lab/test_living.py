@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from bristle.core.status import Status
+from bristle.exports.page import loop as page_loop
+from bristle.exports.page.loop import followed_described
 from bristle.lab import living
-from bristle.lab.living import followed_part, living_part, uncertainty_of
+from bristle.lab.living import living_part, uncertainty_of
 from bristle.lab.page import hash_of, joined, policy
 from bristle.simulation import COMPENSATED
 
@@ -35,7 +37,7 @@ def measured(contradiction=None):
 
 
 def lines(simulation, following):
-    return [(name, error.tolist()[0]) for name, _, error in living._errors(simulation, following)]
+    return [(name, error.tolist()[0]) for name, _, error in page_loop._errors(simulation, following)]
 
 
 def test_a_line_is_the_reference_less_what_was_measured():
@@ -64,16 +66,16 @@ def test_of_a_simulation_that_the_log_contradicts_the_first_loop_is_shown():
     ],
 )
 def test_a_loop_moves_or_says_why_it_does_not(monkeypatch, simulation, following, reason, moves):
-    monkeypatch.setattr(living, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
-    part = followed_part("model", simulation, following)
+    monkeypatch.setattr(page_loop, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
+    part = followed_described("model", simulation, following, np.asarray)
     assert part["reason"] == reason
     assert part["loop"] == ({"of": COMPENSATED, "friction": "model"} if moves else None)
     assert len(part["traces"]) == len(lines(simulation, following))
 
 
 def test_where_nothing_followed_there_is_no_part():
-    assert followed_part("model", None, None) is None
-    assert followed_part("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None) is None
+    assert followed_described("model", None, None, np.asarray) is None
+    assert followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, np.asarray) is None
 
 
 def test_each_parameter_says_whether_it_is_identified():

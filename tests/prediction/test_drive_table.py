@@ -18,7 +18,6 @@ from bristle.prediction.drive_table import (
     largest_deviation,
     level_values,
     levels_of,
-    never_slid,
     placed,
     resolved_side,
     steady_curve,
@@ -157,22 +156,22 @@ def test_a_plant_on_a_spring_has_no_table(fit):
 
 def test_a_log_that_never_slid_has_no_table(fit):
     doubted = replace(fit, diagnostics=(Diagnostic("never_slides", "", "warning"),))
-    assert never_slid(doubted)
+    assert doubted.never_slid
     assert drive_table(doubted) == []
-    assert not never_slid(fit)
+    assert not fit.never_slid
 
     def beyond(name):
         estimates = [replace(item, reason=Diagnostic("beyond_effort", name)) if item.name == name else item for item in fit.estimates]
         return replace(fit, estimates=tuple(estimates))
 
-    assert never_slid(beyond("F_C"))
-    assert not never_slid(beyond("M"))
+    assert beyond("F_C").never_slid
+    assert not beyond("M").never_slid
 
 
 def test_a_break_away_level_beyond_the_effort_is_no_sign_of_a_log_that_never_slid(curved):
     reason = Diagnostic("beyond_effort", "F_S")
     estimates = [replace(item, reason=reason) if item.name == "F_S" else item for item in curved.estimates]
-    assert not never_slid(replace(curved, estimates=tuple(estimates)))
+    assert not replace(curved, estimates=tuple(estimates)).never_slid
 
 
 def test_a_steady_curve_is_dense_near_rest_on_both_sides(curved):

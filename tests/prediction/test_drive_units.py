@@ -5,16 +5,7 @@ import pytest
 
 import bristle as br
 from bristle.core.axis import Axis, Column
-from bristle.prediction.drive_units import (
-    DriveUnit,
-    column_signs,
-    command_units,
-    drive_units,
-    length_units,
-    log_units,
-    table_units,
-    units_of,
-)
+from bristle.prediction.drive_units import DriveUnit, column_signs, command_units, drive_units, log_units, table_units
 
 SCREW = br.read_axis(
     {
@@ -116,7 +107,7 @@ def test_a_column_may_run_against_the_axis():
 
 
 def test_a_drive_wants_the_units_of_its_log_its_motor_and_percent_of_rated():
-    assert drive_units(None, "translational") == ((), (), ())
+    assert drive_units(None, "translational") == (None, "translational", (), (), (), ())
     units = drive_units(axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0), "translational")
     # A turn a minute of a motor that moves the table by 2 mm a radian.
     assert sizes(units.velocities) == {"mm/s": 1e-3, "rpm of the motor": 2e-3 * 2.0 * np.pi / 60.0}
@@ -171,22 +162,22 @@ def test_a_table_is_in_the_units_of_the_log_and_for_the_drive_in_percent_or_torq
 
 
 def test_a_distance_is_in_the_unit_of_the_log_and_in_degrees_of_the_motor():
-    assert length_units(None, "translational") == ()
-    assert sizes(length_units(axis(position=("mm", "m", 1.0), arm=2e-3), "translational")) == {
+    assert drive_units(None, "translational").lengths == ()
+    assert sizes(drive_units(axis(position=("mm", "m", 1.0), arm=2e-3), "translational").lengths) == {
         "mm": 1e-3,
         "deg of the motor": 2e-3 * np.pi / 180.0,
     }
-    assert length_units(axis(position=("m", "m", 1.0)), "translational") == ()
+    assert drive_units(axis(position=("m", "m", 1.0)), "translational").lengths == ()
     # One degree of the motor is one of the axis.
-    assert [unit.name for unit in length_units(axis("rotational", position=("deg", "rad", 1.0), arm=1.0), "rotational")] == ["deg"]
+    assert [unit.name for unit in drive_units(axis("rotational", position=("deg", "rad", 1.0), arm=1.0), "rotational").lengths] == ["deg"]
 
 
 def test_products_of_units_are_written_in_short():
     own = axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0)
-    assert sizes(units_of("force/length", own, "translational")) == {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}
-    assert list(sizes(units_of("force*time/length", own, "translational"))) == ["mN/(mm/s)", "%/rpm"]
-    assert list(sizes(units_of("force*time^2/length^2", own, "translational"))) == ["mN/(mm/s)^2", "%/rpm^2"]
-    assert list(sizes(units_of("1/length", own, "translational"))) == ["1/mm", "1/deg"]
-    assert list(sizes(units_of("force/time", own, "translational"))) == ["mN/s", "%/s"]
-    assert list(sizes(units_of("length/time^2", own, "translational"))) == ["mm/s^2", "deg/s^2"]
-    assert list(sizes(units_of("force*length", own, "translational"))) == ["mN*mm", "%*deg"]
+    assert sizes(drive_units(own, "translational").of("force/length")) == {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}
+    assert list(sizes(drive_units(own, "translational").of("force*time/length"))) == ["mN/(mm/s)", "%/rpm"]
+    assert list(sizes(drive_units(own, "translational").of("force*time^2/length^2"))) == ["mN/(mm/s)^2", "%/rpm^2"]
+    assert list(sizes(drive_units(own, "translational").of("1/length"))) == ["1/mm", "1/deg"]
+    assert list(sizes(drive_units(own, "translational").of("force/time"))) == ["mN/s", "%/s"]
+    assert list(sizes(drive_units(own, "translational").of("length/time^2"))) == ["mm/s^2", "deg/s^2"]
+    assert list(sizes(drive_units(own, "translational").of("force*length"))) == ["mN*mm", "%*deg"]

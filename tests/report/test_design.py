@@ -26,7 +26,6 @@ from bristle.report.design import (
     design_ruling,
     design_sentences,
     design_summary,
-    least_phase,
     margin_table,
     proposal_table,
 )
@@ -249,11 +248,6 @@ def test_loops_are_proposed_with_their_numbers():
         ["plain", "cascade", "300", "45.0", "50.0\u00a0N/µm", "500", "8.000", "4.00"],
         ["tuned", "cascade", "–", "45.0", "∞", "500", "–", "–"],
     ]
-
-
-def test_the_least_phase_margin_counts():
-    assert least_phase(assessed("a", 45.0, None, 30.0)) == 30.0
-    assert least_phase(assessed("a", None)) is None
 
 
 def test_circles_are_reported_by_how_far_they_are_from_round():

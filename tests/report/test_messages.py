@@ -15,7 +15,8 @@ import bristle
 from bristle import friction
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.dimensions import exponents_of
-from bristle.identification import LACKING, identify
+from bristle.identification import identify
+from bristle.identification.result import LACKING
 from bristle.report.messages import (
     _Words,
     as_data,
