@@ -112,7 +112,7 @@ def test_a_log_is_what_a_drive_would_record(tmp_path, monkeypatch):
         status, time = Status.OK, SAMPLE_TIME * np.arange(count)
         command, measured = np.full(count, 61.2 * 2.0), reference - 1e-5
 
-    monkeypatch.setattr(axis_simulated, "_run", lambda reference: Recorded)
+    monkeypatch.setattr(axis_simulated, "run_closed_loop", lambda *axis, **run: Recorded)
     axis_simulated.write_log(tmp_path / "log.csv", 1)
     lines = (tmp_path / "log.csv").read_text().splitlines()
     assert lines[:2] == ["# simulated axis, not a measurement", "time [s],position [mm],reference [mm],motor_current [A]"]
@@ -128,11 +128,13 @@ def test_a_log_is_what_a_drive_would_record(tmp_path, monkeypatch):
         axis_simulated.write_log(tmp_path / "again.csv", 1)
 
 
-def test_the_axis_follows_its_motion():
-    reference = motion(3, 1.0)
-    trace = axis_simulated._run(reference)
-    assert trace.status == Status.OK
-    assert np.max(np.abs(trace.measured - reference)) < 2e-3
-    step = axis_simulated.axis().resolution
-    assert trace.measured / step == pytest.approx(np.round(trace.measured / step), abs=1e-6)
-    assert np.max(np.abs(trace.command)) <= axis_simulated.axis().effort_limit
+def test_the_axis_follows_its_motion(tmp_path, monkeypatch):
+    reference, described = motion(3, 1.0), axis_simulated.axis()
+    monkeypatch.setattr(axis_simulated, "motion", lambda seed: reference)
+    axis_simulated.write_log(tmp_path / "log.csv", 3)
+    _, position, desired, current = np.loadtxt(tmp_path / "log.csv", delimiter=",", skiprows=2).T
+    assert desired == pytest.approx(1e3 * reference, abs=1e-6)
+    assert np.max(np.abs(position - desired)) < 2.0
+    counts = 1e-3 * position / described.resolution
+    assert counts == pytest.approx(np.round(counts), abs=0.06)  # the file has 0.1 um
+    assert np.max(np.abs(current)) <= described.effort_limit / 61.2 + 0.05

@@ -6,7 +6,7 @@ import pytest
 from bristle import friction, plants
 from bristle.core.errors import InputError
 from bristle.engine import interpreted, run_open_loop
-from bristle.engine.equations import axis_equations, axis_step, contact_equations, contact_step, system_of
+from bristle.engine.equations import _virgin, axis_equations, axis_step, contact_equations, contact_step, system_of
 
 PLANT = plants.inertia(M=2.0)
 DAHL = friction.dahl(F_C=20.0, sigma_0=1e6)
@@ -99,9 +99,10 @@ def test_samples_of_a_contact_are_steps_at_constant_velocity():
 )
 def test_states_have_names_and_units_in_the_order_of_the_vector(model, plant, dt, states):
     with interpreted():
-        system = system_of(model, plant, dt, 1)
+        system = system_of(model, plant, dt, 1, None, asked_by="here")
+        rest = system.output(0.0, np.zeros(len(states)), [0.0], {})
     assert list(system.states.items()) == list(states.items())
-    assert system.virgin.tolist() == [0.0] * len(states)
+    assert rest.tolist() == [0.0] * len(system.outputs)
 
 
 def test_a_virgin_contact_stands_behind_the_plant_or_the_position():
@@ -109,5 +110,5 @@ def test_a_virgin_contact_stands_behind_the_plant_or_the_position():
     contact = [*model.component.initial_state(model.parameters), *model.component.new_memory(model.parameters)]
     for plant, before, after in ((None, 1, 0), (PLANT, 2, 2)):
         with interpreted():
-            virgin = system_of(model, plant, 1e-3, 1).virgin
-        assert virgin.tolist() == [*[0.0] * before, *contact, *[0.0] * after]
+            size = len(system_of(model, plant, 1e-3, 1, None, asked_by="here").states)
+        assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]

@@ -16,6 +16,10 @@ from bristle.simulation import COMPENSATED
 TIME = np.arange(4.0)
 
 
+def every(values):
+    return np.arange(values.size)
+
+
 def simulated(*names, diverged=()):
     """A simulation of variants whose error is their number."""
     variants = [SimpleNamespace(name=name) for name in names]
@@ -67,15 +71,15 @@ def test_of_a_simulation_that_the_log_contradicts_the_first_loop_is_shown():
 )
 def test_a_loop_moves_or_says_why_it_does_not(monkeypatch, simulation, following, reason, moves):
     monkeypatch.setattr(page_loop, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
-    part = followed_described("model", simulation, following, np.asarray)
+    part = followed_described("model", simulation, following, every)
     assert part["reason"] == reason
     assert part["loop"] == ({"of": COMPENSATED, "friction": "model"} if moves else None)
     assert len(part["traces"]) == len(lines(simulation, following))
 
 
 def test_where_nothing_followed_there_is_no_part():
-    assert followed_described("model", None, None, np.asarray) is None
-    assert followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, np.asarray) is None
+    assert followed_described("model", None, None, every) is None
+    assert followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, every) is None
 
 
 def test_each_parameter_says_whether_it_is_identified():
@@ -101,9 +105,9 @@ def identified(monkeypatch):
         asked.append((moved, scale, around))
         return [{"name": "M", "fixed": False}, {"name": "g", "fixed": True}]
 
-    monkeypatch.setattr(living, "fitted_rows", lambda *given: rows)
-    monkeypatch.setattr(living, "model_described", described)
-    monkeypatch.setattr(living, "variables_of", variables)
+    monkeypatch.setattr(page_loop, "fitted_rows", lambda *given: rows)
+    monkeypatch.setattr(page_loop, "model_described", described)
+    monkeypatch.setattr(page_loop, "variables_of", variables)
     monkeypatch.setattr(living, "as_json", lambda data: asked.append(data) or "DATA")
 
     def part(kind="translational", logs=()):
@@ -127,7 +131,7 @@ def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, w
 
 
 def test_a_model_that_no_page_computes_has_no_part(identified, monkeypatch):
-    monkeypatch.setattr(living, "fitted_rows", lambda *given: None)
+    monkeypatch.setattr(page_loop, "fitted_rows", lambda *given: None)
     assert identified()[0] is None
 
 
