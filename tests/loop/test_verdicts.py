@@ -148,6 +148,14 @@ def test_margins_are_doubted_below_30_degrees_and_a_factor_of_two():
     assert codes(assessed(point(BAD))) == {}  # an unstable loop has no margin
 
 
+def test_the_least_phase_margin_without_friction_counts():
+    # As above; at gains beyond 2 there is no crossover.
+    least = pytest.approx(90.0 - math.degrees(math.asin(0.45)))
+    assert assessed(point(GOOD), point(BAD), point(0.9), point(0.5)).least_phase == least
+    assert assessed(point(0.9), point(1.5, under=Friction.STUCK), point(1.5, under=Friction.SLIDING)).least_phase == least
+    assert assessed(point(BAD), point(GOOD, under=Friction.STUCK)).least_phase is None
+
+
 def test_a_law_that_switches_is_doubted():
     assert codes(assessed(point(GOOD), switches=True)) == {"switching_law": {}}
 

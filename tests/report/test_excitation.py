@@ -6,6 +6,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 
+from bristle.excitation.excite import Excitation
 from bristle.report import excitation as report
 from bristle.report.excitation import DesignedMotion, excitation_ruling, excitation_summary, outlook_table, piece_table
 
@@ -48,7 +49,7 @@ def excited(estimates=ESTIMATES, *, truth=TRUTH, rehearsed=True, limit=None, pre
     limits = Some(travel=0.1, velocity=None, acceleration=5.0, presliding=presliding)
     prior = Some(assumed=assumed, friction=Some(name="dahl"))
     axis = Some(name="stage", effort_limit=limit)
-    return Some(motion=motion(), rehearsal=rehearsal, axis=axis, limits=limits, prior=prior, notes=("a note",))
+    return Excitation(motion(), axis, limits, prior, ("a note",), rehearsal)
 
 
 def test_alike_pieces_share_a_row_with_their_spans():

@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log
+from tests.report import known
+from tests.report.known import estimate
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.symbols import symbolic
@@ -218,10 +220,9 @@ def test_the_next_motion_serves_the_open_parameters():
     assert WRITTEN_BY not in told[2][1]
 
 
-def trusted(*halves, **changes):
-    estimates = [SimpleNamespace(name=f"p{k}", status="identified", interval_percent=half) for k, half in enumerate(halves)]
-    estimates.append(SimpleNamespace(name="M", status="held", interval_percent=None))
-    return SimpleNamespace(**{"estimates": estimates, "effective": (), "diagnostics": ()} | changes)
+def trusted(*halves, diagnostics=(), others=()):
+    estimates = [estimate(f"p{k}", half=half) for k, half in enumerate(halves)]
+    return known.fit(*estimates, estimate("M", status="held"), *others, diagnostics=diagnostics)
 
 
 def test_intervals_are_reported_of_eight_parameters_at_most():
@@ -229,11 +230,10 @@ def test_intervals_are_reported_of_eight_parameters_at_most():
     assert lines[:2] == ["4 of 4 parameters identified; 95 % intervals:", "p0 ± 2.0 %, p1 –, p2 ± 99 %, p3 ≈ 0"]
     assert plain(_trust(trusted(*[2.0] * 8)))[1].endswith("p7 ± 2.0 %")
     assert plain(_trust(trusted(*[2.0] * 9)))[1].endswith("p7 ± 2.0 % and 1 more, below")
-    open_ = trusted(2.0)
-    open_.estimates.append(SimpleNamespace(name="q", status="at_edge", interval_percent=None))
-    assert _trust(open_)[0].startswith("1 of 2 parameters")
+    assert _trust(trusted(2.0, others=[estimate("q", status="at_edge")]))[0].startswith("1 of 2 parameters")
     assert _trust(trusted()) == ["no parameter was identified"]
-    assert _trust(trusted(2.0, effective=("p0",)))[2].startswith("they are effective: the model lacks a force")
+    lacking = Diagnostic("structure", numbers={"names": ("p0",)})
+    assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith("they are effective: the model lacks a force")
 
 
 def test_correlations_are_listed_strongest_first_without_zeros():

@@ -1,11 +1,16 @@
 """The report of a log, from passages and channels whose numbers are known."""
 
+from dataclasses import replace
 from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import sliding_log
+from tests.report import known
 
+from bristle.identification.result import Identification, Resampling, Scatter
+from bristle.identification.simulated_bands import Bands
+from bristle.logs.break_away import BreakAway
 from bristle.logs.passages import Passage
 from bristle.report import log as report
 from bristle.report.log import break_away_table, log_facts, log_ruling, passage_table, scatter_facts, treatment_facts
@@ -62,25 +67,28 @@ def test_the_treatment_of_a_log_is_reported_with_units():
 
 
 def test_scatter_is_reported_in_percent_where_friction_scatters():
-    bands, scatter = Some(noise=0.05, unexplained=1.5), Some(value=0.0312, low=0.02, high=0.041)
-    resampling = Some(bands=bands, scatter=scatter, half_cycles=30)
-    assert scatter_facts(resampling, "translational") == [
+    def scattering(share, kind="translational"):
+        bands, scatter = Bands({}, share, 0.05, 1.5), Scatter(share, 0.02, 0.041)
+        return known.fit(kind=kind, resampling=Resampling(bands, scatter, 30, 1e-6, True, {}))
+
+    assert scatter_facts(scattering(0.0312)) == [
         ("Noise of the effort, sample by sample", "50 mN"),
         ("Scatter of friction from reversal to reversal", "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles"),
         ("Residual that noise, encoder and scatter do not explain", "1.5 N, root mean square"),
     ]
-    scatter.value = 0.0
-    assert [name for name, _ in scatter_facts(resampling, "rotational")] == [
-        "Noise of the effort, sample by sample",
-        "Residual that noise, encoder and scatter do not explain",
+    assert scatter_facts(scattering(0.0, "rotational")) == [
+        ("Noise of the effort, sample by sample", "50 mN·m"),
+        ("Residual that noise, encoder and scatter do not explain", "1.5 N·m, root mean square"),
     ]
-    assert scatter_facts(None, "translational") == []
+    assert scatter_facts(known.fit()) == []
 
 
 def test_break_away_is_reported_by_rate_with_the_intervals():
-    slow = Some(speed=1e-4, legs=4, force=9.5, force_interval=(9.0, 10.0), distance=2e-6, distance_interval=None)
-    fast = Some(speed=1e-3, legs=5, force=8.0, force_interval=None, distance=1e-6, distance_interval=(1e-6, 1e-6))
-    table = break_away_table([slow, fast], "translational")
+    slow = BreakAway(1e-4, 4, 9.5, (9.0, 10.0), 2e-6, None)
+    fast = BreakAway(1e-3, 5, 8.0, None, 1e-6, (1e-6, 1e-6))
+    found = Identification((known.fit(),), sliding_log())
+    assert break_away_table(found) is None
+    table = break_away_table(replace(found, break_aways=(slow, fast)))
     assert table.heads == [
         "Rate [mm/s]",
         "Legs",

@@ -5,15 +5,16 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 from tests.loop.conftest import loop
+from tests.report.known import UNSTABLE, assessed
 
 from bristle import controllers, friction
 from bristle.core import Status, number
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Feedforward
-from bristle.loop import Verdict
 from bristle.report import loops as report
 from bristle.report.loops import component_table, direction_table, law_lines, parts_table, run_table, variant_table
+from bristle.report.sentences import SENTENCES
 from bristle.simulation.result import Statistics
 
 
@@ -150,27 +151,20 @@ def test_gains_are_listed_with_friction_and_mass_fed_forward():
     assert at_motor == ["law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"]
 
 
-def assessed(verdict=Verdict.STABLE, doubts=(), finding=None):
-    return Some(verdict=verdict, doubts=doubts, finding=finding)
-
-
 def test_loops_with_the_same_doubt_are_reported_together():
-    small = Diagnostic("small_margin", "", "warning", {"phase": 15.0, "enough": 30.0, "motions": "all"})
-    unstable = Diagnostic("loop_diverges", "", "error", {"radius": 1.2, "why": "gains"})
-    switching = Diagnostic("switching_law", "", "note")
-    judged = {"a": assessed(doubts=(small, switching)), "b": assessed(doubts=(small,)), "c": assessed(Verdict.DIVERGES, (small,), unstable)}
-    told = report.about_loops(judged, {"d": switching})
+    judged = {"a": assessed("a", 15.0, switches=True), "b": assessed("b", 15.0), "c": assessed("c", 15.0, gain=UNSTABLE)}
+    told = report.about_loops(judged, {"d": Diagnostic("switching_law", "", "note")})
     assert [(item.code, item.numbers["variants"]) for item in told] == [
-        ("small_margin", ("a", "b")),
         ("switching_law", ("a",)),
+        ("small_margin", ("a", "b")),
         ("loop_diverges", ("c",)),
         ("switching_law", ("d",)),
     ]
     words = report.loop_warnings(told)
-    assert words[0].startswith("a, b: warning: the phase margin is 15°")
+    assert words[1].startswith("a, b: warning: the phase margin is 15°")
     assert words[2].startswith("c: unstable, not simulated")
     assert words[3].startswith("d: the law has no slope")
-    assert report.loop_doubts(told) == [words[2], "the margins of the loop are small: a, b"]
+    assert report.loop_doubts(told) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the margins of the loop are small: a, b"]
 
 
 def test_a_name_by_itself_is_a_name():

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
+from tests.report import known
 
 import bristle
 from bristle import friction
@@ -195,7 +196,7 @@ def test_the_head_of_a_sentence_follows_the_fate_of_the_parameter():
 
 
 def fit_with(*diagnostics):
-    return SimpleNamespace(diagnostics=diagnostics)
+    return known.fit(diagnostics=diagnostics)
 
 
 def test_warnings_come_with_errors_first_and_without_notes():

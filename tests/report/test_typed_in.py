@@ -2,30 +2,25 @@
 
 from types import SimpleNamespace as Some
 
-import numpy as np
 import pytest
+from tests.report import known
+from tests.report.known import estimate
 
 from bristle.core import Axis
 from bristle.core.axis import Column
+from bristle.core.diagnostic import Diagnostic
 from bristle.report import identification as report
 from bristle.report.identification import _for_the_drive, _typed_in
 
 
 def levels(**changes):
-    known = {"inertia": 12.0, "forward": 8.0, "backward": 9.0, "constant": 0.0, "deviation": 0.5}
-    return Some(**known | {"viscous_forward": 30.0, "viscous_backward": 30.0} | changes)
+    usual = {"inertia": 12.0, "forward": 8.0, "backward": 9.0, "constant": 0.0, "deviation": 0.5}
+    return Some(**usual | {"viscous_forward": 30.0, "viscous_backward": 30.0} | changes)
 
 
-def fit(status="identified", kind="translational"):
-    estimates = [
-        Some(name="M", status=status, value=12.0),
-        Some(name="F_C", status=status, value=8.0),
-        Some(name="F_v", status="held", value=0.0),
-    ]
-    component = Some(variables={})
-    parameters = {item.name: item for item in estimates}
-    traces = Some(velocity=np.array([-0.5, 0.2]))
-    return Some(plant=Some(kind=kind, component=component), estimates=estimates, parameters=parameters, traces=traces, friction=None)
+def fit(status="identified", *diagnostics, mass=None, kind="translational"):
+    estimates = [estimate("M", 12.0, mass or status), estimate("F_C", 8.0, status), estimate("F_v", 0.0, "held")]
+    return known.fit(*estimates, kind=kind, velocity=(-0.5, 0.2), diagnostics=diagnostics)
 
 
 @pytest.fixture
@@ -35,8 +30,6 @@ def typed(monkeypatch):
     def lines(found=None, axis=None, distance=0.0, item=None, **changes):
         fastest = []
         monkeypatch.setattr(report, "level_values", lambda fit: found if found != "usual" else levels(**changes))
-        monkeypatch.setattr(report, "never_slid", lambda fit: changes.get("never", False))
-        monkeypatch.setattr(report, "name_of", lambda role, variables: "M")
         monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: fastest.append(speed) or distance)
         result = _typed_in(item or fit(), axis)
         assert fastest in ([], [0.5])
@@ -60,9 +53,7 @@ def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
 
 
 def test_a_mass_that_is_open_is_not_reported(typed):
-    item = fit()
-    item.parameters["M"].status = "unidentifiable"
-    assert typed("usual", item=item)[0] == "mass: not identified"
+    assert typed("usual", item=fit(mass="unidentifiable"))[0] == "mass: not identified"
 
 
 def test_the_distance_over_which_friction_turns_is_reported_where_positive(typed):
@@ -76,15 +67,18 @@ def test_levels_are_reported_in_the_units_of_the_drive(typed):
 
 
 @pytest.mark.parametrize(
-    ("item", "never", "words"),
+    ("item", "words"),
     [
-        (fit("unidentifiable"), False, "nothing: no parameter was identified"),
-        (fit(), True, "nothing: the log never slides, so that no level of friction was seen; record motion that slides"),
-        (fit(), False, "nothing: a plant on a spring does not move on steadily"),
+        (fit("unidentifiable"), "nothing: no parameter was identified"),
+        (
+            fit("identified", Diagnostic("never_slides")),
+            "nothing: the log never slides, so that no level of friction was seen; record motion that slides",
+        ),
+        (fit(), "nothing: a plant on a spring does not move on steadily"),
     ],
 )
-def test_an_empty_answer_has_the_reason(typed, item, never, words):
-    assert typed(None, item=item, never=never) == [words]
+def test_an_empty_answer_has_the_reason(typed, item, words):
+    assert typed(None, item=item) == [words]
 
 
 @pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])

@@ -1,0 +1,48 @@
+"""Fits and assessments of loops with known numbers, for tests of what is told of them."""
+
+import math
+
+import numpy as np
+
+from bristle import friction, plants
+from bristle.identification.result import Estimate, Fit, Traces
+from bristle.loop.assessment import Assessment, Friction, Motions, WorkingPoint
+from bristle.loop.linear_system import LinearSystem, Margins, SampledLoop
+
+UNSTABLE = 2.5  # gain of a loop that diverges
+
+
+def fit(*estimates, kind="translational", velocity=(), **changes):
+    """A fit of an inertia and of friction by Coulomb, without a log."""
+    nothing = np.zeros(len(velocity))
+    known = {
+        "plant": plants.inertia(kind=kind, M=12.0),
+        "friction": friction.coulomb_viscous(kind=kind, F_C=8.0, F_v=30.0),
+        "estimates": estimates,
+        "correlation": np.zeros((0, 0)),
+        "correlation_names": (),
+        "condition_number": 1.0,
+        "traces": Traces(nothing, np.array(velocity), *[nothing] * 4),
+        "force_error_percent": 5.0,
+    }
+    return Fit(**known | changes)
+
+
+def estimate(name, value=1.0, status="identified", half=None, **changes):
+    """A parameter with a 95 % interval of so many percent to either side."""
+    interval = None if half is None else ((1.0 - 0.01 * half) * value, (1.0 + 0.01 * half) * value)
+    return Estimate(name, "N", "level", value, None, status, interval=interval, **changes)
+
+
+def point(phase=45.0, *, gain=0.05, crossover=2.0 * math.pi * 30.0):
+    """An integrator under a gain, its pole at 1 - gain, to which we give a phase margin [°]."""
+    still = np.zeros(0)
+    plant, law = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0), LinearSystem(np.zeros((0, 0)), still, still, -gain)
+    made = WorkingPoint(Motions.ALL, Friction.NONE, SampledLoop(plant, law, 0, 1e-3))
+    vars(made)["margins"] = Margins(phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5)
+    return made
+
+
+def assessed(name="plain", *phases, gain=0.05, switches=False):
+    """What is known of a loop with these phase margins [°]."""
+    return Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)
