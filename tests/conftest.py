@@ -11,6 +11,7 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 import pytest
+from hypothesis import settings
 from markupsafe import Markup
 
 from bristle import controllers, friction, plants
@@ -36,6 +37,9 @@ class Workbench:
     predicted: Prediction
 
 
+# A machine that does other work is no fault of what is tested.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 # Per kind of axis: a stage of 12 kg, and a joint of 4e-4 kg*m^2.
 MASS = {"translational": 12.0, "rotational": 4e-4}
 FRICTION = {

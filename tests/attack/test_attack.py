@@ -118,7 +118,7 @@ TEXTS = {
 }
 
 
-@pytest.mark.fast_cases(13)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TEXTS)
 def test_odd_files_of_settings(yard, name):
     file, text = TEXTS[name]

@@ -105,7 +105,7 @@ def hum_of(friction, law):
     return 1e6 * 0.5 * np.ptp(x), 1.0 / (1e-4 * np.mean(np.diff(crossings)))
 
 
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "friction",
     [br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0), br.friction.dahl(F_C=20.0, sigma_0=1e7)],
@@ -126,6 +126,7 @@ def test_a_loop_that_hums_at_rest_does_so_as_predicted(friction):
     assert 100.0 < frequency < 200.0
 
 
+@pytest.mark.slow
 def test_hunting_is_no_sine_and_no_describing_function_predicts_it():
     friction = br.friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0)
     omega, dt = 2.0 * np.pi * 5.0, 5e-4

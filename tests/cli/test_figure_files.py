@@ -41,6 +41,7 @@ def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
     assert not Path("run/figures").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [

@@ -132,6 +132,7 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     assert ended.out == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "code", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "hung up")]
 )

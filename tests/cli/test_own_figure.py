@@ -71,6 +71,7 @@ def later(place):
     return place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "takes"),
     [
@@ -256,6 +257,7 @@ def test_what_does_not_go_together_is_refused(bristle, place):
     assert bristle(*IDENTIFY, *option, "--each").code == 2
 
 
+@pytest.mark.slow
 def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
     from bristle.core.content import content_of
     from bristle.files.permission import is_allowed

@@ -45,6 +45,7 @@ def test_the_main_job_gives_the_same_numbers_and_results_are_replaced(bristle, p
     assert not list(place.glob("bristle-*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["h5", "tdms", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("parquet", "mat", "npz"))])
 def test_binary_logs_are_read(tmp_path, kind):
     import numpy as np

@@ -87,6 +87,7 @@ def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero
     assert 0.90 <= np.mean([change.verdict == "no_change" for change in changes]) <= 0.985
 
 
+@pytest.mark.slow
 def test_of_a_real_change_95_percent_of_the_intervals_hold_it():
     fixed = []
     for seed in range(50):

@@ -18,6 +18,7 @@ def result():
     return pictures.certificates()
 
 
+@pytest.mark.slow
 def test_the_table_is_what_comes_out(result):
     assert pictures.table(result) in PAGE, "run: python docs/images/certificates.py"
 

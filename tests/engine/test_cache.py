@@ -82,6 +82,7 @@ def test_a_second_process_compiles_nothing(probe):
     assert first == again
 
 
+@pytest.mark.slow
 def test_settings_that_the_compiler_cannot_begin_with_are_told(tmp_path):
     ended = subprocess.run(
         [sys.executable, "-c", "from bristle.cli.main import main; raise SystemExit(main(['paper', '--figure', '3']))"],

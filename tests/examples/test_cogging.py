@@ -34,6 +34,7 @@ def test_the_map_repeats_on_another_part(fits):
     assert np.std(first - second) < 0.15 * np.std(second)
 
 
+@pytest.mark.slow
 def test_the_map_of_one_part_lowers_the_error_of_the_current_on_the_other(fits):
     without = identify(LOG, "coulomb_viscous", axis=part(PARTS[0], cogging=(), decimation=4), draws=0, blocks=0).best
     errors = [

@@ -47,6 +47,7 @@ def test_identify():
     assert number_after("F_C_pos =", output) > number_after("F_C_neg =", output)
 
 
+@pytest.mark.slow
 def test_compensate():
     output = printed("03_compensate.py")
     none, crude, exact = (number_after(f"{name}:", output) for name in ("none", "crude", "exact"))
@@ -54,6 +55,7 @@ def test_compensate():
     assert exact < crude < none
 
 
+@pytest.mark.slow
 def test_own_model():
     output = printed("04_own_model.py")
     assert "NOT MET" not in output

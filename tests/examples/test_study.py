@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from bristle.study import read_study_file, run_study
 from bristle.study.influence import rank_correlations
@@ -12,6 +13,7 @@ from bristle.study.store import runs_in
 EXAMPLE = Path(__file__).parents[2] / "examples" / "study"
 
 
+@pytest.mark.slow
 def test_the_numbers_of_the_page(tmp_path):
     study = read_study_file(EXAMPLE / "study.toml")
     run_study(study, tmp_path / "out", workers=1)

@@ -33,7 +33,7 @@ def result(log_file):
     return (identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent", draws=0), within(log, (MIDDLE, 205.0)), axis)
 
 
-@pytest.mark.fast_cases(3)
+@pytest.mark.slow
 @pytest.mark.measured
 @pytest.mark.parametrize(("name", "most"), [("dahl", 0.121), ("maxwell_slip", 0.112), ("maxwell_slip+position", 0.085)])
 def test_the_second_half_is_predicted_from_the_first(result, name, most):

@@ -187,6 +187,7 @@ def test_too_short_a_time_is_refused_with_what_it_takes(given):
     assert planned(**given | {"duration": 1.1 * needed}).motion.duration <= 1.101 * needed
 
 
+@pytest.mark.slow
 @given(slow=st.floats(1e-5, 1e-2), seconds=st.floats(2.0, 40.0))
 @settings(max_examples=4, deadline=None)
 def test_an_axis_that_is_too_slow_for_the_time_is_refused_at_once(slow, seconds):

@@ -22,6 +22,7 @@ def result():
     return excite(AXIS, duration="24 s", purposes="presliding,stribeck", model=TRUTH, draws=0)
 
 
+@pytest.mark.slow
 def test_the_log_is_one_of_the_axis(result):
     log = result.rehearsal.log
     counts = log.position.values / AXIS.resolution

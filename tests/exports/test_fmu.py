@@ -54,7 +54,7 @@ def efforts(count=COUNT):
 NAMES = tuple(WRITTEN)
 
 
-@pytest.mark.fast_cases(10)
+@pytest.mark.slow
 @needs_compiler
 @needs_fmpy
 @pytest.mark.parametrize("mass", [False, True])

@@ -113,6 +113,7 @@ def stepped(unit, rows, first=0):
     return np.array(efforts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_an_importer_finds_no_problem(fmus, name):
     from fmpy.validation import validate_fmu

@@ -184,7 +184,7 @@ def blocks(request, tmp_path_factory):
     return StructuredText(texts, tmp_path_factory.mktemp("blocks"))
 
 
-@pytest.mark.fast_cases(len(FIRST))
+@pytest.mark.slow
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
     name, (inputs, efforts) = f"law_{controller}_{fed}", record_of(controller, fed)
@@ -255,6 +255,7 @@ def test_each_start_begins_anew(exported):
         assert differing(replayed(exported[1], "observer_all", inputs[:200]), efforts[:200]) == 0
 
 
+@pytest.mark.slow
 def test_a_variant_is_exported_from_python(tmp_path):
     variant = variant_of("sliding_mode", "all")
     with pytest.raises(br.core.InputError, match=r"makes an error larger.*accept-harm"):
@@ -356,7 +357,7 @@ def otherwise(tmp_path_factory):
     return folder, ctypes.CDLL(str(folder / "laws.so")), texts
 
 
-@pytest.mark.fast_cases(3)
+@pytest.mark.slow
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, controller, fed):
     inputs, efforts = record_of(controller, fed)

@@ -46,7 +46,7 @@ def blocks(tmp_path_factory):
     return StructuredText(texts, folder)
 
 
-@pytest.mark.fast_cases(14)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OPERATORS)
 def test_structured_text_gives_the_same_bits(blocks, name):
     u, block = sized(OPERATORS[name], walk(7, count=4000)), f"op_{name}".replace(" ", "_")

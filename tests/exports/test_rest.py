@@ -115,6 +115,7 @@ def test_each_file_states_its_rule(name):
         assert any("at rest" in note and any(word in note for word in words) for note in product.notes), rule
 
 
+@pytest.mark.slow
 def test_a_mass_outside_the_fmu_is_warned_of():
     plant = br.plants.inertia(M=12.0)
     notes = files_for("fmu2", Request(model_of("coulomb"), "axis_x", DT, plant=plant)).notes

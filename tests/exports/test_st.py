@@ -299,7 +299,7 @@ def usual(text):
     return {name.lower(): float(sign + number) for name, sign, number in result}
 
 
-@pytest.mark.fast_cases(9)
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), OTHERWISE)
 def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
     assert otherwise[1].selftest(f"{kind}_{name}") == (True, True)

@@ -80,6 +80,7 @@ def test_a_name_stands_in_its_figure_as_it_was_written(ways):
 MIXED = ["<b>&amp;", "short", f"{LONG}_2", "_c", "W" * 50]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "many", "ways"),
     [

@@ -29,7 +29,7 @@ def test_every_figure_of_a_file_is_on_a_report_and_every_line_is_a_figure():
     assert all(isinstance(place.figure, ReportFigure) for places in REPORTS.values() for place in places)
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("report", REPORTS)
 def test_every_figure_that_is_drawn_stands_on_the_page(report):
     pages = [report_of(report)]
@@ -49,6 +49,7 @@ UNLABELLED = {
 """Figures of bristle with an axis that has no unit, such as a ratio or a number of a log; the first such axis of each."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("report", REPORTS)
 def test_figures_of_bristle_meet_the_contract_of_figures(report):
     for plate in report_of(report)[2]:

@@ -98,6 +98,7 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
         assert shown("expected") == result
 
 
+@pytest.mark.slow
 def test_threads_that_draw_at_once_leave_all_as_it_was(hostile, plain):
     names = SOME * 2
     with Abreast(4) as pool:
@@ -117,6 +118,7 @@ def run(code, folder, **environment):
     return ended.stdout, ended.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "environment"),
     [
@@ -164,6 +166,7 @@ def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_
     assert message.split() == ["31.0", "7.0", "svg", "svg", str(logging.NOTSET)]
 
 
+@pytest.mark.slow
 def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
     message, _ = run(
         "import logging, matplotlib\n"
@@ -185,6 +188,7 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
     assert message.split() == ["15"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_users_settings(tmp_path):
     message, _ = run(

@@ -43,6 +43,7 @@ def test_a_log_is_a_row_and_one_that_fails_is_a_row_with_its_reason(logs, tmp_pa
     assert np.isnan(data["friction.F_C"].values[2])
 
 
+@pytest.mark.slow
 def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
     first = logs / "press_2026-03-01T06-30.csv"
     each([first], tmp_path / "out", draws=20)

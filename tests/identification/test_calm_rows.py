@@ -31,6 +31,7 @@ def found(log, axis=AXIS, **named):
     return identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, **named)
 
 
+@pytest.mark.slow
 def test_noise_of_a_coarse_encoder_hides_no_friction():
     usual, calm = coarsely(decimation=10), coarsely()
     assert usual.best.metrics["friction_error_percent"] > 40.0

@@ -84,6 +84,7 @@ def test_of_few_levels_the_mean_has_students_interval():
     assert 0.8 < np.mean(shares) < 1.2
 
 
+@pytest.mark.slow
 def test_the_scatter_is_what_the_levels_have_and_not_what_the_fit_leaves_of_it():
     shares = [levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW]
     assert 0.92 < np.mean(shares) < 1.08
@@ -164,6 +165,7 @@ def lasting_share() -> float:
     return block * 2.0 * s * (1.0 - s * (1.0 - np.exp(-1.0 / s)))
 
 
+@pytest.mark.slow
 def test_how_long_it_lasts_is_told():
     assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(lasting_share(), rel=0.4)
 
@@ -433,6 +435,7 @@ def test_a_value_outside_its_interval_is_told(monkeypatch):
     assert not any(diagnostic.code == "shifted" for diagnostic in cornered.__wrapped__("coulomb_viscous").diagnostics)
 
 
+@pytest.mark.slow
 def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
     fit = cornered("lugre")
     for name, truth in ROUNDED.items():

@@ -144,6 +144,7 @@ def test_what_is_late_biases_nothing_and_is_told():
     assert known.metrics["force_error_percent"] < 0.7 * unaware.metrics["force_error_percent"]
 
 
+@pytest.mark.slow
 def test_the_inertia_does_not_depend_on_the_cutoff():
     log = late(2.0 * DT, step=2e-5)
     wide, narrow = (

@@ -107,6 +107,7 @@ def test_load_and_temperature_are_factors_of_friction():
         identify(elements_log(), "maxwell_slip+load", axis=KNOWN, draws=0)
 
 
+@pytest.mark.slow
 def test_the_interval_of_the_level_leaves_the_shape_free():
     fits = [identify(elements_log(seed=seed), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best for seed in range(8)]
     for name in ("F_C", "offset"):
@@ -142,6 +143,7 @@ def test_levels_by_direction_are_as_sure_as_a_level_and_an_offset():
     assert result == pytest.approx(2.0**0.5 * np.hypot(plain["F_C"].std, plain["offset"].std), rel=0.01)
 
 
+@pytest.mark.slow
 def test_directions_differ_by_one_number():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
     shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}

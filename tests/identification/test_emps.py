@@ -115,6 +115,7 @@ def test_seven_reversals_do_not_show_presliding(emps):
     assert lugre.parameters["F_C"].value == pytest.approx(20.39, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_closed_loop_of_the_second_half_is_predicted_from_a_fit_to_the_first(emps):
     from bristle.files import read_axis, read_log
     from bristle.prediction import predict

@@ -23,6 +23,7 @@ def fit_with(log, held):
     return identify(log, "lugre", axis=Axis(held=held, resolution=1e-7), blocks=0, draws=0).best
 
 
+@pytest.mark.slow
 def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
     fit = fit_with(log, True)
     for name, truth in TRUTH.items():

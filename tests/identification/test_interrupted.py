@@ -51,6 +51,7 @@ def interrupted_after(monkeypatch):
     return arrange
 
 
+@pytest.mark.slow
 def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
     whole = identify(log, "lugre", axis=STATED, blocks=0)
     seen = interrupted_after(60)
@@ -143,6 +144,7 @@ def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_a
         identify(log, "lugre", axis=STATED, blocks=0)
 
 
+@pytest.mark.slow
 def test_progress_tells_the_best_so_far(log):
     message = []
     identify(log, "lugre", axis=STATED, blocks=0, progress=lambda share, text: message.append((share, text)))

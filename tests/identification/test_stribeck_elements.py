@@ -70,6 +70,7 @@ def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_inter
         assert high - low < 0.5 * value, name
 
 
+@pytest.mark.slow
 def test_so_does_the_curve_from_rest_whatever_the_single_elements(result):
     values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
     assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(SHAPE | TRUTH, x))) < 0.02 * TRUTH["F_S"]
@@ -86,12 +87,14 @@ def test_its_model_file_predicts_another_log_with_bands(result, tmp_path):
     assert text.inside_percent > 85.0
 
 
+@pytest.mark.slow
 def test_it_comes_before_elements_that_know_no_curve():
     fits = identify(gms_log(), "maxwell_slip,gms", draws=0, **(ASKED | {"blocks": 2})).fits
     assert fits[0].name == "gms"
     assert fits[0].force_error_percent < 0.3 * fits[1].force_error_percent
 
 
+@pytest.mark.slow
 def test_by_direction():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "F_S_pos": 32.0, "F_S_neg": 24.0}
     log = gms_log("gms+asymmetry", **levels, sigma_2_pos=300.0, sigma_2_neg=300.0)

@@ -47,6 +47,7 @@ def test_rows_that_share_samples_with_a_part_are_not_beside_it():
     assert not beside(part, 20).any()
 
 
+@pytest.mark.slow
 def test_what_one_part_alone_shows_is_not_asked_of_the_others():
     identification = identify(designed_log(), "coulomb_viscous,coulomb", draws=20)
     assert identification.best.name == "coulomb_viscous"

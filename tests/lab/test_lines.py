@@ -36,6 +36,7 @@ def off(points, line):
     return np.min(np.linalg.norm(points[:, None] - (start + part[..., None] * along), axis=2), axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LINES)
 def test_no_point_is_further_from_the_line_than_a_fifth_of_a_pixel(name, tmp_path):
     points = LINES[name]

@@ -45,6 +45,7 @@ def test_a_model_with_every_slot_walks_as_in_python(name, tmp_path):
     assert node(tmp_path, [model], WALK) == [0, 5]
 
 
+@pytest.mark.slow
 def test_one_other_bit_is_told(builtin, tmp_path):
     change = "models[0].walks.contact.hashes[3] = models[0].walks.contact.hashes[4];"
     first = next(model for model in builtin if model["name"] == "lugre")

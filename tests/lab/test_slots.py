@@ -83,6 +83,7 @@ def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
     assert spoilt > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -104,6 +105,7 @@ def test_a_slot_over_a_channel_is_refused_by_its_name():
         lab_page(example_of(with_slots(MODELS["lugre"], ["pressure"])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -134,6 +136,7 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
         assert facts["slots"] == list(slots_of(model))
 
 
+@pytest.mark.slow
 def test_what_is_copied_is_the_model_with_its_slots(tmp_path):
     for name in ("lugre", "gap_slider", "preisach_lugre"):
         for slots in combinations(offered(example_named(name)), complete=False):

@@ -35,7 +35,7 @@ def row(first):
     return [float(item) for cell in cells for item in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)]
 
 
-@pytest.mark.fast_cases(5)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "key", "place"),
     [

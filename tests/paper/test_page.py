@@ -30,6 +30,7 @@ def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, 
         assert item.verdict in page.words
 
 
+@pytest.mark.slow
 def test_all_identifiers_are_used_once(html):
     ids = re.findall(r'\bid="([^"]+)"', html)
     assert len(ids) == len(set(ids))

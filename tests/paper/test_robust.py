@@ -234,6 +234,7 @@ def small():
     return run_trial(Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=()))
 
 
+@pytest.mark.slow
 def test_one_truth_in_numbers(small):
     message = numbers(small)["robust"]["thirty_sliders"]
     assert list(message) == [NOMINAL, "level_1.6"]

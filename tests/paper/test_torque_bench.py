@@ -70,6 +70,7 @@ def test_a_torque_drives_the_inertia_of_the_bench_as_it_would_one_at_the_table(s
     assert run.sensed.shaft - run.sensed.friction == pytest.approx(share * left, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_leg_may_be_nothing_and_a_motion_as_slow_as_it_likes(setting):
     item = setting(9)
     twice = led(item, item.contact(RIG), [1e-6, 1e-6, -1e-6], 2e-6)

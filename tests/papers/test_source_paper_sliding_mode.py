@@ -99,6 +99,7 @@ def test_the_gains_of_the_paper_are_far_from_true_sliding(set_a):
     assert law["K_2"] < 0.15 * rig["F_S_pos"] / law["J"]
 
 
+@pytest.mark.slow
 def test_with_the_gain_of_true_sliding_two_kilohertz_chatter_and_the_compensated_error_rises(set_a):
     layer = with_gains(set_a, ("none", "paper"))
     sharp = with_gains(set_a, ("paper",), K_2=5e-2, phi=0.0)

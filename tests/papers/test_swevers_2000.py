@@ -23,6 +23,7 @@ def leuven(n):
     return friction.leuven(s=STIFFNESS, f_p=F_P, n=n, **(SLIDING | DAMPING))
 
 
+@pytest.mark.slow
 def test_a_large_exponent_drifts_less_and_closes_better(result):
     drifts = [result[n]["drift"].value for n in EXPONENTS]
     misses = [-result[n]["closure"].value for n in EXPONENTS]

@@ -72,6 +72,7 @@ def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
     assert following.as_data()["compensated"] is None
 
 
+@pytest.mark.slow
 def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
     log, result = vertical
     following = followed(result, log, told(VERTICAL, k_ff=0.0))  # the drive has 1
@@ -81,6 +82,7 @@ def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
     assert "k_ff = 1" in message(following.contradiction)
 
 
+@pytest.mark.slow
 def test_a_delay_of_the_loop_is_named(vertical):
     _, result = vertical
     following = followed(result, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))
@@ -111,6 +113,7 @@ def explained(error_of):
     return explanations(variant, error_of(log.time.values, *errors), 0.15)
 
 
+@pytest.mark.slow
 def test_what_no_number_explains_is_not_explained():
     assert [item.name for item in explained(lambda time, text, true: true)] == ["k_p"]
     # A factor explains most of it in the mean square, and not the peak beside it.

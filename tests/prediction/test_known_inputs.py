@@ -86,6 +86,7 @@ def test_a_law_that_asks_for_more_than_the_sum_may_be_is_identified_and_predicte
     assert predicted.data["metrics"]["position_error_percent"] < 0.1
 
 
+@pytest.mark.slow
 def test_an_experiment_that_names_known_inputs_which_its_file_lacks_is_refused(bristle, place):  # noqa: F811
     assert bristle(*IDENTIFY).code == 0
     lines = Path("fit/loop.csv").read_text().splitlines()

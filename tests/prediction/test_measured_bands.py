@@ -38,6 +38,7 @@ def fitted_along_the_motion(jitter):
     return identify(log, "lugre", axis=LOOP, blocks=0, draws=20).best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "step"), [(8e-6, 1e-6), (0.0, 1e-5)])
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twin(noise, step, seed):
@@ -47,6 +48,7 @@ def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twi
     assert 90.0 < prediction.position_inside_percent < 98.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.slow), 3e-6])
 @pytest.mark.parametrize("seed", [5, pytest.param(8, marks=pytest.mark.slow)])
 def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitter, seed):

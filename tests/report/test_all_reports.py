@@ -24,7 +24,7 @@ def test_every_kind_is_walked():
     assert set(KINDS) == set(REPORTS)
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_report_is_one_well_formed_page_with_a_figure(kind):
     text, _, drawn = report_of(kind)

@@ -27,6 +27,7 @@ def velocity_of(item):
     return np.gradient(item.reference, item.time[1] - item.time[0])
 
 
+@pytest.mark.slow
 def test_the_pair_differs_in_nothing_but_the_friction(stage):
     plain, compensated = pair_of(stage.looped.experiment)
     assert (plain.name, compensated.name) == ("feedforward", "compensated")

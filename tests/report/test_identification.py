@@ -35,6 +35,7 @@ def plain(text: str) -> float:
     return float(text.replace("−", "-").replace("± ", ""))
 
 
+@pytest.mark.slow
 def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
     fit = workbench.identified.best
     table = parameter_table(fit)
@@ -134,6 +135,7 @@ def test_the_copied_table_is_the_table(workbench):
     assert math.copysign(1.0, read[len(read) // 2 - 1, 0]) == -1.0
 
 
+@pytest.mark.slow
 def test_parameters_on_an_edge_and_without_limit_are_told(stage):
     lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
     page = Page(identification_page(stage, identification=lugre, simulation=None, prediction=None))

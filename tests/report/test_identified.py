@@ -70,6 +70,7 @@ def same(one, other):
     return True
 
 
+@pytest.mark.slow
 def test_columns_give_what_the_log_of_them_gives(columns, result):
     log = br.Log.from_columns(columns)
     low = identification.identify(log, MODELS, cutoff=60.0, decimation=7, draws=20)

@@ -240,6 +240,7 @@ def test_what_runs_is_what_the_policy_names_and_the_report_stays_small(report, p
     assert not re.search(r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts|\son[a-z]+=\"", report)
 
 
+@pytest.mark.slow
 def test_without_scripts_it_is_not_there_and_the_pictures_are(report, plain):
     section = next(attrs for _, attrs in Page(report).tags if attrs.get("id") == "alive")
     assert "hidden" in section

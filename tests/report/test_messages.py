@@ -107,6 +107,7 @@ def test_the_numbers_are_those_that_the_sentence_names(fits):
     assert {"low_speed", "low_acceleration", "filtered", "intervals", "held_default", "redundant"} <= seen
 
 
+@pytest.mark.slow
 def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits):
     every = fits[0].diagnostics
     assert pickle.loads(pickle.dumps(every)) == every

@@ -68,7 +68,7 @@ def test_no_level_and_no_table_is_handed_out(result, tmp_path):
     assert not (tmp_path / "out" / "drive_table.csv").exists()
 
 
-@pytest.mark.fast_cases(3)
+@pytest.mark.slow
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
 def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, target, points, monkeypatch):
     monkeypatch.setattr("bristle.exports.writing.effect_of_files", lambda *_, **__: None)  # it runs the model uncompiled

@@ -240,6 +240,7 @@ def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
         run_study(bench.study(), bench.folder / "out", scheduler="tcp://a:1")
 
 
+@pytest.mark.slow
 def test_on_this_machine_nothing_of_the_cluster_is_loaded(bench):
     file, out = bench.write(), bench.folder / "out"
     code = f"""

@@ -126,6 +126,7 @@ def test_workers_that_cannot_begin_end_the_study(bench, monkeypatch):
         run_study(bench.study(), bench.folder / "out", workers=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [2, pytest.param(4, marks=pytest.mark.slow)])
 def test_any_number_of_workers_writes_the_same_bytes(bench, workers):
     study = bench.study()

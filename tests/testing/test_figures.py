@@ -68,7 +68,7 @@ def test_the_example_and_a_sound_one_meet_it():
     assert unmet(figure_of()) == []
 
 
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("takes", EXAMPLES)
 def test_each_result_is_there_to_be_drawn(takes):
     seen = []

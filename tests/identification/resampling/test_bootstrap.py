@@ -40,6 +40,7 @@ def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_d
     assert not dahl.resampling.white
 
 
+@pytest.mark.slow
 def test_the_scatter_is_a_number_with_an_interval(dahl):
     scatter = dahl.resampling.scatter
     assert scatter.low < SCATTER < scatter.high
@@ -121,6 +122,7 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
     assert np.all(np.diff(force) >= 0.0)
 
 
+@pytest.mark.slow
 def test_white_noise_alone_gives_what_least_squares_does():
     effort = sliding_effort(sines(10.0), noise=0.3)
     fit = identify(log_of(sines(10.0), effort), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
@@ -131,6 +133,7 @@ def test_white_noise_alone_gives_what_least_squares_does():
         assert abs(item.value - truth) < 2.5 * half
 
 
+@pytest.mark.slow
 def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl):
     short = recorded(MAXWELL, motion(*FITTED, pairs=5), seed=3)
     for fit in (dahl, identify(short, "maxwell_slip", axis=AXIS, blocks=0, draws=20).best):
