@@ -13,6 +13,8 @@ from benchmarks.strangers.contact import contact_of
 from benchmarks.strangers.recording import plain
 from benchmarks.strangers.steps import bristle_step, static_step
 
+pytestmark = pytest.mark.slow
+
 RIGID = [name for name in FAMILIES if name != "backlash"]
 
 

@@ -37,7 +37,9 @@ def printed(case):
     return case.found()
 
 
-LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own")
+LONG = {"json_excite", "json_predict_with_band", "json_design_diverging"} | {
+    f"json_identify_{name}" for name in ("open_loop", "elements", "own", "each", "in_loop", "pulls", "several")
+}
 
 
 @pytest.mark.parametrize(

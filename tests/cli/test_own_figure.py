@@ -11,6 +11,8 @@ from tests.cli.conftest import written_in
 
 from bristle.files.arrays import read_arrays
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 PREDICT = ("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--out", "run")
 IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "run")
@@ -71,7 +73,6 @@ def later(place):
     return place
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "takes"),
     [
@@ -110,7 +111,6 @@ def test_without_one_there_is_no_such_section(bristle, place):
     assert 'id="further"' not in page()
 
 
-@pytest.mark.slow
 def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     shutil.copy(EXAMPLE, "own_figure.py")
     result = bristle(*IDENTIFY, "--figure", "own_figure.py", "--format", "csv")
@@ -196,7 +196,6 @@ def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later
     assert "changed since: figures/mine.svg. Move them elsewhere" in ended.err
 
 
-@pytest.mark.slow
 def test_it_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")
@@ -257,7 +256,6 @@ def test_what_does_not_go_together_is_refused(bristle, place):
     assert bristle(*IDENTIFY, *option, "--each").code == 2
 
 
-@pytest.mark.slow
 def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
     from bristle.core.content import content_of
     from bristle.files.permission import is_allowed

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "theory" / "which-model-fails-which-certificate.md").read_text()
 
@@ -18,7 +20,6 @@ def result():
     return pictures.certificates()
 
 
-@pytest.mark.slow
 def test_the_table_is_what_comes_out(result):
     assert pictures.table(result) in PAGE, "run: python docs/images/certificates.py"
 

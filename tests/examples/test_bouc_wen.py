@@ -13,6 +13,8 @@ from tests.cli.conftest import bristle  # noqa: F401
 from bristle import friction, plants
 from bristle.engine import run_open_loop
 
+pytestmark = pytest.mark.slow
+
 AXIS = Path(__file__).parents[2] / "examples" / "bouc_wen" / "axis.toml"
 TRUTH = {"M": 2.0, "c": 10.0, "k": 5e4, "alpha": 5e4, "beta*gamma": 800.0, "beta*delta": -1100.0}
 TRUE_PLANT = plants.oscillator(M=2.0, c=10.0, k=5e4)
@@ -29,7 +31,6 @@ def folder() -> Path:
     return path
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_the_truth_comes_back_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
     out = tmp_path / "out"

@@ -15,6 +15,8 @@ from bristle.files import read_axis
 from bristle.friction import find, with_presliding
 from bristle.plants import inertia
 
+pytestmark = pytest.mark.slow
+
 AXIS = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
 NEWTON_PER_VOLT = 35.15065188
 PULSE_VOLT = 5.0695
@@ -33,7 +35,6 @@ def identified(bristle, tmp_path):  # noqa: F811
     return run
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
     result = identified(emps, "coulomb_viscous")
@@ -50,7 +51,6 @@ def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  
 
 
 @pytest.mark.measured
-@pytest.mark.slow
 def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
     result = identified(emps, "coulomb_viscous+asymmetry")
     published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
@@ -100,7 +100,6 @@ def pulse_record(tmp_path_factory) -> Path:
     return path
 
 
-@pytest.mark.slow
 def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, identified, pulse_record, tmp_path):  # noqa: F811
     vir = scipy.io.loadmat(pulse_record)["vir"].ravel()
     assert np.max(np.abs(np.diff(vir))) > 4.9  # the effort column holds the pulses, 5.07 V each
@@ -141,7 +140,6 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
     assert predicted.data["metrics"]["force_error_percent"] <= percent
 
 
-@pytest.mark.slow
 def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     requested = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")
@@ -157,7 +155,6 @@ def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path
     assert looped.data["metrics"]["force_error_percent"] < 2.0
 
 
-@pytest.mark.slow
 def test_the_refined_axis_file_knows_the_pulses_too(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     requested = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")

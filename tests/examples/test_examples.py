@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("0*.py"))
 
@@ -37,7 +39,6 @@ def test_response():
     assert 1.0 < number_after("the force changes sign", output) < 5.0
 
 
-@pytest.mark.slow
 def test_identify():
     output = printed("02_identify.py")
     assert output.startswith("1. lugre+asymmetry")
@@ -47,7 +48,6 @@ def test_identify():
     assert number_after("F_C_pos =", output) > number_after("F_C_neg =", output)
 
 
-@pytest.mark.slow
 def test_compensate():
     output = printed("03_compensate.py")
     none, crude, exact = (number_after(f"{name}:", output) for name in ("none", "crude", "exact"))
@@ -55,7 +55,6 @@ def test_compensate():
     assert exact < crude < none
 
 
-@pytest.mark.slow
 def test_own_model():
     output = printed("04_own_model.py")
     assert "NOT MET" not in output
@@ -67,7 +66,6 @@ def test_own_model():
     assert "under 10 N: friction 10.000 N, speed 0.0 m/s" in output
 
 
-@pytest.mark.slow
 def test_many_at_once():
     least, most = re.search(r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")).groups()
     # 15 % of the friction is missing at most, on either side, and the loop holds against it with 60 * 6700 N/m.

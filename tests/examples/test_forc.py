@@ -12,6 +12,8 @@ from bristle.hysteresis.identification import identify_operator, predict_operato
 from bristle.hysteresis.identification.linear import fit_grid
 from bristle.logs.curves import Curves
 
+pytestmark = pytest.mark.slow
+
 AXIS = Path(__file__).parents[2] / "examples" / "forc" / "axis.toml"
 
 
@@ -36,7 +38,6 @@ def test_the_curves_are_those_of_the_sample(recorded):
     assert recorded.low == pytest.approx(-0.3001, abs=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_file, tmp_path):  # noqa: F811
     requested = ("--model", "reversal_table,preisach_grid", "--out", tmp_path / "out")
@@ -56,7 +57,6 @@ def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_fil
     assert text.data["metrics"]["error_percent"] < 0.015
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_every_fifth_curve_is_told_by_the_others_whichever_fifth_it_is(recorded):
     block_errors_percent = identify_operator(recorded, "reversal_table").best.held_out.block_errors_percent

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
 
+pytestmark = pytest.mark.slow
+
 AXIS = Path(__file__).parents[2] / "examples" / "friction_damper" / "axis.toml"
 TEST = "dataset-1__characterization_datasets__{}tension"
 FITTED = ("0.5Hz80lb", "1Hz80lb")
@@ -22,7 +24,6 @@ def file() -> Path:
     return path
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_a_slider_behind_a_gap_beats_coulomb_and_elements_that_slip(bristle, file, tmp_path):  # noqa: F811
     logs = [f"{file}::{TEST.format(name)}" for name in FITTED]

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+pytestmark = pytest.mark.slow
+
 FOLDER = Path(__file__).parents[2] / "examples" / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 
@@ -63,7 +65,6 @@ def test_which_model_drifts(run):
         assert last == pytest.approx(first, abs=0.02)
 
 
-@pytest.mark.slow
 def test_limit_cycle(run):
     shown, printed = run("limit_cycle")
     assert figures_in(shown) == 2
@@ -77,7 +78,6 @@ def test_limit_cycle(run):
     assert hunted > 200.0
 
 
-@pytest.mark.slow
 def test_log_to_loop(run):
     shown, printed = run("log_to_loop")
     assert figures_in(shown) == 2

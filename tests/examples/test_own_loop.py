@@ -14,7 +14,7 @@ from bristle.files import read_experiment
 from bristle.simulation import simulate
 
 FOLDER = Path(__file__).parents[2] / "examples" / "own_loop"
-pytestmark = pytest.mark.filterwarnings("ignore:.*the code in .* is run:bristle.core.errors.InputWarning")
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:.*the code in .* is run:bristle.core.errors.InputWarning")]
 
 
 @pytest.fixture

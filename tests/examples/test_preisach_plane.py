@@ -22,6 +22,8 @@ from bristle.files.operator import read_operator
 from bristle.simulation import simulate
 from bristle.simulation.compensation import feedforward_effort
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "preisach_plane"
 PAGE = ROOT / "docs" / "how-to" / "curves-to-compensator.md"
@@ -70,7 +72,6 @@ def fed_forward_by_hand(operator, offset, position):
     return 0.5 * (output[:-1] + output[1:]) + offset
 
 
-@pytest.mark.slow
 def test_a_hundred_branches_become_a_compensator_by_commands(bristle, folder):  # noqa: F811
     requested = ("--axis", folder / "branches.toml", "--model", "reversal_table", "--out", folder / "table", "--json")
     result = bristle("identify", folder / "branches.csv", *requested)
@@ -101,7 +102,6 @@ def test_a_hundred_branches_become_a_compensator_by_commands(bristle, folder):  
     assert np.array_equal(force, br.response(operator, deflection))
 
 
-@pytest.mark.slow
 def test_the_page_works_as_written_and_says_what_comes_out(folder, monkeypatch, capsys):
     from bristle.cli.main import main
 
@@ -124,7 +124,6 @@ def test_the_page_works_as_written_and_says_what_comes_out(folder, monkeypatch, 
     assert {name: round(1e6 * value, 2) for name, value in result.items()} == message
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_measured_loops_become_friction_and_compensator_by_commands(bristle, tmp_path):  # noqa: F811
     if "BRISTLE_DATA" not in os.environ:

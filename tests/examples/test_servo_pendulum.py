@@ -9,7 +9,7 @@ from bristle import identify
 
 FOLDER = Path(__file__).parents[2] / "examples" / "servo_pendulum"
 DATA = Path(os.environ.get("BRISTLE_DATA", FOLDER.parents[2] / "shared" / "data")) / "servo_pendulum"
-pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the logs of the arms are not here")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not DATA.exists(), reason="the logs of the arms are not here")]
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,11 @@ from bristle.study import read_study_file, run_study
 from bristle.study.influence import rank_correlations
 from bristle.study.store import runs_in
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "study"
 
 
-@pytest.mark.slow
 def test_the_numbers_of_the_page(tmp_path):
     study = read_study_file(EXAMPLE / "study.toml")
     run_study(study, tmp_path / "out", workers=1)

@@ -12,6 +12,8 @@ from bristle.logs.assembly import within
 from bristle.prediction import predict
 from bristle.report.messages import warnings_of
 
+pytestmark = pytest.mark.slow
+
 AXIS = Path(__file__).parents[2] / "examples" / "tribometer" / "axis.toml"
 MIDDLE = 108.5  # [s]
 
@@ -33,7 +35,6 @@ def result(log_file):
     return (identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent", draws=0), within(log, (MIDDLE, 205.0)), axis)
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 @pytest.mark.parametrize(("name", "most"), [("dahl", 0.121), ("maxwell_slip", 0.112), ("maxwell_slip+position", 0.085)])
 def test_the_second_half_is_predicted_from_the_first(result, name, most):
@@ -64,7 +65,6 @@ def test_what_this_log_cannot_tell_is_said(result):
         assert "the motion repeats itself every 4 s" in message
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_the_model_file_predicts_the_log_through_the_command_line(bristle, log_file, tmp_path):  # noqa: F811
     requested = ("--model", "maxwell_slip", "--draws", "0", "--out", tmp_path / "out")

@@ -7,6 +7,8 @@ import pytest
 
 import bristle as br
 
+pytestmark = pytest.mark.slow
+
 LEAD, GEAR, RATED = 10e-3, 3.0, 2.4  # m for a turn, turns of the motor for one of the screw, N*m of the motor
 MASS, WEIGHT, LEVEL, VISCOUS = 42.0, 310.0, 95.0, 180.0  # kg, N, N, N*s/m, all at the load
 FASTEST = 0.25  # m/s

@@ -14,6 +14,8 @@ from bristle.files.model import read_model
 from bristle.files.motion import write_motion
 from bristle.logs.passages import passages
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "virtual_ball_screw"
 BENCH = Path(__file__).parents[2] / "src" / "bristle" / "paper" / "experiments"
 EXPECTED = {
@@ -47,7 +49,6 @@ def test_the_rig_is_that_of_the_bench():
     assert read_model(EXAMPLE / "rig.toml").friction == read_model(BENCH / "set_a_rig.toml").friction
 
 
-@pytest.mark.slow
 def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
     place, motion = folder
     head = (place / "recorded" / "log.csv").read_text().partition("\n")[0]
@@ -58,7 +59,6 @@ def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
     assert counts == pytest.approx(counts.round(), abs=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPECTED)
 def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder, name):
     place, motion = folder
@@ -70,7 +70,6 @@ def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder,
     assert covered > 0.5 * sum(end - begin for begin, end in pieces)
 
 
-@pytest.mark.slow
 def test_what_was_put_in_is_found(folder):
     place, _ = folder
     result, truth = read_model(place / "fit" / "model.toml"), read_model(EXAMPLE / "rig.toml").friction.values
@@ -85,7 +84,6 @@ def test_what_was_put_in_is_found(folder):
     assert result.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)
 
 
-@pytest.mark.slow
 def test_what_was_identified_compensates(folder, bristle):  # noqa: F811
     place, _ = folder
     result = bristle("run", place / "compensated.toml", "--json")

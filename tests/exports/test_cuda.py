@@ -20,6 +20,8 @@ from bristle.friction import MODELS, with_slots
 from bristle.hysteresis import OPERATORS
 from bristle.testing import example_of
 
+pytestmark = pytest.mark.slow
+
 COMPILER = shutil.which("c++") or shutil.which("g++")
 DT = 5e-4
 LANES, SAMPLES = 3, 2000

@@ -24,6 +24,8 @@ from bristle.friction.resting import with_rest
 from bristle.plants.terms import with_terms
 from bristle.testing import example_of
 
+pytestmark = pytest.mark.slow
+
 needs_ecos = pytest.mark.skipif(importlib.util.find_spec("ecospy") is None, reason="needs ecospy")
 COUNT = 1000
 
@@ -54,7 +56,6 @@ def efforts(count=COUNT):
 NAMES = tuple(WRITTEN)
 
 
-@pytest.mark.slow
 @needs_compiler
 @needs_fmpy
 @pytest.mark.parametrize("mass", [False, True])

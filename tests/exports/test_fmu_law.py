@@ -18,7 +18,7 @@ from bristle.exports.c import law_files
 from bristle.exports.described import Source, hash_of_law
 from bristle.exports.law import law_of, law_walk
 
-pytestmark = [needs_compiler, needs_fmpy]
+pytestmark = [pytest.mark.slow, needs_compiler, needs_fmpy]
 COUNT = 600
 # A law without a compensator, one along the measured motion, one led ahead with a past, and one that gravity passes to.
 LAWS = {
@@ -113,7 +113,6 @@ def stepped(unit, rows, first=0):
     return np.array(efforts)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_an_importer_finds_no_problem(fmus, name):
     from fmpy.validation import validate_fmu

@@ -11,6 +11,8 @@ from bristle.core.axis import Axis, Cogging
 from bristle.identification import identify
 from bristle.report.messages import assumptions_of
 
+pytestmark = pytest.mark.slow
+
 FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
 AXIS = Axis(kind="translational")
 
@@ -31,7 +33,6 @@ def found(log, axis=AXIS, **named):
     return identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, **named)
 
 
-@pytest.mark.slow
 def test_noise_of_a_coarse_encoder_hides_no_friction():
     usual, calm = coarsely(decimation=10), coarsely()
     assert usual.best.metrics["friction_error_percent"] > 40.0
@@ -52,7 +53,6 @@ def test_fewer_rows_are_told_with_what_they_cost():
     assert share == pytest.approx(100.0 * TRUTH["M"] * white / friction, rel=0.15)
 
 
-@pytest.mark.slow
 def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
     cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
     assert any("as many rows as usual" in text for text in assumptions_of(found(coarse_log(2.5e-5), cogs).best))

@@ -28,6 +28,8 @@ from bristle.identification.preprocessing import treat
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
 
+pytestmark = pytest.mark.slow
+
 DT = 1e-3
 MASS, LEVEL, SCATTER = 12.0, 8.0, 0.05
 FEW = (4, 5, 6)  # half-cycles
@@ -74,7 +76,6 @@ def levelled(count: int) -> Levelled:
     return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=140).best, levels)
 
 
-@pytest.mark.slow
 def test_of_few_levels_the_mean_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
@@ -84,7 +85,6 @@ def test_of_few_levels_the_mean_has_students_interval():
     assert 0.8 < np.mean(shares) < 1.2
 
 
-@pytest.mark.slow
 def test_the_scatter_is_what_the_levels_have_and_not_what_the_fit_leaves_of_it():
     shares = [levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW]
     assert 0.92 < np.mean(shares) < 1.08
@@ -103,7 +103,6 @@ def test_the_jackknife_of_a_mean_is_its_standard_error(count):
     assert item.fit.resampling.jackknife["F_C"] == pytest.approx(item.standard_error, rel=0.08)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("spread", "told"), [(0.0, False), (0.05, True)])
 def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
     count, motion, rng = 6, swings(6), np.random.default_rng(0)
@@ -144,7 +143,6 @@ def wavy(seed: int):
     return identify(log_of(MOTION, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40 if seed < 3 else 0).best
 
 
-@pytest.mark.slow
 def test_what_lasts_makes_intervals_as_wide_as_estimates_scatter():
     scatter = {name: np.std([wavy(seed).parameters[name].value for seed in range(24)], ddof=1) for name in NAMES}
     shares = {
@@ -165,7 +163,6 @@ def lasting_share() -> float:
     return block * 2.0 * s * (1.0 - s * (1.0 - np.exp(-1.0 / s)))
 
 
-@pytest.mark.slow
 def test_how_long_it_lasts_is_told():
     assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(lasting_share(), rel=0.4)
 
@@ -418,7 +415,6 @@ def cornered(name: str):
     return br.identify({"time": t, "position": position, "effort": effort}, name, draws=40, blocks=0)
 
 
-@pytest.mark.slow
 def test_a_value_outside_its_interval_is_told(monkeypatch):
     # Without a doubt of what fits to replicates are off by, the draws lie beside the value.
     monkeypatch.setattr(inverse_dynamics, "DOUBT", 0.1)
@@ -435,7 +431,6 @@ def test_a_value_outside_its_interval_is_told(monkeypatch):
     assert not any(diagnostic.code == "shifted" for diagnostic in cornered.__wrapped__("coulomb_viscous").diagnostics)
 
 
-@pytest.mark.slow
 def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
     fit = cornered("lugre")
     for name, truth in ROUNDED.items():

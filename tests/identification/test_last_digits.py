@@ -7,6 +7,8 @@ from tests.identification.known_logs import log_of, sines
 import bristle as br
 from bristle.engine import force_along
 
+pytestmark = pytest.mark.slow
+
 MOTION = sines(duration=6.0)
 PLAIN = br.friction.find("coulomb_viscous")(F_C=8.0, F_v=30.0)
 FALLING = br.friction.find("stribeck")(F_C=8.0, F_S=14.0, v_S=0.02, F_v=30.0)

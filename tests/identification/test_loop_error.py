@@ -15,6 +15,8 @@ from bristle.identification.outputs import Effort, Position
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
 
+pytestmark = pytest.mark.slow
+
 TRUTH = friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0)
 LAG = 0.8e-3
 SOUGHT = replace(AXIS, seeks_lag=True)
@@ -39,7 +41,6 @@ def test_every_parameter_comes_back_and_the_lag_of_the_drive(fit):
     assert fit.position_error_percent is None
 
 
-@pytest.mark.slow
 def test_inverse_dynamics_of_the_same_log_is_further_off(fit, log):
     start = identify(log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0).best
     assert "lag" not in start.parameters
@@ -76,7 +77,6 @@ def test_blocks_are_held_out_of_the_loop(fit):
     assert fit.held_out.mean_percent == pytest.approx(fit.loop_error_percent, rel=0.3)
 
 
-@pytest.mark.slow
 def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_ones_do_not():
     log = recorded_in_loop(TRUTH, 11, pairs=10)
     fit = identify(log, "stribeck", axis=AXIS, draws=60, blocks=0).best

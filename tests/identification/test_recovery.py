@@ -12,8 +12,9 @@ from bristle.core.mathematics import direction
 from bristle.identification import identify
 from bristle.report.messages import assumptions_of, note_of, warnings_of
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_standard_errors_hold_for_white_noise():
     scores = []
     for seed in range(40):
@@ -36,7 +37,6 @@ def test_each_direction_has_its_own_friction():
         assert parameters[name].status == "identified"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "truth"),
     [

@@ -15,6 +15,8 @@ from bristle.identification import identify
 from bristle.identification.uncertainty import Unidentifiable, _without_stiffness
 from bristle.report.messages import warnings_of
 
+pytestmark = pytest.mark.slow
+
 
 class Spring(NamedTuple):
     F_C: Annotated[float, Variable("force", "level", min=0.0, excitation="sliding")]
@@ -54,7 +56,6 @@ def test_what_shows_when_it_shrinks_is_seen_though_it_may_grow_for_nothing(noise
 LUGRE = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=3e5, sigma_1=600.0, sigma_2=30.0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lost", "statuses"),
     [

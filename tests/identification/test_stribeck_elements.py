@@ -12,6 +12,8 @@ from bristle.identification.simulated_bands import Bands
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, note_of
 
+pytestmark = pytest.mark.slow
+
 LEVEL, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # shares, and where each breaks away
 SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * LEVEL / REACH, "nu_i": LEVEL}
 TRUTH = {"F_C": 20.0, "F_S": 28.0, "sigma_2": 300.0, "offset": 1.5}
@@ -49,7 +51,6 @@ def result():
     return identify(gms_log(), "gms", draws=20, **ASKED)
 
 
-@pytest.mark.slow
 def test_curve_attraction_and_stiffness_come_back(result):
     fit = result.best
     truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
@@ -61,7 +62,6 @@ def test_curve_attraction_and_stiffness_come_back(result):
     assert any("elements of this shape" in item for item in assumptions_of(fit))
 
 
-@pytest.mark.slow
 def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_intervals():
     fit = identify(gms_log(seed=1, scatter=0.03), "gms", draws=30, **ASKED).best
     for name, value in {"F_C": 20.0, "F_S": 28.0, "v_S": 1e-3, "C": 2e3}.items():
@@ -70,7 +70,6 @@ def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_inter
         assert high - low < 0.5 * value, name
 
 
-@pytest.mark.slow
 def test_so_does_the_curve_from_rest_whatever_the_single_elements(result):
     values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
     assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(SHAPE | TRUTH, x))) < 0.02 * TRUTH["F_S"]
@@ -87,14 +86,12 @@ def test_its_model_file_predicts_another_log_with_bands(result, tmp_path):
     assert text.inside_percent > 85.0
 
 
-@pytest.mark.slow
 def test_it_comes_before_elements_that_know_no_curve():
     fits = identify(gms_log(), "maxwell_slip,gms", draws=0, **(ASKED | {"blocks": 2})).fits
     assert fits[0].name == "gms"
     assert fits[0].force_error_percent < 0.3 * fits[1].force_error_percent
 
 
-@pytest.mark.slow
 def test_by_direction():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "F_S_pos": 32.0, "F_S_neg": 24.0}
     log = gms_log("gms+asymmetry", **levels, sigma_2_pos=300.0, sigma_2_neg=300.0)

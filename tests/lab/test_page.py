@@ -17,6 +17,8 @@ from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.testing import example_of
 
+pytestmark = pytest.mark.slow
+
 LARGEST = 400_000
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 
@@ -33,7 +35,6 @@ def heaviest():
     return lab_page(model, uncertainty=uncertainty, source="</script><script>alert(1)</script>.toml")
 
 
-@pytest.mark.slow
 def test_what_runs_is_what_the_policy_names(page):
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)[1].replace("&#39;", "'")
     rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
@@ -55,13 +56,11 @@ def test_it_names_nothing_outside_itself(page):
     assert not re.search(r"\son[a-z]+=\"|style=\"", page)
 
 
-@pytest.mark.slow
 def test_it_is_small(page, heaviest):
     assert len(page.encode()) < LARGEST
     assert len(heaviest.encode()) < LARGEST
 
 
-@pytest.mark.slow
 def test_every_model_is_there_and_the_given_one_first(page, heaviest):
     assert [model["name"] for model in data_of(page)["models"]] == list(MODELS)
     first, *rest = data_of(heaviest)["models"]

@@ -15,7 +15,7 @@ from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 
-pytestmark = needs_node
+pytestmark = [pytest.mark.slow, needs_node]
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 WALK = """
 let differ = 0, of = 0;
@@ -33,7 +33,6 @@ def builtin():
     return [page_model(example_named(name)) for name in MODELS]
 
 
-@pytest.mark.slow
 def test_every_model_walks_as_in_python(builtin, tmp_path):
     assert node(tmp_path, builtin, WALK) == [0, 21 * len(MODELS)]
 
@@ -45,7 +44,6 @@ def test_a_model_with_every_slot_walks_as_in_python(name, tmp_path):
     assert node(tmp_path, [model], WALK) == [0, 5]
 
 
-@pytest.mark.slow
 def test_one_other_bit_is_told(builtin, tmp_path):
     change = "models[0].walks.contact.hashes[3] = models[0].walks.contact.hashes[4];"
     first = next(model for model in builtin if model["name"] == "lugre")
@@ -82,7 +80,6 @@ def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
     assert forces == subject_of(model.with_values(**changes)).forces(np.array(PLACES), 1e-3).tolist()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes"), [("lugre", {"F_C": 11.0, "sigma_1": 70.0}), ("preisach_lugre", {"kernel": "exp_masing", "F_S": 25.0})]
 )

@@ -17,6 +17,8 @@ from bristle.paper.tracking import Sound, Tracked
 from bristle.report.messages import message
 from bristle.simulation import simulate
 
+pytestmark = pytest.mark.slow
+
 EXPERIMENTS = files("bristle.paper") / "experiments"
 SET_A = EXPERIMENTS / "set_a.toml"
 
@@ -137,7 +139,6 @@ def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
     assert "takes away more stiffness than the axis has" in message(result.finding)
 
 
-@pytest.mark.slow
 def test_the_error_budget_of_the_paper_s_compensator():
     budget = error_budget(replace(loops()["paper"], run=replace(loops()["paper"].run, duration=12.0, seeds=1)))
     alone = {entry.cause: entry.alone.peak_to_peak for entry in budget.entries}

@@ -10,6 +10,8 @@ from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, reproduce, write_experiments
 from bristle.paper.setting import SECTIONS, read_setting
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/theory/the-source-paper.md").read_text(encoding="utf-8").replace("−", "-")
 
@@ -35,7 +37,6 @@ def row(first):
     return [float(item) for cell in cells for item in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "key", "place"),
     [
@@ -124,7 +125,6 @@ def test_the_tracking(paper):
     assert f"from {both[0]} to {both[1]} µm" in message
 
 
-@pytest.mark.slow
 def test_the_table_of_the_loop_of_the_paper(paper):
     peaks, spreads = (paper[12].numbers[key] for key in ("peak_to_peak", "peak_to_peak_spread"))
     rows = {
@@ -149,7 +149,6 @@ def test_the_errors_over_the_break_away_torque(paper):
     assert message in PAGE.replace("\n", " ")
 
 
-@pytest.mark.slow
 def test_what_it_brings_at_sound_margins(paper, faster):
     slow = paper[12].numbers["at_sound_margins"]
     message = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -11,13 +11,14 @@ from bristle.paper import FIGURES, paper_report, paper_summary
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS, errata_of
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def html(paper):
     return paper_report(list(paper.values()), command="bristle paper", provenance={"bristle": "0"})
 
 
-@pytest.mark.slow
 def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, paper):
     page = Page(html)
     assert page.unbalanced == []
@@ -30,7 +31,6 @@ def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, 
         assert item.verdict in page.words
 
 
-@pytest.mark.slow
 def test_all_identifiers_are_used_once(html):
     ids = re.findall(r'\bid="([^"]+)"', html)
     assert len(ids) == len(set(ids))

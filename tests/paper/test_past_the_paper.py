@@ -11,6 +11,8 @@ from bristle.files.model import read_model
 from bristle.paper.rig import SETS, compensator_from_log, rig_friction
 from bristle.simulation import simulate
 
+pytestmark = pytest.mark.slow
+
 FOLDER = files("bristle.paper") / "experiments"
 
 
@@ -27,7 +29,6 @@ def peaks(results):
     return {name: 1e6 * item.following_error.peak_to_peak for name, item in results.items()}
 
 
-@pytest.mark.slow
 def test_on_set_a():
     result = peaks(some("past_a", "mismatched_measured", "fitted", "pd", "observer", "super_twisting"))
     expected = {"mismatched_measured": 0.70, "fitted": 0.48, "pd": 1.50, "observer": 0.37, "super_twisting": 0.65}
@@ -64,14 +65,12 @@ def test_at_low_gain_friction_along_the_measured_motion_is_positive_feedback():
     assert result == pytest.approx({"desired": 6.8, "measured": 14.3}, rel=0.12)
 
 
-@pytest.mark.slow
 def test_refining_the_step_of_the_plant_changes_little():
     coarse = peaks(some("set_a", "none", "paper", seeds=3))
     fine = peaks(some("set_a", "none", "paper", seeds=3, substeps=100))
     assert fine == pytest.approx(coarse, rel=0.05)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(SETS))
 def test_the_files_hold_what_the_rig_is_and_what_is_identified_on_it(name):
     message = read_model(FOLDER / f"{name}_rig.toml").friction.values

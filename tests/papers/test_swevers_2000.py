@@ -10,6 +10,8 @@ from tests.certificates.ballscrew import DAMPING, F_C, F_P, F_S, RIPPLE, SLIDING
 from bristle import friction
 from bristle.certificates import check
 
+pytestmark = pytest.mark.slow
+
 LOOP = (3 * UM, 1.5 * UM)
 EXPONENTS = (1.0, 2.0, 4.0, 8.0, 16.0)
 
@@ -23,7 +25,6 @@ def leuven(n):
     return friction.leuven(s=STIFFNESS, f_p=F_P, n=n, **(SLIDING | DAMPING))
 
 
-@pytest.mark.slow
 def test_a_large_exponent_drifts_less_and_closes_better(result):
     drifts = [result[n]["drift"].value for n in EXPONENTS]
     misses = [-result[n]["closure"].value for n in EXPONENTS]

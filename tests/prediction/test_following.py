@@ -16,6 +16,8 @@ from bristle.prediction.following import explanations, following_of, loop_of
 from bristle.report.messages import message
 from bristle.simulation import simulate
 
+pytestmark = pytest.mark.slow
+
 AXES = {"vertical": VERTICAL, "table": TABLE}
 
 
@@ -42,7 +44,6 @@ def followed(result, log, axis):
     return following_of(log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
 
 
-@pytest.mark.slow
 def test_measured_and_simulated_following_error_agree(judged):
     _, log, result = judged
     told_of = result.outcome.summary["following_error"]
@@ -56,7 +57,6 @@ def test_measured_and_simulated_following_error_agree(judged):
     assert not any(item["code"] == "loop_contradicts" for item in result.outcome.summary["diagnostics"])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wrong", "expected"),
     [({"k_p": 1.6 * 60.0}, [("k_p", 1.0 / 1.6)]), ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, [("position", 0.5), ("effort", 2.0)])],
@@ -72,7 +72,6 @@ def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
     assert following.as_data()["compensated"] is None
 
 
-@pytest.mark.slow
 def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
     log, result = vertical
     following = followed(result, log, told(VERTICAL, k_ff=0.0))  # the drive has 1
@@ -82,7 +81,6 @@ def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
     assert "k_ff = 1" in message(following.contradiction)
 
 
-@pytest.mark.slow
 def test_a_delay_of_the_loop_is_named(vertical):
     _, result = vertical
     following = followed(result, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))
@@ -113,7 +111,6 @@ def explained(error_of):
     return explanations(variant, error_of(log.time.values, *errors), 0.15)
 
 
-@pytest.mark.slow
 def test_what_no_number_explains_is_not_explained():
     assert [item.name for item in explained(lambda time, text, true: true)] == ["k_p"]
     # A factor explains most of it in the mean square, and not the peak beside it.
@@ -140,7 +137,6 @@ def test_the_threshold_is_a_setting(vertical):
     assert following_of(log, simulation, strict).contradiction is not None
 
 
-@pytest.mark.slow
 def test_a_contradicted_loop_promises_nothing(vertical):
     log, _ = vertical
     identification = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)

@@ -14,6 +14,8 @@ from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.prediction import predict
 
+pytestmark = pytest.mark.slow
+
 DT = 1e-3
 PLANT = inertia(M=12.0)
 TRUTH = friction.find("stribeck+asymmetry")(
@@ -44,7 +46,6 @@ def fitted(name: str):
     return identify(recorded(3.1, 10.7), name, axis=AXIS, blocks=0, draws=40).best
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
 def test_in_closed_loop_they_hold_effort_and_motion_though_the_model_lacks_something(name):
     fit = fitted(name)

@@ -11,7 +11,7 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.core import InputError
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("undrawn")]
 
 RIG = """
 schema = 1

@@ -23,7 +23,7 @@ from bristle.study.block import Simulator
 from bristle.study.workers import Cluster, WorkerError
 
 pytest.importorskip("distributed")
-pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")]
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,6 @@ def dask(tmp_path_factory):
         yield cluster
 
 
-@pytest.mark.slow
 def test_killed_workers_and_a_killed_command_lose_and_double_nothing(slow_bench, dask):
     bench = slow_bench
     study = bench.study(runs=("runs = 12", "runs = 64"))
@@ -115,7 +114,6 @@ def own_study(bench):
     return study
 
 
-@pytest.mark.slow
 def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, bench, dask):
     run_study(own_study, bench.folder / "here", workers=1)
     names = ("own.py", "axis.toml", "motion.csv", "recorded.toml")
@@ -240,7 +238,6 @@ def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
         run_study(bench.study(), bench.folder / "out", scheduler="tcp://a:1")
 
 
-@pytest.mark.slow
 def test_on_this_machine_nothing_of_the_cluster_is_loaded(bench):
     file, out = bench.write(), bench.folder / "out"
     code = f"""
@@ -254,14 +251,12 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
 
 
-@pytest.mark.slow
 def test_a_fault_of_a_worker_is_told(bench, dask):
     study = bench.study()
     with pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
         list(Cluster(study, dask.address).results([type(study.blocks[0])(-4, 0)]))
 
 
-@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
     import distributed
 
@@ -279,7 +274,6 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
         assert not any(client.has_what().values())
 
 
-@pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
     bench.rig(duration="10 s", substeps=20)
@@ -306,7 +300,6 @@ def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
     assert not (out / ".partial").exists()
 
 
-@pytest.mark.slow
 def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own_dask, monkeypatch):
     monkeypatch.setattr("bristle.study.workers.ANSWERS", 2.0)
     own_dask.worker("--no-nanny")
@@ -333,7 +326,6 @@ def bristle_that_dies_of(first, folder):
     return folder
 
 
-@pytest.mark.slow
 def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_factory, monkeypatch, capsys):
     deadly = bristle_that_dies_of(4, bench.folder / "deadly")
     facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
@@ -349,7 +341,6 @@ def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_fa
     assert run_study(read_study_file(file), out, workers=1).is_whole
 
 
-@pytest.mark.slow
 def test_threads_of_a_worker_write_the_same_bytes(slow_bench, own_dask):
     own_dask.worker("--no-nanny", "--nthreads", "3")
     study = slow_bench.study(runs=("runs = 12", "runs = 80"))
