@@ -16,7 +16,7 @@ from bristle.friction import MODELS, with_slots
 from bristle.friction.slots import SLOTS
 from bristle.testing import example_of
 
-pytestmark = [needs_compiler, needs_fmpy]
+pytestmark = [pytest.mark.slow, needs_compiler, needs_fmpy]
 EXCHANGED = ("lugre_2", "preisach_lugre_3")
 # Turning points [m]: passing 3 wipes a loop out, coming back to 2 another one, and -4 meets the virgin curve. At the
 # Stribeck velocity the gate opens before -4.5.
@@ -207,7 +207,6 @@ PULLED = br.plants.pulled_inertia(M=1.0, k=2e4, v_e=2e-3)
 SPRUNG = br.plants.oscillator(M=2.0, k=1e4, c=3.0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "slots", "plant", "fmi"),
     [

@@ -205,6 +205,7 @@ def test_a_compensator_with_a_past_brings_it_into_structured_text(tmp_path):
     assert block.selftest("led") == (True, True)
 
 
+@pytest.mark.slow
 def test_structured_text_holds_the_last_effort(blocks):
     inputs, efforts = record_of("cascade", "all")
     inputs, efforts = inputs[:6].copy(), efforts[:6]
@@ -364,6 +365,7 @@ def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, contro
     assert differing(replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0), efforts) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_with_a_changed_value_they_are_those_of_the_loop_that_has_it(otherwise, controller, fed):
     inputs, efforts = recorded(changed_variant(controller, fed))

@@ -54,6 +54,7 @@ def test_structured_text_gives_the_same_bits(blocks, name):
     assert blocks.selftest(block) == (True, True)
 
 
+@pytest.mark.slow
 def test_where_an_inverse_has_no_output_structured_text_holds_it_too(blocks):
     operator = OPERATORS["inverse_preisach"]
     f_p = operator.values["f_p"]

@@ -305,6 +305,7 @@ def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
     assert otherwise[1].selftest(f"{kind}_{name}") == (True, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "inputs", "values"),
     [

@@ -16,6 +16,8 @@ from bristle.figures.on_reports import REPORTS, Place
 from bristle.figures.report_figure import FACTS
 from bristle.testing.figures import EXAMPLES
 
+pytestmark = pytest.mark.slow
+
 FOLDER = Path(figures.__file__).parent
 FACT = {"identification": "fit", "comparison": "comparison", "excitation": "motion", "operator": "recorded"}
 
@@ -29,7 +31,6 @@ def test_every_figure_of_a_file_is_on_a_report_and_every_line_is_a_figure():
     assert all(isinstance(place.figure, ReportFigure) for places in REPORTS.values() for place in places)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("report", REPORTS)
 def test_every_figure_that_is_drawn_stands_on_the_page(report):
     pages = [report_of(report)]
@@ -49,7 +50,6 @@ UNLABELLED = {
 """Figures of bristle with an axis that has no unit, such as a ratio or a number of a log; the first such axis of each."""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("report", REPORTS)
 def test_figures_of_bristle_meet_the_contract_of_figures(report):
     for plate in report_of(report)[2]:

@@ -17,7 +17,7 @@ from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.testing import example_of
 
-pytestmark = needs_node
+pytestmark = [pytest.mark.slow, needs_node]
 FACTS = ("model", "description", "shares", "varies", "units")
 ROWS = ("name", "key", "symbol", "values", "unit", "description", "min", "max", "choices", "array", "whole", "fixed")
 # What the page does before it shows a model.
@@ -55,7 +55,6 @@ def begun_named(name, slots):
     return begun(model, slots, Scales(**facts["scales"]))
 
 
-@pytest.mark.slow
 def test_every_model_walks_as_in_python_with_every_set_of_slots(tmp_path):
     script = """
     const counts = [];
@@ -83,7 +82,6 @@ def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
     assert spoilt > 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -105,7 +103,6 @@ def test_a_slot_over_a_channel_is_refused_by_its_name():
         lab_page(example_of(with_slots(MODELS["lugre"], ["pressure"])))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -136,7 +133,6 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
         assert facts["slots"] == list(slots_of(model))
 
 
-@pytest.mark.slow
 def test_what_is_copied_is_the_model_with_its_slots(tmp_path):
     for name in ("lugre", "gap_slider", "preisach_lugre"):
         for slots in combinations(offered(example_named(name)), complete=False):

@@ -18,6 +18,8 @@ from bristle.paper.drift import rippled
 from bristle.paper.rig import SETS
 from bristle.paper.sums import summed_as_printed
 
+pytestmark = pytest.mark.slow
+
 WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 
 

@@ -11,6 +11,8 @@ from bristle.report.model_tables import comparison_table
 from bristle.report.page import QUESTIONS
 from bristle.report.sentences import SENTENCES
 
+pytestmark = pytest.mark.slow
+
 OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
 WITH_VERDICT = [kind for kind in KINDS if kind not in ("study", "fleet")]
 
@@ -24,7 +26,6 @@ def test_every_kind_is_walked():
     assert set(KINDS) == set(REPORTS)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_report_is_one_well_formed_page_with_a_figure(kind):
     text, _, drawn = report_of(kind)
@@ -59,7 +60,6 @@ def test_the_page_has_the_verdict_of_the_summary(kind):
     assert all(Page(f"<p>{reason}</p>").words[:12] in words for reason in summary["verdict"]["reasons"][:4])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, DOUBTED])
 def test_verdict_and_warnings_agree(options):
     text, summary, _ = rendered("identification", **options)

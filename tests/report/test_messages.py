@@ -123,6 +123,7 @@ def test_units_are_those_of_the_axis():
     assert all(exponents_of(spec) for spec in fields_of("few_reversals").values() if "length" in spec)
 
 
+@pytest.mark.slow
 def test_what_is_redundant_is_both_held_and_not_identified(fits):
     fit = next(diagnostic for diagnostic in fits if diagnostic.name == "bouc_wen_classic")
     text = [message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code == "redundant"]
