@@ -47,12 +47,12 @@ def offered(package, root=ROOT.parent):
 def border():
     """What applications import of the library, by file."""
     library, applications = storeys()
-    found = {}
+    result = {}
     for room in applications:
         for path in sorted(ROOT.joinpath(room.removeprefix("bristle.")).rglob("*.py")):
             of_library = [(module, name) for module, name in taken(ast.parse(path.read_text(encoding="utf-8"))) if _room(module) in library]
-            found[path.relative_to(ROOT).as_posix()] = of_library
-    return found
+            result[path.relative_to(ROOT).as_posix()] = of_library
+    return result
 
 
 def _room(module):
@@ -61,15 +61,15 @@ def _room(module):
 
 def test_applications_import_names_that_packages_of_the_library_offer(border):
     folders = {
-        module for found in border.values() for module, _ in found if ROOT.parent.joinpath(*module.split("."), "__init__.py").is_file()
+        module for result in border.values() for module, _ in result if ROOT.parent.joinpath(*module.split("."), "__init__.py").is_file()
     }
     names = {package: offered(package) for package in folders}
-    modules = {file: [(module, name) for module, name in found if name not in names.get(module, ())] for file, found in border.items()}
-    assert {file: found for file, found in modules.items() if found} == {}
+    modules = {file: [(module, name) for module, name in result if name not in names.get(module, ())] for file, result in border.items()}
+    assert {file: result for file, result in modules.items() if result} == {}
 
 
 def test_there_are_few_names(border):
-    assert len({pair for found in border.values() for pair in found}) <= MOST_NAMES
+    assert len({pair for result in border.values() for pair in result}) <= MOST_NAMES
 
 
 def test_the_reference_lists_exactly_these_names(border):
@@ -79,7 +79,7 @@ def test_the_reference_lists_exactly_these_names(border):
         for heading, table in re.findall(r"### (bristle\.[\w.]+)\n(.*?)(?=\n### |\Z)", text, re.DOTALL)
         for name in re.findall(r"^\| `(\w+)` \| \S.* \|$", table, re.MULTILINE)
     }
-    assert listed == {pair for found in border.values() for pair in found}
+    assert listed == {pair for result in border.values() for pair in result}
 
 
 def test_no_late_name_is_that_of_a_module():

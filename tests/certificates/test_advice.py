@@ -145,7 +145,7 @@ def test_the_fattest_loop_is_where_a_stop_slips_widely():
 def test_cycles_that_give_back_are_told_by_their_share(monkeypatch):
     model, holding, loop = friction.coulomb(F_C=1.0), Holding(-1.0, 1.0, 0.0), Loop(1e-3, 1.0, False)
     shares = iter([0.5, -0.125, *(0.1 for _ in range(1000))])
-    monkeypatch.setattr(certify, "_share_of_random_cycle", lambda *asked: next(shares))
+    monkeypatch.setattr(certify, "_share_of_random_cycle", lambda *requested: next(shares))
     item = dissipation(model, holding, loop)
     assert (item.value, item.threshold, item.unit, item.passed) == (-0.125, 0.0, "1", False)
     assert item.advice == "A closed cycle returns 12.5 % of its work: see passive for what to change"
@@ -154,11 +154,11 @@ def test_cycles_that_give_back_are_told_by_their_share(monkeypatch):
 
 
 def test_cycles_are_as_wide_as_the_contact_and_run_backward_for_a_magnet(monkeypatch):
-    asked = []
-    monkeypatch.setattr(certify, "_share_of_random_cycle", lambda model, generator, scale, sense: asked.append((scale, sense)) or 1.0)
+    requested = []
+    monkeypatch.setattr(certify, "_share_of_random_cycle", lambda model, generator, scale, sense: requested.append((scale, sense)) or 1.0)
     for holding, loop in ((Holding(-1.0, 1.0, 2e-6), Loop(1e-3, 1.0, False)), (Holding(-1.0, 1.0, 0.0), Loop(1e-3, -1.0, True))):
         dissipation(None, holding, loop)
-    assert (asked[0], asked[-1], len(asked)) == ((2e-6, 1.0), (1e-3, -1.0), 400)
+    assert (requested[0], requested[-1], len(requested)) == ((2e-6, 1.0), (1e-3, -1.0), 400)
 
 
 @pytest.mark.parametrize(("shares", "expected"), [((0.2,), 0.2), ((-0.4, -0.3), -0.3), ((-0.4, -0.1), 0.0), ((-1e-10,), -1e-10)])

@@ -19,7 +19,7 @@ from bristle.report.table import Table
 
 
 @pytest.fixture
-def told(capsys):
+def reported(capsys):
     """What was told on the standard error stream, without the name of the program."""
     return lambda: capsys.readouterr().err.removeprefix("bristle: ").rstrip("\n")
 
@@ -36,27 +36,27 @@ def told(capsys):
         (ImportError("no libx", name="scipy"), 2, "a library that is needed cannot be loaded: no libx. Install it again"),
     ],
 )
-def test_an_error_has_its_code_and_a_line(told, error, code, words):
+def test_an_error_has_its_code_and_a_line(reported, error, code, words):
     assert report(error) == code
-    assert told().startswith(words)
+    assert reported().startswith(words)
 
 
 @pytest.mark.parametrize(("results", "stays"), [(True, True), (False, False)])
-def test_a_standard_output_without_room_is_told(told, monkeypatch, results, stays):
+def test_a_standard_output_without_room_is_told(reported, monkeypatch, results, stays):
     let_go = []
     monkeypatch.setattr(terminal, "let_go", let_go.append)
     assert report(OSError(errno.ENOSPC, "No space left on device"), results=results) == 2
-    line = told()
+    line = reported()
     assert line.startswith("the standard output cannot be written: No space left on device. Make room or write it elsewhere")
     assert line.endswith("The folder of results is whole and stays") is stays
     assert let_go == [sys.stdout]
 
 
-def test_a_reader_that_has_gone_is_no_error(told, monkeypatch):
+def test_a_reader_that_has_gone_is_no_error(reported, monkeypatch):
     let_go = []
     monkeypatch.setattr(terminal, "let_go", let_go.append)
     assert report(BrokenPipeError()) == 0
-    assert (told(), let_go) == ("", [sys.stdout])
+    assert (reported(), let_go) == ("", [sys.stdout])
 
 
 def raised_by(call):
@@ -70,14 +70,14 @@ FAULTS = RuntimeError("x" * 1000), OSError(errno.ENOSPC, "no room", "a file"), I
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_of_bristle_is_told_as_such_with_its_details(told, tmp_path, monkeypatch, fault):
+def test_a_fault_of_bristle_is_told_as_such_with_its_details(reported, tmp_path, monkeypatch, fault):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
 
     def fails():
         raise fault
 
     assert report(raised_by(fails)) == 70
-    line = told()
+    line = reported()
     assert line.startswith(f"this is a fault of bristle, not yours: {type(fault).__name__}: ")
     assert len(line) < 800
     (details,) = tmp_path.iterdir()
@@ -87,13 +87,13 @@ def test_a_fault_of_bristle_is_told_as_such_with_its_details(told, tmp_path, mon
     assert "Traceback" in text
 
 
-def test_a_fault_of_ones_own_model_is_told_with_its_line(told, tmp_path):
+def test_a_fault_of_ones_own_model_is_told_with_its_line(reported, tmp_path):
     own = tmp_path / "own.py"
     own.write_text("\ndef law():\n    raise ZeroDivisionError('by nought')\n")
     module = {"__name__": "bristle_user_own"}
     exec(compile(own.read_text(), str(own), "exec"), module)
     assert report(raised_by(module["law"])) == 2
-    assert told() == f"{own}, line 3: stops with ZeroDivisionError: by nought. Try: bristle check {own}"
+    assert reported() == f"{own}, line 3: stops with ZeroDivisionError: by nought. Try: bristle check {own}"
 
 
 def test_a_line_is_a_line(capsys):
@@ -197,16 +197,16 @@ def test_a_signal_that_is_ignored_stays_so():
 
 
 def test_outside_of_the_main_thread_signals_are_left_alone():
-    found = []
+    result = []
 
     def work():
         with ended_by_signals() as block:
-            found.append((dict(block._before), block.exit_code))
+            result.append((dict(block._before), block.exit_code))
 
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()
-    assert found == [({}, None)]
+    assert result == [({}, None)]
 
 
 def test_a_pipe_hands_on_numbers_and_forgets_what_has_come():

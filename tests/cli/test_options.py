@@ -95,13 +95,13 @@ def test_code_is_allowed_once_all_of_it_is_loaded(tmp_path, monkeypatch):
     assert allowed == []
 
 
-def told(capsys, **options):
+def reported(capsys, **options):
     Output(SimpleNamespace(obj="bristle x"), **options).tell({"a": 1}, "paragraph", None, warnings=["careful"])
     return capsys.readouterr()
 
 
 def test_a_command_tells_numbers_or_words(capsys):
-    words, numbers = told(capsys), told(capsys, as_json=True)
+    words, numbers = reported(capsys), reported(capsys, as_json=True)
     assert (words.out, words.err) == ("paragraph\n", "bristle: careful\n")
     assert (numbers.out, numbers.err) == ('{\n  "a": 1\n}\n', "")
     print_json({"b": float("nan")})
@@ -109,7 +109,7 @@ def test_a_command_tells_numbers_or_words(capsys):
 
 
 def test_a_command_says_where_results_lie(capsys):
-    assert told(capsys, out=Path("there")).err.endswith("bristle: wrote there; open there/report.html in a browser\n")
+    assert reported(capsys, out=Path("there")).err.endswith("bristle: wrote there; open there/report.html in a browser\n")
     Output(SimpleNamespace(obj="x"), out=Path("there")).tell({}, files="a.c")
     assert capsys.readouterr().err == "bristle: wrote there: a.c\n"
 

@@ -71,8 +71,8 @@ def doubts(shared=SOUND, changes=None, before=None, after=None, reason=None):
     """Code, severity and numbers of each doubt of a comparison of two logs a side."""
     changes = {"friction.level": change("friction.level")} if changes is None else changes
     before, after = before or [recorded()] * 2, after or [recorded()] * 2
-    found = _diagnostics(before, after, shared, changes, reason)
-    return {item.code: (item.severity, dict(item.numbers)) for item in found}
+    outcome = _diagnostics(before, after, shared, changes, reason)
+    return {item.code: (item.severity, dict(item.numbers)) for item in outcome}
 
 
 def test_a_sound_comparison_has_no_doubt():
@@ -99,10 +99,10 @@ def test_what_both_sides_share_may_be_too_little(changed, code):
 
 def test_numbers_of_doubts_are_those_of_the_comparison():
     shared = Shared(40.0, 60.0, 4, 5, 1, complete=True, paired=False, as_one=3.0)
-    found = doubts(shared)
-    assert found["motions_differ"] == ("warning", {"before_percent": 40.0, "after_percent": 60.0})
-    assert found["few_cycles"] == ("warning", {"cycles": 4})
-    assert found["cycles_alike"] == ("note", {"cycles": 3.0})
+    outcome = doubts(shared)
+    assert outcome["motions_differ"] == ("warning", {"before_percent": 40.0, "after_percent": 60.0})
+    assert outcome["few_cycles"] == ("warning", {"cycles": 4})
+    assert outcome["cycles_alike"] == ("note", {"cycles": 3.0})
 
 
 def test_pieces_are_not_too_few_cycles():

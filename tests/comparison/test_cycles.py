@@ -15,9 +15,9 @@ def recording(motion, turns=()):
     return Recording(1.0, np.array(motion, dtype=float), None, None, None, np.array(turns, dtype=int))
 
 
-def spans(found):
+def spans(result):
     """From which sample to which each cycle goes."""
-    return [(cycle.samples.start, cycle.samples.stop) for cycle in found]
+    return [(cycle.samples.start, cycle.samples.stop) for cycle in result]
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,9 @@ def test_cycles_are_alike_within_a_share_a_step_and_a_grain(away, grain, number)
 # --- from logs -----------------------------------------------------------------------------------------------------
 
 
-def recorded(item, step=STEP, **asked):
+def recorded(item, step=STEP, **requested):
     """The stretches of a log, and why it tells no friction."""
-    return cycles._recordings_of(item, None, step, **({"follows": True, "tells_effort": False} | asked))
+    return cycles._recordings_of(item, None, step, **({"follows": True, "tells_effort": False} | requested))
 
 
 def test_the_following_error_is_the_reference_less_the_position():

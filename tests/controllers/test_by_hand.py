@@ -84,8 +84,8 @@ def test_super_twisting_adds_the_root_of_the_surface_and_integrates_its_sign():
     effort, state = stepped(law, q=0.0, w=1.0)
     assert state.w == pytest.approx(3.0)
     assert effort == pytest.approx(PULL + 2.0 * (3.0 * math.sqrt(0.4) + 3.0))
-    limited, held = stepped(super_twisting(**SURFACE, k_1=3.0, k_2=20.0, limit=10.0), q=0.0, w=1.0)
-    assert (limited, held.w) == (10.0, 1.0)
+    limited, kept = stepped(super_twisting(**SURFACE, k_1=3.0, k_2=20.0, limit=10.0), q=0.0, w=1.0)
+    assert (limited, kept.w) == (10.0, 1.0)
     back, moved = stepped(super_twisting(**SURFACE, k_1=3.0, k_2=20.0, limit=10.0), q=0.0, w=-90.0)
     assert (back, moved.w) == (-10.0, -88.0)
     assert stepped(law, Reference(0.05, 0.5, 3.0, 5.0), q=0.0, w=1.0)[1].w == 1.0
@@ -125,8 +125,8 @@ def test_a_friction_observer_draws_its_bristles_by_motion_and_error():
     z = 0.02 * math.exp(-slip) + 0.1 * (1.0 - math.exp(-slip)) / slip * (0.5 + 0.25 * 0.4)
     assert state == pytest.approx((0.05, 0.5, z))
     assert effort == pytest.approx(PULL + 100.0 * z + 1.5)
-    limited, held = stepped(lugre_observer(**SURFACE, **bristles, limit=5.0), q=0.0, z=0.02)
-    assert (limited, held.z) == (5.0, 0.02)
+    limited, kept = stepped(lugre_observer(**SURFACE, **bristles, limit=5.0), q=0.0, z=0.02)
+    assert (limited, kept.z) == (5.0, 0.02)
 
 
 def test_an_adaptive_law_holds_with_its_stops_and_learns_outside_its_dead_zone():

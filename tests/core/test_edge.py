@@ -166,21 +166,21 @@ def test_a_curve_has_an_output_for_each_input():
 
 def test_a_guarded_function_takes_the_kind_of_axis_of_its_first_model():
     @guarded(way=amount(LENGTH), count=whole(1))
-    def told(friction, way, count=2, kind="translational"):
+    def reported(friction, way, count=2, kind="translational"):
         return way, count
 
     turning = coulomb(kind="rotational", F_C=2.0)
-    assert told(turning, "90 deg") == (pytest.approx(math.pi / 2.0), 2)
-    assert told(None, "5 mm", count=3.0) == (0.005, 3)
-    assert told(None, "90 deg", kind="rotational")[0] == pytest.approx(math.pi / 2.0)
+    assert reported(turning, "90 deg") == (pytest.approx(math.pi / 2.0), 2)
+    assert reported(None, "5 mm", count=3.0) == (0.005, 3)
+    assert reported(None, "90 deg", kind="rotational")[0] == pytest.approx(math.pi / 2.0)
     with pytest.raises(InputError, match="count"):
-        told(None, 0.1, 0)
+        reported(None, 0.1, 0)
     with pytest.raises(InputError):
-        told(turning, "5 mm")
+        reported(turning, "5 mm")
     with pytest.raises(TypeError):
-        told(None, 0.1, way=0.1)
+        reported(None, 0.1, way=0.1)
     with pytest.raises(TypeError):
-        told(None, 0.1, 1, "translational", 5)
+        reported(None, 0.1, 1, "translational", 5)
     with pytest.raises(TypeError, match="no arguments other"):
         guarded(other=whole(1))(lambda friction: friction)
 

@@ -30,22 +30,22 @@ def test_a_part_of_any_length_is_cut_to_what_can_be_read(part, most):
 
 
 def test_values_are_shown_in_sixty_letters_and_large_ones_by_their_shape():
-    def found(value):
+    def result(value):
         return str(InputError("is wrong", value=value)).partition("found ")[2]
 
-    assert found("y" * 58) == repr("y" * 58)
-    assert found("y" * 59) == "'" + "y" * 56 + "..."
-    assert found(np.zeros((40, 3))) == "an array of shape (40, 3)"
-    assert found(np.zeros(2)) == "array([0., 0.])"
-    assert found(list(range(20))) == shortened(repr(list(range(20))), 60)
-    assert found(list(range(21))) == "[0, 1, 2, 3, 4, 5, ...]"
-    assert found(datetime.date(2024, 3, 1)) == "2024-03-01"
+    assert result("y" * 58) == repr("y" * 58)
+    assert result("y" * 59) == "'" + "y" * 56 + "..."
+    assert result(np.zeros((40, 3))) == "an array of shape (40, 3)"
+    assert result(np.zeros(2)) == "array([0., 0.])"
+    assert result(list(range(20))) == shortened(repr(list(range(20))), 60)
+    assert result(list(range(21))) == "[0, 1, 2, 3, 4, 5, ...]"
+    assert result(datetime.date(2024, 3, 1)) == "2024-03-01"
 
     class Silent:
         def __repr__(self):
             raise RuntimeError
 
-    assert found(Silent()) == "a value of the kind Silent"
+    assert result(Silent()) == "a value of the kind Silent"
 
 
 def test_an_error_is_located_before_its_own_place():

@@ -185,7 +185,7 @@ def test_the_fitted_weight_is_exact_to_the_last_places_on_both_sides_of_its_seam
             assert abs(mathematics.fitted_weight(rate) - (1 / (1 - mpmath.exp(-x)) - 1 / x)) < 2e-15
 
 
-def found(function, slope, search):
+def result(function, slope, search):
     """The root that a search comes to, and how many times it looked."""
     while abs(function(search.x)) > 1e-13 and search.rounds < 100:
         search = newton_next(search, function(search.x), slope(search.x))
@@ -194,7 +194,7 @@ def found(function, slope, search):
 
 @pytest.mark.parametrize("begin", [0.0, 0.3, 2.0])
 def test_newtons_search_finds_the_root_in_few_steps(begin):
-    root, rounds = found(lambda x: x**3 - 0.5, lambda x: 3.0 * x**2, newton_from(2.0, begin))
+    root, rounds = result(lambda x: x**3 - 0.5, lambda x: 3.0 * x**2, newton_from(2.0, begin))
     assert root == pytest.approx(0.5 ** (1.0 / 3.0), abs=1e-12)
     assert rounds <= 10
 

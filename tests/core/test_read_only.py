@@ -14,14 +14,14 @@ from bristle.testing import example_of
 
 ELEMENTS = example_of(friction.find("maxwell_slip+asymmetry"))
 CHANGES = {
-    "set": lambda told: told.__setitem__("F_C", 1.0),
-    "delete": lambda told: told.__delitem__(next(iter(told))),
-    "update": lambda told: told.update(F_C=1.0),
-    "in place": lambda told: told.__ior__({"F_C": 1.0}),
-    "default": lambda told: told.setdefault("F_C", 1.0),
-    "pop": lambda told: told.pop(next(iter(told))),
-    "pop one": lambda told: told.popitem(),
-    "clear": lambda told: told.clear(),
+    "set": lambda reported: reported.__setitem__("F_C", 1.0),
+    "delete": lambda reported: reported.__delitem__(next(iter(reported))),
+    "update": lambda reported: reported.update(F_C=1.0),
+    "in place": lambda reported: reported.__ior__({"F_C": 1.0}),
+    "default": lambda reported: reported.setdefault("F_C", 1.0),
+    "pop": lambda reported: reported.pop(next(iter(reported))),
+    "pop one": lambda reported: reported.popitem(),
+    "clear": lambda reported: reported.clear(),
 }
 TOLD = {
     "values": ELEMENTS.values,

@@ -40,10 +40,10 @@ def test_a_component_begins_virgin_or_in_a_state_that_is_its_own():
 
 def test_a_memory_is_copied_and_has_the_size_of_its_model():
     fresh = memory_of(PREISACH, None)
-    given = np.arange(fresh.size, dtype=float)
-    copied = memory_of(PREISACH, given)
+    passed = np.arange(fresh.size, dtype=float)
+    copied = memory_of(PREISACH, passed)
     copied[0] = 9.0
-    assert given[0] == 0.0
+    assert passed[0] == 0.0
     with pytest.raises(InputError, match=r"memory: has the wrong size; found '?\(3,\).*allowed shape \(10,\)"):
         memory_of(PREISACH, np.zeros(3))
 

@@ -305,15 +305,15 @@ def test_a_time_that_is_too_short_for_what_was_named_is_refused_with_the_time_it
 
 def followed(lag, again=None, loop=True):
     """Return what is planned where the controller follows so closely [m], and the limits it is planned with."""
-    first, asked = planned(purposes="presliding"), []
+    first, requested = planned(purposes="presliding"), []
 
     def plan(limits):
-        asked.append(limits)
+        requested.append(limits)
         if again is None:
             raise InputError("no room", path="duration")
         return again
 
-    return _for_the_loop(first, SimpleNamespace(loop=loop, lag=lag), plan), asked
+    return _for_the_loop(first, SimpleNamespace(loop=loop, lag=lag), plan), requested
 
 
 def test_loops_that_the_controller_follows_stay():

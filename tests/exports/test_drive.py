@@ -136,8 +136,8 @@ def test_a_table_is_read_back_whichever_way_the_columns_of_the_log_run(against):
     product = write(request)
     x = np.array([0.0, 1e-3, 2e-3, 1e-3, 1e-3])
     assert reads(product.files, request)(x, 1e-3) == pytest.approx([0.05 + 0.05, 0.35, 0.35, -0.15, -0.15])
-    told = any("runs against its position column" in note for note in product.notes)
-    assert told == (len(against) == 1)
+    reported = any("runs against its position column" in note for note in product.notes)
+    assert reported == (len(against) == 1)
     rows = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if not line.startswith("#")][1:]
     velocities = [float(velocity) for velocity, _ in rows]
     assert velocities == sorted(velocities)

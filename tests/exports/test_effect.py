@@ -353,5 +353,5 @@ def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_th
     assert loop.plant.values["M"] == MASS
     assert loop_for(export_request(axis=None)) is None
     assert loop_for(replace(export_request(), plant=None)) is None
-    given = loop_for(replace(export_request(), loop=loop))
-    assert given.plant is loop.plant
+    passed = loop_for(replace(export_request(), loop=loop))
+    assert passed.plant is loop.plant

@@ -220,8 +220,8 @@ def test_units_are_told_in_base_units(kind, units):
     model = br.friction.lugre(kind=kind, F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3)
     content = content_of(subject_of(model), br.plants.inertia(kind=kind, M=2.5), Source())
     root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 3), "token"))
-    told = {unit.attrib["name"]: unit.find("BaseUnit").attrib for unit in root.findall("UnitDefinitions/Unit")}
-    assert {name: " ".join(f"{base}{power}" for base, power in sorted(told[name].items())) for name in units} == units
+    reported = {unit.attrib["name"]: unit.find("BaseUnit").attrib for unit in root.findall("UnitDefinitions/Unit")}
+    assert {name: " ".join(f"{base}{power}" for base, power in sorted(reported[name].items())) for name in units} == units
     warm = content_of(subject_of(br.friction.with_slots(br.friction.coulomb, ["temperature"])(F_C=2.0)), None, Source())
     root = ElementTree.fromstring(description_text(warm, Setting("axis_x", Source(), 1e-4, 3), "token"))
     assert root.find("UnitDefinitions/Unit[@name='K']/BaseUnit").attrib == {"K": "1"}

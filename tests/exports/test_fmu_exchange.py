@@ -33,7 +33,7 @@ def along(turns, speed):
     return times, np.sign(np.diff(turns)) * speed
 
 
-def held(times, **values):
+def stays(times, **values):
     """Return inputs that jump at times."""
     columns = {"time": np.repeat(times, 2)[1:-1]} | {name: np.repeat(each, 2) for name, each in values.items()}
     signals = np.zeros(columns["time"].size, dtype=[(name, float) for name in columns])
@@ -71,7 +71,7 @@ def state_events(result, events, name):
 def test_along_a_velocity_loops_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
     times, v = along(turns, speed)
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
-    result, events = integrated(path, held(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
+    result, events = integrated(path, stays(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
     steps = np.round(np.abs(np.diff(turns)) / STROKE).astype(int)
     with interpreted():
         force = force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
@@ -91,7 +91,7 @@ def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
     times = dt * np.arange(levels.size + 1)
     for tolerance in (1e-4, 1e-6, 1e-8):
         path = fmus / name / "axis_x_mass.fmu"
-        result, _ = integrated(path, held(times, effort=levels), tolerance, ["x", "v", "force"])
+        result, _ = integrated(path, stays(times, effort=levels), tolerance, ["x", "v", "force"])
         at = np.searchsorted(result["time"], times[1:-1] - 1e-9)
         for key, expected in (("x", exact.position), ("v", exact.velocity)):
             error = np.max(np.abs(result[key][at] - expected[1:]))
@@ -102,7 +102,7 @@ def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
 def test_a_body_at_rest_rings_down_and_then_there_are_no_events(fmus, name):
     for tolerance in (1e-4, 1e-6, 1e-8):
         path = fmus / name / "axis_x_mass.fmu"
-        result, events = integrated(path, held(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
+        result, events = integrated(path, stays(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
         assert 8 <= events.size <= 50
         assert result["time"][events[-1]] < 0.2
         assert abs(result["v"][-1]) < 1e-15
@@ -110,7 +110,7 @@ def test_a_body_at_rest_rings_down_and_then_there_are_no_events(fmus, name):
 
 def test_a_contact_that_is_held_has_no_events(fmus):
     times, v = np.array([0.0, 1.0, 1.001, 2.0]), np.array([0.0, 1e-3, 0.0])
-    result, events = integrated(fmus / "lugre_2" / "axis_x.fmu", held(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
+    result, events = integrated(fmus / "lugre_2" / "axis_x.fmu", stays(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
     assert events.size == 2  # the input jumps twice
     assert result["z"][-1] == result["z"][result["time"] > 1.001][0] > 0.0
 
@@ -232,7 +232,7 @@ def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monke
     exact = run_open_loop(plant, model, levels, dt, steps=FINE)
     times = dt * np.arange(levels.size + 1)
     for tolerance in (1e-4, 1e-6, 1e-8):
-        seen, events = integrated(path, held(times, effort=levels), tolerance, ["x", "v"])
+        seen, events = integrated(path, stays(times, effort=levels), tolerance, ["x", "v"])
         at = np.searchsorted(seen["time"], times[1:-1] - 1e-9)
         assert np.max(np.abs(seen["x"][at] - exact.position[1:])) <= 50.0 * tolerance * np.max(np.abs(exact.position))
         assert events.size <= 300

@@ -52,9 +52,9 @@ def test_friction_along_the_desired_motion_is_fed_ahead_by_the_delay(delay):
     law = law_of(variant(Feedforward(friction=COULOMB), delay=delay))
     assert law.samples_ahead == delay + 1
     x = np.array([0.0, 0.0, 0.0, 0.0, 1e-4, 2e-4, 1e-4, 0.0, -1e-4, -2e-4])
-    told = [Inputs(0.0, 0.0, 0.0, 0.0, x[k + 1 : k + 2 + delay], np.zeros(delay + 1)) for k in range(6)]
+    reported = [Inputs(0.0, 0.0, 0.0, 0.0, x[k + 1 : k + 2 + delay], np.zeros(delay + 1)) for k in range(6)]
     ways = np.sign(np.diff(x))[delay : delay + 6]
-    efforts = law.efforts(told) - law_of(variant(delay=delay)).efforts(told)
+    efforts = law.efforts(reported) - law_of(variant(delay=delay)).efforts(reported)
     moving = ways != 0.0
     assert efforts[moving] == pytest.approx(5.0 * ways[moving] + 0.5)
 
@@ -63,15 +63,15 @@ def test_friction_along_the_measured_motion_needs_nothing_to_come():
     law = law_of(variant(Feedforward(friction=COULOMB, along="measured"), delay=2))
     assert law.inputs == ("position", "velocity", "acceleration", "measured")
     measured = np.array([0.0, 1e-4, 2e-4, 1e-4])
-    told = [Inputs(0.0, 0.0, 0.0, x, np.zeros(3), np.zeros(3)) for x in measured]
-    efforts = law.efforts(told) - law_of(variant(delay=2)).efforts(told)
+    reported = [Inputs(0.0, 0.0, 0.0, x, np.zeros(3), np.zeros(3)) for x in measured]
+    efforts = law.efforts(reported) - law_of(variant(delay=2)).efforts(reported)
     assert efforts[1:] == pytest.approx([5.5, 5.5, -4.5])
 
 
 def test_gain_asymmetry_and_limit_shape_what_is_fed():
     def fed(v, **shape):
-        told = samples(v)
-        return (law_of(variant(Feedforward(friction=COULOMB, **shape))).efforts(told) - law_of(variant()).efforts(told))[-1]
+        reported = samples(v)
+        return (law_of(variant(Feedforward(friction=COULOMB, **shape))).efforts(reported) - law_of(variant()).efforts(reported))[-1]
 
     assert fed(0.1) == pytest.approx(5.5)
     assert fed(0.1, gain=0.5) == pytest.approx(2.75)
@@ -93,8 +93,8 @@ def test_the_place_is_that_between_two_samples():
     assert fed.place == Gravity(4.0, 1.0)
     assert fed.numbers == (0.0, 4.0, 1.0)
     law = law_of(variant(Feedforward(plant=LINK)))
-    told = [Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))]
-    gravity = law.efforts(told) - law_of(variant()).efforts(told)
+    reported = [Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))]
+    gravity = law.efforts(reported) - law_of(variant()).efforts(reported)
     assert gravity == pytest.approx([4.0 * math.sin(0.3) + math.cos(0.3)])
 
 
@@ -160,10 +160,10 @@ def test_facts_of_a_law_name_what_is_fed_and_what_is_to_come():
 
 def test_the_self_test_reads_each_position_a_sample_late():
     law = law_of(variant(Feedforward(mass=M, friction=COULOMB)))
-    walk, told, efforts = law_walk(law, 40)
-    assert told == 40 + law.samples_ahead + 1
+    walk, reported, efforts = law_walk(law, 40)
+    assert reported == 40 + law.samples_ahead + 1
     assert efforts.shape == (40,)
-    x = walk.positions(told)
+    x = walk.positions(reported)
     v = np.diff(x) / DT
     first = Inputs(x[0], v[0], 100.0 * v[0], x[0], x[1:2], 100.0 * v[1:2])
     second = Inputs(x[1], v[1], 100.0 * v[1], x[0], x[2:3], 100.0 * v[2:3])

@@ -73,11 +73,11 @@ def marks(axes):
 
 def test_logs_that_tell_nothing_or_lie_beyond_have_marks_of_their_own():
     runs, axes = drawn()
-    found = marks(axes)
-    assert [place for place, _ in found["above"]] == [3.0]
-    assert [place for place, _ in found["none"]] == [9.0]
-    assert found["below"] == []
-    assert [height for _, height in found["above"] + found["none"]] == pytest.approx([0.97, 0.0])
+    result = marks(axes)
+    assert [place for place, _ in result["above"]] == [3.0]
+    assert [place for place, _ in result["none"]] == [9.0]
+    assert result["below"] == []
+    assert [height for _, height in result["above"] + result["none"]] == pytest.approx([0.97, 0.0])
     value = runs.columns["F_C"].copy()
     value[4] = -40.0
     assert marks(drawn(F_C=value)[1])["below"] == [[4.0, pytest.approx(0.03)]]

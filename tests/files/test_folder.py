@@ -131,7 +131,7 @@ def test_a_folder_gets_a_name_that_nothing_has(tmp_path):
 
 def test_where_the_system_cannot_an_own_look_comes_first(tmp_path, monkeypatch):
     old, new = pair(tmp_path)
-    monkeypatch.setattr(folders, "_rename", lambda *asked: False)
+    monkeypatch.setattr(folders, "_rename", lambda *requested: False)
     with pytest.raises(FileExistsError):
         rename_new(old, new)
     rename_new(old, tmp_path / "third")
@@ -149,10 +149,10 @@ def test_two_folders_exchange_their_names(tmp_path):
 @pytest.mark.parametrize(("system", "arguments"), [("renameat2", 5), ("renamex_np", 3)])
 @pytest.mark.parametrize(("code", "outcome"), [(0, True), (errno.EINVAL, False), (errno.ENOSYS, False), (errno.EEXIST, None)])
 def test_a_system_says_whether_names_were_exchanged(monkeypatch, tmp_path, system, arguments, code, outcome):
-    asked = []
+    requested = []
 
-    def call(*given):
-        asked.append(given)
+    def call(*passed):
+        requested.append(passed)
         return -1 if code else 0
 
     monkeypatch.setattr(folders.sys, "platform", "other")
@@ -164,7 +164,7 @@ def test_a_system_says_whether_names_were_exchanged(monkeypatch, tmp_path, syste
     else:
         assert folders._rename(tmp_path / "a", tmp_path / "b", 7) is outcome
     names = os.fsencode(tmp_path / "a"), os.fsencode(tmp_path / "b")
-    assert asked == [(-100, names[0], -100, names[1], 7) if arguments == 5 else (*names, 7)]
+    assert requested == [(-100, names[0], -100, names[1], 7) if arguments == 5 else (*names, 7)]
 
 
 def test_a_system_that_knows_neither_does_nothing(monkeypatch, tmp_path):

@@ -30,16 +30,16 @@ def test_what_cannot_be_encoded_is_escaped(tmp_path):
 
 
 def test_a_file_is_on_the_disk_before_the_old_one_is_gone(tmp_path, monkeypatch):
-    path, found, fsync = tmp_path / "a", [], os.fsync
+    path, result, fsync = tmp_path / "a", [], os.fsync
     path.write_text("old")
 
     def noting(opened):
-        found.append((path.read_text(), os.fstat(opened).st_size))
+        result.append((path.read_text(), os.fstat(opened).st_size))
         fsync(opened)
 
     monkeypatch.setattr(os, "fsync", noting)
     write_whole(path, "newer")
-    assert found == [("old", 5)]
+    assert result == [("old", 5)]
 
 
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])

@@ -140,9 +140,9 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     recorded = Some(origin=Some(checksum="0"), kind="translational", duration=4.0, temperature=Some(values=[290.0, 292.0]))
     doubts = [Some(code=code, severity=severity) for code, severity in (("a", "warning"), ("b", "note"), ("a", "warning"))]
     held_out = Some(mean_percent=6.0)
-    found = Some(diagnostics=doubts, error_percent=5.0, held_out=held_out, resampling=None, parameters={"F_C": estimate()})
+    result = Some(diagnostics=doubts, error_percent=5.0, held_out=held_out, resampling=None, parameters={"F_C": estimate()})
     monkeypatch.setattr(identify, "read_log", lambda place, axis, size_limit: recorded)
-    monkeypatch.setattr(identify, "identify", lambda log, model, axis: Some(unfinished="", fits=(found,)))
+    monkeypatch.setattr(identify, "identify", lambda log, model, axis: Some(unfinished="", fits=(result,)))
     row = Identifier(fleet(log("a")))._numbers(log("a"))
     assert [row[name] for name in ("error", "held_out_error", "duration", "temperature")] == pytest.approx([0.05, 0.06, 4.0, 291.0])
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)

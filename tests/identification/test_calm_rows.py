@@ -26,10 +26,10 @@ def coarse_log(step, seconds=20.0):
 @cache
 def coarsely(**named):
     """An encoder whose steps make more noise in the acceleration than friction takes."""
-    return found(coarse_log(2.5e-5), **named)
+    return result(coarse_log(2.5e-5), **named)
 
 
-def found(log, axis=AXIS, **named):
+def result(log, axis=AXIS, **named):
     return identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, **named)
 
 
@@ -55,11 +55,11 @@ def test_fewer_rows_are_told_with_what_they_cost():
 
 def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
     cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
-    assert any("as many rows as usual" in text for text in assumptions_of(found(coarse_log(2.5e-5), cogs).best))
+    assert any("as many rows as usual" in text for text in assumptions_of(result(coarse_log(2.5e-5), cogs).best))
 
 
 def test_noise_beyond_friction_is_told_in_plain_numbers():
-    (message,) = (text for text in assumptions_of(found(coarse_log(8e-5)).best) if "as many rows as usual" in text)
+    (message,) = (text for text in assumptions_of(result(coarse_log(8e-5)).best) if "as many rows as usual" in text)
     assert 100.0 < float(message.split(" % of what friction")[0].split()[-1]) < 500.0
     assert "e+" not in message
 
@@ -67,16 +67,16 @@ def test_noise_beyond_friction_is_told_in_plain_numbers():
 @pytest.mark.parametrize("step", [1e-6, 8e-6])
 def test_a_fine_encoder_keeps_its_rows(step):
     """The coarser one makes noise of a fifth of friction, which averages out."""
-    fine = found(coarse_log(step))
+    fine = result(coarse_log(step))
     assert fine.treatment["decimation"] == 10
     assert not any("as many rows as usual" in text for text in assumptions_of(fine.best))
 
 
 def test_rows_that_are_stated_stay():
     assert coarsely(decimation=10).treatment["decimation"] == 10
-    assert found(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
+    assert result(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
 
 
 def test_a_short_log_keeps_a_thousand_rows():
     log = coarse_log(2.5e-5, 7.0)
-    assert 1000 <= found(log).treatment["rows"] < found(log, decimation=10).treatment["rows"]
+    assert 1000 <= result(log).treatment["rows"] < result(log, decimation=10).treatment["rows"]

@@ -14,19 +14,19 @@ from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
 
 
-def told(log, code, model="coulomb_viscous", **requested):
+def reported(log, code, model="coulomb_viscous", **requested):
     """Return what a fit says of one code; none where it says nothing."""
     return [diagnostic for diagnostic in identify(log, model, draws=0, blocks=0, **requested).best.diagnostics if diagnostic.code == code]
 
 
 def test_every_parameter_that_trades_places_at_one_speed_is_named():
-    (result,) = told(Run(0, (0.3,)).log(), "one_speed")
+    (result,) = reported(Run(0, (0.3,)).log(), "one_speed")
     assert set(result.numbers["names"]) == {"F_C", "F_v", "offset"}
     assert "F_v, F_C, offset cannot be told apart" in message(result)
 
 
 def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_not():
-    (result,) = told(Run(0, back=False).log(), "one_direction")
+    (result,) = reported(Run(0, back=False).log(), "one_direction")
     assert set(result.numbers["names"]) == {"F_C", "offset"}
 
 
@@ -50,7 +50,7 @@ def test_every_finding_that_names_parameters_marks_their_rows():
 
 
 def test_a_parameter_that_was_told_trades_places_with_none():
-    (result,) = told(Run(0, back=False).log(), "one_direction", offset=2.0)
+    (result,) = reported(Run(0, back=False).log(), "one_direction", offset=2.0)
     assert set(result.numbers["names"]) == {"F_C"}
 
 
@@ -71,7 +71,7 @@ def test_a_right_log_is_fitted_without_a_word():
 
 
 def test_the_mass_that_is_asked_for_is_compared():
-    (result,) = told(Run(0).log(), "mass_contradicts", mass=2.0 * MASS)
+    (result,) = reported(Run(0).log(), "mass_contradicts", mass=2.0 * MASS)
     assert result.numbers["ratio"] == pytest.approx(2.0, rel=0.03)
     assert "is 2 times the 12 kg that the log shows" in message(result)
 
@@ -80,7 +80,7 @@ def test_each_model_says_it_and_a_threshold_may_be_set():
     log = Run(0).log(effort=-Run(0).effort())
     every = identify(log, "coulomb,coulomb_viscous", draws=0, blocks=0).fits
     assert all("sign of effort seems reversed" in " ".join(warnings_of(fit)) for fit in every)
-    assert told(log, "sign_reversed", settings={"reversed_work": 1.0}) == []
+    assert reported(log, "sign_reversed", settings={"reversed_work": 1.0}) == []
 
 
 def test_what_a_fit_says_with_more_is_said_once():

@@ -142,9 +142,9 @@ def test_the_weight_of_a_link_has_an_amplitude_of_its_own():
     columns = columns_by_cause(rows)["gravity"]
     lacking = with_residual(rows, columns @ np.array([3.0, 4.0]))
     weighed = Weighed.of(lacking)
-    found = force_of(weighed, "gravity", columns, explained=lacking.explained, left=weighed.left(lacking.explained))
-    assert found.amplitude == pytest.approx(5.0, rel=0.05)
-    assert found.share > 0.9
+    result = force_of(weighed, "gravity", columns, explained=lacking.explained, left=weighed.left(lacking.explained))
+    assert result.amplitude == pytest.approx(5.0, rel=0.05)
+    assert result.share > 0.9
     assert force_of(weighed, "position", columns, explained=lacking.explained, left=weighed.left(lacking.explained)).amplitude == 0.0
 
 

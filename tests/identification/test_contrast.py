@@ -41,7 +41,7 @@ def turned_late(seed: int):
     return identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40).best
 
 
-def held(fits, name):
+def kept(fits, name):
     ends = [fit.parameters[name].interval for fit in fits]
     return sum(low <= TRUTH[name] <= high for low, high in ends)
 
@@ -49,7 +49,7 @@ def held(fits, name):
 @pytest.mark.slow
 def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
     fits = [uneven(seed) for seed in SEEDS]
-    assert held(fits, "offset") >= 5
+    assert kept(fits, "offset") >= 5
     off = np.array([fit.parameters["offset"].value - TRUTH["offset"] for fit in fits])
     # By least squares it is off by ten of its standard errors, always to one side.
     assert np.all(off > 5.0 * max(fit.parameters["offset"].robust_std for fit in fits))
@@ -59,7 +59,7 @@ def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
 def test_friction_that_turns_late_is_told_from_where_it_does_not_turn():
     fits = [turned_late(seed) for seed in SEEDS]
     # By least squares alone none of them does.
-    assert held(fits, "F_C") >= 4
+    assert kept(fits, "F_C") >= 4
 
 
 def test_where_the_model_is_right_nothing_is_wider(monkeypatch):

@@ -16,8 +16,8 @@ MOTION = sines(4.0)
 DT = 1e-3
 
 
-def dataset_of(motion=MOTION, effort=None, cutoff=100.0, decimation=10, axis=STATED, **given):
-    return treat(log_of(motion, sliding_effort(motion, noise=0.0) if effort is None else effort, **given), axis, cutoff, decimation)
+def dataset_of(motion=MOTION, effort=None, cutoff=100.0, decimation=10, axis=STATED, **passed):
+    return treat(log_of(motion, sliding_effort(motion, noise=0.0) if effort is None else effort, **passed), axis, cutoff, decimation)
 
 
 @pytest.fixture(scope="module")
@@ -167,11 +167,11 @@ def test_a_derivative_of_fourth_order_is_that_of_a_fast_sine():
 
 
 def test_what_was_found_of_the_alignment_is_told_and_what_was_not_is_left_out():
-    found = Alignment(delay=2e-3, delay_half_width=1e-4, smoothing=-3e-3, smoothing_half_width=1e-3, mass=12.0, slow=5.0)
-    assert found.as_data() == (
+    result = Alignment(delay=2e-3, delay_half_width=1e-4, smoothing=-3e-3, smoothing_half_width=1e-3, mass=12.0, slow=5.0)
+    assert result.as_data() == (
         {"delay": 2e-3, "delay_half_width": 1e-4, "smoothing": -3e-3, "smoothing_half_width": 1e-3, "mass": 12.0, "slow": 5.0}
     )
-    of_position = replace(found, of_position=True).as_data()
+    of_position = replace(result, of_position=True).as_data()
     assert (of_position["position_smoothing"], of_position["position_smoothing_half_width"]) == (3e-3, 1e-3)
     assert Alignment().as_data() == {}
 

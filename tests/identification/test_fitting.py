@@ -133,8 +133,8 @@ def test_what_is_held_says_why_and_what_was_found_before_has_an_interval():
 
 def cause_of(name, component=lugre, values=None, **changes):
     values = {"M": 12.0, "F_C": 8.0, "F_S": 9.0, "v_S": 0.05, "sigma_0": 1e6, "sigma_1": 10.0, "sigma_2": 3.0} | (values or {})
-    found = Excitation(data(**changes), SCALES, values, inertia.variables | component.variables, DEFAULT)
-    return found, found.cause(name)
+    outcome = Excitation(data(**changes), SCALES, values, inertia.variables | component.variables, DEFAULT)
+    return outcome, outcome.cause(name)
 
 
 def test_what_a_log_lacks_is_told_by_what_a_parameter_takes():
@@ -190,12 +190,12 @@ def test_pairs_of_sure_parameters_that_go_together_are_told_once():
 
 
 def test_a_level_without_its_curve_is_told_as_seen():
-    found, _ = cause_of("M")
-    (remark,) = about_level([entry("F_C"), entry("v_S", "unidentifiable")], found)
+    outcome, _ = cause_of("M")
+    (remark,) = about_level([entry("F_C"), entry("v_S", "unidentifiable")], outcome)
     assert (remark.code, remark.numbers) == ("level_as_seen", {"names": ("F_C",), "speed": 0.6})
-    assert about_level([entry("F_C"), entry("v_S")], found) == ()
-    assert about_level([entry("F_C"), entry("sigma_2", "held")], found) == ()
-    assert about_level([entry("F_C", "unidentifiable")], found) == ()
+    assert about_level([entry("F_C"), entry("v_S")], outcome) == ()
+    assert about_level([entry("F_C"), entry("sigma_2", "held")], outcome) == ()
+    assert about_level([entry("F_C", "unidentifiable")], outcome) == ()
     plain = Excitation(data(), SCALES, VALUES, inertia.variables | coulomb.variables, DEFAULT)
     assert about_level([entry("F_C")], plain) == ()
 

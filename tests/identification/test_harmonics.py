@@ -88,8 +88,8 @@ def test_a_pitch_is_found_in_what_sliding_leaves():
     periodic = with_slots(find("coulomb_viscous"), ["periodic"])
     assert with_pitch(context, periodic).prior.pitch == pytest.approx(0.00713, rel=2e-3)
     assert with_pitch(context, find("coulomb_viscous")) is context
-    told = replace(context, prior=replace(context.prior, pitch=0.02))
-    assert with_pitch(told, periodic) is told
+    reported = replace(context, prior=replace(context.prior, pitch=0.02))
+    assert with_pitch(reported, periodic) is reported
 
 
 def test_a_log_of_a_short_way_resolves_no_pitch():

@@ -81,8 +81,8 @@ def test_the_jackknife_is_that_of_fits_without_each_half_cycle():
     jackknife = Jackknife.of(solution_of(columns), cycles)
     assert jackknife.std(noise - columns @ whole) == pytest.approx(expected)
     assert jackknife.named(expected) == pytest.approx({"a": expected[0], "b": expected[1]})
-    held = Jackknife.of(solution_of(columns, at_edge=("b",)), cycles)
-    assert held.named(expected) == pytest.approx({"a": expected[0]})
+    stays = Jackknife.of(solution_of(columns, at_edge=("b",)), cycles)
+    assert stays.named(expected) == pytest.approx({"a": expected[0]})
     few = Jackknife.of(solution_of(columns), Groups(np.repeat(np.arange(4), 200)))
     assert few.named(few.std(noise)) == {}
     assert Jackknife.of(solution_of(columns), Groups(np.repeat(np.arange(5), 160))).names == ("a", "b")
@@ -133,8 +133,8 @@ def test_a_fit_away_from_reversals_differs_by_what_the_rows_there_say():
     disturbed = np.where(away.rows, columns @ np.array([0.5, -2.0, 3.0]), 99.0)
     change = contrast.change(disturbed)
     assert change[2] == pytest.approx(3.0)
-    held = Contrast.of(solution_of(columns), away, np.array([True, True, False]))
-    assert held.determined.tolist() == [True, True, False]
+    stays = Contrast.of(solution_of(columns), away, np.array([True, True, False]))
+    assert stays.determined.tolist() == [True, True, False]
     nowhere = Contrast.of(solution_of(columns), Away.nowhere(ROWS), np.ones(3, dtype=bool))
     assert not nowhere.determined.any()
     assert nowhere.change(disturbed).tolist() == [0.0, 0.0, 0.0]
@@ -158,26 +158,26 @@ def test_waves_beside_friction_are_those_that_take_a_twentieth_of_what_is_left()
 
 
 def test_a_derivative_is_never_taken_beyond_a_bound():
-    asked = []
+    requested = []
 
     def residuals(places):
-        asked.extend(place.copy() for place in places)
+        requested.extend(place.copy() for place in places)
         return [np.array([place[0] ** 2, 3.0 * place[1], place[0] * place[1]]) for place in places]
 
     differences = Differences(residuals, np.array([2.0, 5.0]), 1e-6)
     jacobian = differences.jacobian(np.array([2.0, 4.0]))
     np.testing.assert_allclose(jacobian, [[4.0, 0.0], [0.0, 3.0], [4.0, 2.0]], atol=1e-4)
-    assert all(np.all(place <= [2.0, 5.0]) for place in asked)
-    count = len(asked)
+    assert all(np.all(place <= [2.0, 5.0]) for place in requested)
+    count = len(requested)
     assert differences(np.array([2.0, 4.0])).tolist() == [4.0, 12.0, 8.0]
-    assert len(asked) == count  # remembered
+    assert len(requested) == count  # remembered
     large = Differences(residuals, np.array([1e9, 1e9]), 1e-3)
     large.jacobian(np.array([1000.0, 0.5]))
-    assert asked[-2][0] - 1000.0 == pytest.approx(1.0)  # of a coordinate
-    assert asked[-1][1] - 0.5 == pytest.approx(1e-3)  # of 1
+    assert requested[-2][0] - 1000.0 == pytest.approx(1.0)  # of a coordinate
+    assert requested[-1][1] - 0.5 == pytest.approx(1e-3)  # of 1
 
 
 def test_a_part_of_the_work_tells_its_share_of_all():
-    told = []
-    part_of(lambda share, remark="": told.append((share, remark)), 0.2, 0.6)(0.5, "half")
-    assert told == [(pytest.approx(0.4), "half")]
+    listed = []
+    part_of(lambda share, remark="": listed.append((share, remark)), 0.2, 0.6)(0.5, "half")
+    assert listed == [(pytest.approx(0.4), "half")]

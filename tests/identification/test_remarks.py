@@ -135,11 +135,11 @@ def test_half_a_sample_matters_where_the_stiffness_over_it_is_a_tenth_of_the_dam
 
 
 def test_noise_that_makes_the_inertia_too_small_is_told_where_a_fit_tells_the_inertia():
-    def said(share, status="identified"):
+    def message(share, status="identified"):
         return about_noise(problem_of(coulomb, data(acceleration_noise_share=share)), [estimate("M", status=status)], DEFAULT)
 
-    assert [len(said(share)) for share in (0.009, 0.01, 0.05, 0.051)] == [0, 1, 1, 0]
-    assert said(0.02, "unidentifiable") == ()
+    assert [len(message(share)) for share in (0.009, 0.01, 0.05, 0.051)] == [0, 1, 1, 0]
+    assert message(0.02, "unidentifiable") == ()
     held = problem_of(coulomb)
     held.parameters.free = ("F_C",)
     assert about_noise(held, [estimate("M")], DEFAULT) == ()
@@ -179,8 +179,8 @@ def test_a_delay_is_a_note_where_known_and_a_warning_where_rough():
 
 def test_a_filter_is_told_with_the_channel_that_passed_it():
     for smoothing, of_position, channel in ((3e-3, False, "effort"), (-3e-3, False, "command"), (-3e-3, True, "position")):
-        found = Alignment(delay=0.0, smoothing=smoothing, smoothing_half_width=1e-3, of_position=of_position)
-        numbers = alignment_said(found)["filter_suspect"].numbers
+        outcome = Alignment(delay=0.0, smoothing=smoothing, smoothing_half_width=1e-3, of_position=of_position)
+        numbers = alignment_said(outcome)["filter_suspect"].numbers
         assert numbers == {"lag": 3e-3, "half_width": 1e-3, "channel": channel}
 
 
@@ -192,23 +192,23 @@ def test_a_delay_that_may_be_a_filter_warns_where_bristles_feel_it():
 
 
 def test_rows_that_want_another_inertia_than_was_found_first_say_so():
-    found = Alignment(delay=0.0)
+    outcome = Alignment(delay=0.0)
 
-    def said(change, half_width=0.02, error=0.1):
-        return alignment_said(found, fixed=SimpleNamespace(value=10.0, half_width=half_width), change=change, error=error).get(
+    def message(change, half_width=0.02, error=0.1):
+        return alignment_said(outcome, fixed=SimpleNamespace(value=10.0, half_width=half_width), change=change, error=error).get(
             "stages_differ"
         )
 
-    assert said(0.5) is None  # 2 % and twice the noise of the acceleration
-    remark = said(0.8)
+    assert message(0.5) is None  # 2 % and twice the noise of the acceleration
+    remark = message(0.8)
     assert (remark.parameter, remark.severity) == ("M", "warning")
     assert remark.numbers["first"] == 10.0
     assert remark.numbers["value"] == pytest.approx(10.8, abs=0.02)
-    assert said(-0.8).numbers["value"] == pytest.approx(9.2, abs=0.02)
-    assert said(0.8, half_width=0.8) is None
-    assert said(0.8, half_width=0.4) is not None
-    assert said(0.8, error=30.0) is None
-    assert alignment_said(found, fixed=SimpleNamespace(value=10.0, half_width=None), change=0.8).keys() == {"delay_found"}
+    assert message(-0.8).numbers["value"] == pytest.approx(9.2, abs=0.02)
+    assert message(0.8, half_width=0.8) is None
+    assert message(0.8, half_width=0.4) is not None
+    assert message(0.8, error=30.0) is None
+    assert alignment_said(outcome, fixed=SimpleNamespace(value=10.0, half_width=None), change=0.8).keys() == {"delay_found"}
 
 
 def test_all_that_was_done_to_a_log_is_told():

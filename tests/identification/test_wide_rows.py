@@ -50,10 +50,10 @@ def test_the_inertia_is_that_of_the_axis_at_every_cutoff(rows):
 @pytest.mark.parametrize("delay", [0.005, -0.003])
 def test_a_delay_of_the_effort_is_found_from_a_rough_scan(delay):
     late = np.interp(MOTION.time - delay, MOTION.time, EFFORT)
-    found = rows_of(late)
-    rough = found.scanned()
+    result = rows_of(late)
+    rough = result.scanned()
     assert rough == pytest.approx(delay, abs=1.1e-3)
-    fit = found.fit(20.0, rough, free=(True, False))
+    fit = result.fit(20.0, rough, free=(True, False))
     assert fit.delay == pytest.approx(delay, abs=1e-4)
     assert fit.theta[0] == pytest.approx(12.0, rel=5e-3)
 

@@ -93,27 +93,27 @@ def test_each_parameter_says_whether_it_is_identified():
 @pytest.fixture
 def identified(monkeypatch):
     """A function that returns the part of an identification whose rows and model are made up."""
-    asked = []
+    requested = []
     rows = SimpleNamespace(mechanical=[SimpleNamespace(name="M"), SimpleNamespace(name="")], as_data=lambda: {"rows": 1})
     model = {"scales": {"force": 3.0}}
 
     def described(friction, **how):
-        asked.append(how)
+        requested.append(how)
         return model
 
     def variables(plant, moved, scale, uncertainty, around):
-        asked.append((moved, scale, around))
+        requested.append((moved, scale, around))
         return [{"name": "M", "fixed": False}, {"name": "g", "fixed": True}]
 
-    monkeypatch.setattr(page_loop, "fitted_rows", lambda *given: rows)
+    monkeypatch.setattr(page_loop, "fitted_rows", lambda *passed: rows)
     monkeypatch.setattr(page_loop, "model_described", described)
     monkeypatch.setattr(page_loop, "variables_of", variables)
-    monkeypatch.setattr(living, "as_json", lambda data: asked.append(data) or "DATA")
+    monkeypatch.setattr(living, "as_json", lambda data: requested.append(data) or "DATA")
 
     def part(kind="translational", logs=()):
         best = SimpleNamespace(friction="model", plant=SimpleNamespace(kind=kind), parameters={})
         made = living_part(SimpleNamespace(best=best, log=None, treatment=None, further_logs=logs), None)
-        return made, asked
+        return made, requested
 
     return part
 
@@ -131,7 +131,7 @@ def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, w
 
 
 def test_a_model_that_no_page_computes_has_no_part(identified, monkeypatch):
-    monkeypatch.setattr(page_loop, "fitted_rows", lambda *given: None)
+    monkeypatch.setattr(page_loop, "fitted_rows", lambda *passed: None)
     assert identified()[0] is None
 
 

@@ -12,11 +12,11 @@ from bristle.logs.channel import Channel, LogData, clear_step, quantisation
 STEPS = np.array([0, 2, 3, 7, 8, 8, 5, 1])
 
 
-def log_data(**given):
-    size = given.pop("size", 5)
-    time = Channel(given.pop("time", 0.5 * np.arange(size)), "s", "t")
-    position = Channel(np.arange(float(size)), "m", given.pop("column", "q"))
-    return LogData(time=time, position=position, **given)
+def log_data(**passed):
+    size = passed.pop("size", 5)
+    time = Channel(passed.pop("time", 0.5 * np.arange(size)), "s", "t")
+    position = Channel(np.arange(float(size)), "m", passed.pop("column", "q"))
+    return LogData(time=time, position=position, **passed)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.03, -40.07])

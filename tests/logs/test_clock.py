@@ -9,8 +9,8 @@ from bristle.logs.clock import Order, clock_of, median_step, order_of, samples_b
 EVEN = 0.01 * np.arange(200)
 
 
-def grid_of(stamps, **given):
-    return clock_of(np.asarray(stamps), "log.csv", **given)
+def grid_of(stamps, **passed):
+    return clock_of(np.asarray(stamps), "log.csv", **passed)
 
 
 def test_the_usual_step_is_neither_that_of_jitter_nor_of_rounding():

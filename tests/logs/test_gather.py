@@ -24,17 +24,17 @@ def axis_with(kind="translational", **columns):
 def test_columns_are_in_si_with_scale_and_shift():
     table = table_of({"q": "mm", "t": "ms"}, t=TIME, q=X, u=X)
     axis = axis_with(time="t", position=Column("q", "", "m", 2.0), effort=Column("u", "kN", "N", shift=5.0))
-    found = gather(table, axis)
-    assert found.channels["time"].values == pytest.approx(1e-3 * TIME)
-    assert found.channels["position"].values == pytest.approx(2e-3 * X)
-    assert found.channels["effort"].values == pytest.approx(1e3 * X + 5.0)
-    assert [channel.unit for channel in found.channels.values()] == ["s", "m", "N"]
-    assert found.problems == []
+    result = gather(table, axis)
+    assert result.channels["time"].values == pytest.approx(1e-3 * TIME)
+    assert result.channels["position"].values == pytest.approx(2e-3 * X)
+    assert result.channels["effort"].values == pytest.approx(1e3 * X + 5.0)
+    assert [channel.unit for channel in result.channels.values()] == ["s", "m", "N"]
+    assert result.problems == []
 
 
 def test_without_a_unit_a_column_is_taken_in_si_and_said_so():
-    found = gather(table_of({"q": "m"}, t=TIME, q=X), axis_with(time="t", position="q"))
-    assert found.notes == ["column t has no unit: taken as s"]
+    result = gather(table_of({"q": "m"}, t=TIME, q=X), axis_with(time="t", position="q"))
+    assert result.notes == ["column t has no unit: taken as s"]
 
 
 def test_a_unit_of_the_axis_file_that_contradicts_the_log_is_a_problem():
@@ -49,21 +49,21 @@ def test_a_unit_of_the_axis_file_that_contradicts_the_log_is_a_problem():
 def test_a_following_error_makes_a_reference_where_the_log_has_none():
     axis = axis_with(time="t", position="q", following_error="e")
     units = {"t": "s", "q": "mm", "e": "mm"}
-    found = gather(table_of(units, t=TIME, q=X, e=0.1 * X), axis)
-    assert found.channels["reference"].values == pytest.approx(1.1e-3 * X)
-    assert "following_error" not in found.channels
+    result = gather(table_of(units, t=TIME, q=X, e=0.1 * X), axis)
+    assert result.channels["reference"].values == pytest.approx(1.1e-3 * X)
+    assert "following_error" not in result.channels
     both = axis_with(time="t", position="q", following_error="e", reference="r")
-    found = gather(table_of(units | {"r": "mm"}, t=TIME, q=X, e=0.1 * X, r=3.0 * X), both)
-    assert found.channels["reference"].values == pytest.approx(3e-3 * X)
-    assert "column e is not used: the reference is in the log itself" in found.notes
+    result = gather(table_of(units | {"r": "mm"}, t=TIME, q=X, e=0.1 * X, r=3.0 * X), both)
+    assert result.channels["reference"].values == pytest.approx(3e-3 * X)
+    assert "column e is not used: the reference is in the log itself" in result.notes
     alone = gather(table_of({"t": "s", "v": "m/s", "e": "m"}, t=TIME, v=X, e=X), axis_with(time="t", velocity="v", following_error="e"))
     assert "column e is not used: there is no position that it goes with" in alone.notes
 
 
 def test_a_reference_without_a_unit_has_that_of_the_position():
-    found = gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
-    assert found.channels["reference"].values == pytest.approx(1e-3 * X)
-    assert "column r has no unit: taken in that of the position, mm" in found.notes
+    result = gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
+    assert result.channels["reference"].values == pytest.approx(1e-3 * X)
+    assert "column r has no unit: taken in that of the position, mm" in result.notes
     turned = axis_with(time="t", position=Column("q", "", "m", -2.0), reference="r")
     assert gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), turned).channels["reference"].values == pytest.approx(2e-3 * X)
     own = gather(table_of({"t": "s", "q": "mm", "r": "m"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
@@ -72,19 +72,19 @@ def test_a_reference_without_a_unit_has_that_of_the_position():
 
 def test_columns_used_twice_and_of_different_lengths_are_told():
     units = {"t": "s", "q": "mm", "u": "N"}
-    found = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort=Column("q", "", "")))
-    assert "column q is used twice, as position and as effort: is that meant?" in found.notes
+    result = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort=Column("q", "", "")))
+    assert "column q is used twice, as position and as effort: is that meant?" in result.notes
     (problem,) = gather(table_of(units, t=TIME, q=X, u=X[:-1]), axis_with(time="t", position="q", effort="u")).problems
     assert "has columns of different lengths (t: 40, q: 40, u: 39)" in str(problem)
 
 
 def test_an_optional_column_that_is_missing_is_a_note_and_another_one_a_problem():
     units = {"t": "s", "q": "mm", "load_N": "N"}
-    found = gather(
+    result = gather(
         table_of(units, t=TIME, q=X, load_N=X), axis_with(time="t", position="q", effort=Column("load_M", "", "N", optional=True))
     )
-    assert found.problems == []
-    assert any("optional column load_M is not in this log; is it 'load_N'?" in note for note in found.notes)
+    assert result.problems == []
+    assert any("optional column load_M is not in this log; is it 'load_N'?" in note for note in result.notes)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort="u")).problems
     assert "has no column 'u', which is to be the effort" in str(problem)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t")).problems
@@ -94,13 +94,13 @@ def test_an_optional_column_that_is_missing_is_a_note_and_another_one_a_problem(
 def test_channels_with_times_of_their_own_come_to_those_of_the_position():
     late = TIME + 0.5
     table = table_of({"t": "ms", "t2": "ms", "q": "mm", "u": "N"}, {"q": "t", "u": "t2"}, t=TIME, q=X, t2=late, u=2.0 * late)
-    found = gather(table, axis_with(time="t", position="q", effort="u"))
-    assert found.channels["time"].values == pytest.approx(1e-3 * TIME[1:])
-    assert found.channels["position"].values == pytest.approx(1e-3 * X[1:])
-    assert found.channels["effort"].values == pytest.approx(2.0 * TIME[1:])
-    assert "1 samples were left out, at which not all channels were recorded" in found.notes
-    assert any("columns.time is not needed: each column of this MF4 file brings its time" in note for note in found.notes)
-    (finding,) = found.findings
+    result = gather(table, axis_with(time="t", position="q", effort="u"))
+    assert result.channels["time"].values == pytest.approx(1e-3 * TIME[1:])
+    assert result.channels["position"].values == pytest.approx(1e-3 * X[1:])
+    assert result.channels["effort"].values == pytest.approx(2.0 * TIME[1:])
+    assert "1 samples were left out, at which not all channels were recorded" in result.notes
+    assert any("columns.time is not needed: each column of this MF4 file brings its time" in note for note in result.notes)
+    (finding,) = result.findings
     assert finding.code == "resampled"
     assert finding.numbers["percent"] == 100.0
     assert finding.numbers["sample_time"] == finding.numbers["own_sample_time"] == pytest.approx(1e-3)
@@ -110,16 +110,16 @@ def test_channels_with_times_of_their_own_come_to_those_of_the_position():
 def test_a_channel_that_was_recorded_at_the_same_instants_is_taken_as_it_is():
     fast = np.arange(0.0, 40.0, 0.5)
     table = table_of({"t": "s", "t2": "s", "q": "mm", "u": "N"}, {"q": "t", "u": "t2"}, t=TIME, q=X, t2=fast, u=np.arange(80.0))
-    found = gather(table, axis_with(position="q", effort="u"))
-    assert found.channels["effort"].values.tolist() == np.arange(0.0, 80.0, 2.0).tolist()
-    assert found.findings == []
-    assert found.channels["time"].values == pytest.approx(TIME)
+    result = gather(table, axis_with(position="q", effort="u"))
+    assert result.channels["effort"].values.tolist() == np.arange(0.0, 80.0, 2.0).tolist()
+    assert result.findings == []
+    assert result.channels["time"].values == pytest.approx(TIME)
 
 
 def test_a_name_that_says_another_unit_is_told_beside_the_effort_only():
     units = {"t": "s", "q": "m", "u_kN": "N"}
-    found = gather(table_of(units, t=TIME, q=X, u_kN=X), axis_with(time="t", position="q", effort="u_kN"))
-    assert [finding.numbers for finding in found.findings] == [{"column": "u_kN", "called": "kN", "declared": "N"}]
+    result = gather(table_of(units, t=TIME, q=X, u_kN=X), axis_with(time="t", position="q", effort="u_kN"))
+    assert [finding.numbers for finding in result.findings] == [{"column": "u_kN", "called": "kN", "declared": "N"}]
     declared = axis_with(time="t", position=Column("q_mm", "m", "m"))
     assert gather(table_of({"t": "s"}, t=TIME, q_mm=X), declared).findings == []
 

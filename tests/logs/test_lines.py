@@ -91,14 +91,14 @@ def test_an_effort_that_ends_short_of_what_the_motion_takes_piles_up():
     time = DT * np.arange(12_000)
     x = 0.05 * np.sin(2.0 * np.pi * time) + 0.02 * np.sin(2.0 * np.pi * 2.3 * time)
     acceleration = np.gradient(np.gradient(x, DT), DT)
-    asked = 3.0 * acceleration + np.sign(np.gradient(x)) + 0.01 * np.random.default_rng(4).standard_normal(x.size)
-    level = 0.6 * float(np.max(asked))
-    log = log_along(x, np.minimum(asked, level))
+    requested = 3.0 * acceleration + np.sign(np.gradient(x)) + 0.01 * np.random.default_rng(4).standard_normal(x.size)
+    level = 0.6 * float(np.max(requested))
+    log = log_along(x, np.minimum(requested, level))
     cut = piled_up(log, rows_of(log, 1e-7), 1e-7, 10, 4.0)
     assert cut.level == pytest.approx(level, rel=0.03)
-    assert asked[cut.first] > 0.9 * level
-    assert cut.samples == pytest.approx(np.count_nonzero(asked > level), rel=0.3)
-    below = log_along(x, np.maximum(asked, -level))
+    assert requested[cut.first] > 0.9 * level
+    assert cut.samples == pytest.approx(np.count_nonzero(requested > level), rel=0.3)
+    below = log_along(x, np.maximum(requested, -level))
     assert piled_up(below, rows_of(below, 1e-7), 1e-7, 10, 4.0).level == pytest.approx(-level, rel=0.03)
-    whole = log_along(x, asked)
+    whole = log_along(x, requested)
     assert piled_up(whole, rows_of(whole, 1e-7), 1e-7, 10, 4.0) is None

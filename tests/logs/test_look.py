@@ -39,10 +39,10 @@ def test_the_mass_that_a_log_shows_is_told_where_another_one_is_known():
     assert look_at(axis=Axis(mass=6.0)).mass[1] == pytest.approx(0.5, rel=0.02)
     assert look_at(axis=Axis()).mass is None
     assert look_at(effort_of(mass=0.2), axis=Axis(mass=24.0)).mass is None  # friction takes nearly all
-    found = codes(axis=Axis(mass=24.0))
-    assert found["mass_contradicts"]["known"] == 24.0
-    assert found["mass_contradicts"]["ratio"] == pytest.approx(2.0, rel=0.02)
-    assert found["gear_suspect"]["gear"] == "2"
+    result = codes(axis=Axis(mass=24.0))
+    assert result["mass_contradicts"]["known"] == 24.0
+    assert result["mass_contradicts"]["ratio"] == pytest.approx(2.0, rel=0.02)
+    assert result["gear_suspect"]["gear"] == "2"
 
 
 def test_friction_that_changes_is_told_over_time_and_over_the_place():
@@ -77,9 +77,9 @@ def test_a_recorded_velocity_is_compared_in_scale_likeness_and_delay():
     scale, likeness, _ = look_at(velocity=MOTION.position).velocity
     assert likeness < 0.5
     assert look_at(velocity=-MOTION.velocity).velocity[0] == pytest.approx(-1.0, rel=0.01)
-    found = codes(velocity=60.0 * MOTION.velocity)
-    assert found["velocity_contradicts"]["ratio"] == pytest.approx(60.0, rel=0.02)
-    assert found["gear_suspect"]["gear"] == "60"
+    result = codes(velocity=60.0 * MOTION.velocity)
+    assert result["velocity_contradicts"]["ratio"] == pytest.approx(60.0, rel=0.02)
+    assert result["gear_suspect"]["gear"] == "60"
 
 
 def test_a_channel_that_bends_over_reads_its_largest_too_small():
@@ -103,16 +103,16 @@ def test_ways_go_from_turn_to_turn():
 
 def test_one_direction_and_one_speed_are_told_in_numbers():
     ahead = MOTION._replace(position=0.1 * MOTION.time)
-    found = {remark.code: remark.numbers for remark in checked(log_of(ahead, 8.0 + 0.0 * ahead.time, step=1e-6))}
-    assert found["one_direction"] == {"percent": 0.0, "direction": "forward"}
+    result = {remark.code: remark.numbers for remark in checked(log_of(ahead, 8.0 + 0.0 * ahead.time, step=1e-6))}
+    assert result["one_direction"] == {"percent": 0.0, "direction": "forward"}
     back = {
         remark.code: remark.numbers for remark in checked(log_of(ahead._replace(position=-ahead.position), 0.0 * ahead.time, step=1e-6))
     }
     assert back["one_direction"]["direction"] == "backward"
     triangle = MOTION._replace(position=0.05 * np.abs(((MOTION.time / 0.8) % 2.0) - 1.0))
-    found = {remark.code: remark.numbers for remark in checked(log_of(triangle, SIDE, step=1e-6))}
-    assert found["one_speed"]["slowest"] == pytest.approx(0.0625, rel=0.02)
-    assert found["motion_repeats"]["every"] == pytest.approx(1.6, rel=0.02)
+    result = {remark.code: remark.numbers for remark in checked(log_of(triangle, SIDE, step=1e-6))}
+    assert result["one_speed"]["slowest"] == pytest.approx(0.0625, rel=0.02)
+    assert result["motion_repeats"]["every"] == pytest.approx(1.6, rel=0.02)
     assert "one_speed" not in codes()
 
 

@@ -31,14 +31,14 @@ def burst(seed, jitter=0.0, share=0.02):
     return np.maximum.accumulate(np.round(stamps, 6))
 
 
-def found(stamps, x):
+def result(stamps, x):
     return clock_of(stamps, "log.csv", position=x, repeats=np.append(False, np.diff(x) == 0.0))
 
 
 @pytest.mark.parametrize("share", [0.002, 0.02])
 def test_rows_that_were_lost_one_by_one_are_bridged_and_told(share):
     keep = kept(1, share)
-    clock = found(TIME[keep], place(TIME[keep]))
+    clock = result(TIME[keep], place(TIME[keep]))
     (segment,) = clock.segments
     assert (segment.stop, clock.sample_time) == (COUNT, DT)
     np.testing.assert_allclose(clock.sampled(place(TIME[keep])), place(TIME), atol=2e-9)
@@ -48,7 +48,7 @@ def test_rows_that_were_lost_one_by_one_are_bridged_and_told(share):
 def test_a_longer_pause_still_splits_the_log():
     keep = np.ones(COUNT, dtype=bool)
     keep[4000:4004] = keep[8000:8003] = False
-    clock = found(TIME[keep], place(TIME[keep]))
+    clock = result(TIME[keep], place(TIME[keep]))
     assert [segment.stop - segment.start for segment in clock.segments] == [4000, COUNT - 4004]
     assert any("1 gap (the first after 3.999 s)" in note for note in clock.notes)
     assert any("3 rows are missing" in note for note in clock.notes)
@@ -58,7 +58,7 @@ def test_a_longer_pause_still_splits_the_log():
 @pytest.mark.parametrize("share", [0.002, 0.02])
 def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share):
     keep, stamps = kept(3, share), burst(4, jitter)
-    clock = found(stamps[keep], place(TIME[keep]))
+    clock = result(stamps[keep], place(TIME[keep]))
     assert len(clock.segments) == 1
     assert clock.stamps.size == keep.sum()
     assert clock.sample_time == pytest.approx(DT, rel=2e-4)  # 1.2e-3 off where such rows were dropped
@@ -70,7 +70,7 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
 @pytest.mark.parametrize("share", [0.15, 0.33])
 def test_where_many_rows_are_missing_none_counts_as_lost(share):
     keep = kept(5, share)
-    clock = found(TIME[keep], place(TIME[keep]))
+    clock = result(TIME[keep], place(TIME[keep]))
     assert not any("missing" in note for note in clock.notes)
     assert any("gaps" in note or "uneven" in note for note in clock.notes)
 
@@ -78,7 +78,7 @@ def test_where_many_rows_are_missing_none_counts_as_lost(share):
 def test_a_late_stamp_is_no_lost_row():
     stamps = TIME.copy()
     stamps[[700, 2500, 2501]] += [0.9 * DT, 1.9 * DT, 0.95 * DT]
-    clock = found(stamps, place(TIME))
+    clock = result(stamps, place(TIME))
     assert clock.sample_time == pytest.approx(DT, rel=1e-9)
     assert clock.time.size == COUNT
     assert not any("missing" in note for note in clock.notes)
@@ -87,14 +87,14 @@ def test_a_late_stamp_is_no_lost_row():
 def test_late_rows_of_a_burst_that_are_made_up_for_are_no_lost_rows():
     stamps = TIME.copy()
     stamps[5000:5013] += DT * np.array([7.7, 7.2, 6.4, 5.7, 4.9, 4.1, 3.3, 2.6, 1.8, 1.0, 0.8, 0.5, 0.2])
-    clock = found(stamps, place(TIME))
+    clock = result(stamps, place(TIME))
     assert clock.sample_time == pytest.approx(DT, rel=1e-9)
     assert not any("missing" in note for note in clock.notes)
 
 
 def test_a_stretch_that_was_sampled_half_as_often_is_bridged():
     stamps = np.delete(TIME, 401 + 2 * np.arange(180))
-    clock = found(stamps, place(stamps))
+    clock = result(stamps, place(stamps))
     assert clock.notes == ("180 rows are missing, 3 on end at most: interpolated between those around",)
     np.testing.assert_allclose(clock.sampled(place(stamps)), place(TIME), atol=2e-9)
 
@@ -102,7 +102,7 @@ def test_a_stretch_that_was_sampled_half_as_often_is_bridged():
 def test_even_samples_behind_a_step_of_their_clock_are_not_interpolated():
     stamps = np.delete(TIME, 600)
     stamps[600:] -= 0.1 * DT
-    clock = found(stamps, place(stamps))
+    clock = result(stamps, place(stamps))
     assert clock.uniform
     assert [segment.stop - segment.start for segment in clock.segments] == [600, COUNT - 601]
     np.testing.assert_array_equal(clock.sampled(place(stamps)), place(stamps))
@@ -111,12 +111,12 @@ def test_even_samples_behind_a_step_of_their_clock_are_not_interpolated():
 def test_a_row_that_stands_there_twice_is_one_and_a_reading_of_its_own_is_kept():
     x = place(TIME)
     twice = np.insert(np.arange(COUNT), 600, 599)
-    clock = found(TIME[twice], x[twice])
+    clock = result(TIME[twice], x[twice])
     assert clock.notes[0] == "1 row repeats the row before: left out"
     np.testing.assert_array_equal(clock.sampled(x[twice]), x)
     stamps = TIME.copy()
     stamps[600] = stamps[599]
-    clock = found(stamps, x)
+    clock = result(stamps, x)
     assert clock.notes[0] == "1 stamp is repeated and is taken as between those around"
     assert clock.time.size == COUNT
 

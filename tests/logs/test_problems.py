@@ -17,18 +17,18 @@ NOISY = MOVED + 0.01 * RNG.standard_normal(TIME.size)
 
 
 def gathered(injected=(), **channels):
-    held = {name: Channel(values, {"time": "s", "position": "m"}.get(name, "N"), name) for name, values in channels.items()}
+    kept = {name: Channel(values, {"time": "s", "position": "m"}.get(name, "N"), name) for name, values in channels.items()}
     return SimpleNamespace(
-        channels=held, injected=tuple(Channel(values, "N", "push") for values in injected), named=lambda: iter(held.items())
+        channels=kept, injected=tuple(Channel(values, "N", "push") for values in injected), named=lambda: iter(kept.items())
     )
 
 
-def said(**channels):
+def message(**channels):
     return [str(problem) for problem in problems_of(gathered(**{"time": TIME} | channels), "log.csv")]
 
 
 def test_a_good_log_has_no_problem():
-    assert said(position=NOISY, effort=NOISY) == []
+    assert message(position=NOISY, effort=NOISY) == []
 
 
 def test_a_channel_is_long_enough_from_a_hundred_samples_on():
@@ -41,28 +41,28 @@ def test_a_channel_is_long_enough_from_a_hundred_samples_on():
 def test_samples_that_are_no_measurement_are_named_before_anything_else():
     bad = NOISY.copy()
     bad[[700, 701]] = np.nan
-    (text,) = said(position=bad, effort=np.zeros(3000))
+    (text,) = message(position=bad, effort=np.zeros(3000))
     assert "has NaN (not a number) at sample 700 (t = 0.7 s), 2 such samples in all" in text
     bad[[700, 701]] = np.inf, 0.0
-    assert "an infinite value at sample 700" in said(position=bad)[0]
+    assert "an infinite value at sample 700" in message(position=bad)[0]
     bad[700] = -3e30
-    assert "has -3e+30 m at sample 700 (t = 0.7 s), which is no measurement; 1 such in all" in said(position=bad)[0]
+    assert "has -3e+30 m at sample 700 (t = 0.7 s), which is no measurement; 1 such in all" in message(position=bad)[0]
 
 
 def test_a_constant_channel_tells_nothing_but_a_load():
-    (text,) = said(position=NOISY, effort=np.full(3000, 2.5))
+    (text,) = message(position=NOISY, effort=np.full(3000, 2.5))
     assert "is constant (2.5 N), which tells nothing as the effort" in text
-    assert said(position=NOISY, load=np.ones(3000)) == []
+    assert message(position=NOISY, load=np.ones(3000)) == []
 
 
 def test_a_reading_that_leaves_and_returns_was_lost():
     position = MOVED.copy()
     position[500:502] += 0.5
     assert spikes(position, 0.0) == [(500, 2, pytest.approx(0.5, abs=0.01))]
-    (text,) = said(position=position)
+    (text,) = message(position=position)
     assert "returns after 2 samples at sample 500 (t = 0.5 s), 1 such place in all: readings were lost" in text
     position[900] -= 0.7
-    (text,) = said(position=position)
+    (text,) = message(position=position)
     assert "returns after 1 sample at sample 900 (t = 0.9 s), 2 such places in all" in text
     position[500:506] = MOVED[500:506] + 0.5  # six samples are a motion
     assert [spike.start for spike in spikes(position, 0.0)] == [900]

@@ -189,14 +189,14 @@ def test_cells_are_parted_outside_of_quotes_only():
 
 
 def test_a_layout_is_that_which_makes_most_numbers():
-    found = layout_of(["t;q;word", "s;mm;", "0,5;1,5;a", "1,5;2,5;b", "2,5;3,5;c"], Path("a.csv"))
-    assert (found.delimiter, found.decimal_comma, found.first) == (";", True, 2)
-    assert found.numeric == (True, True, False)
-    assert (found.names, found.units) == (("t", "q", "word"), ("s", "mm", ""))
-    found = layout_of(["position in mm, force/N, speed", "0,1,2", "1,2,3", "2,3,4"], Path("a.csv"))
-    assert (found.names, found.units) == (("position in mm", "force/N", "speed"), ("mm", "N", ""))
-    found = layout_of(["0 1", "1 2", "2 3"], Path("a.csv"))
-    assert (found.delimiter, found.names) == (None, ("column_1", "column_2"))
+    result = layout_of(["t;q;word", "s;mm;", "0,5;1,5;a", "1,5;2,5;b", "2,5;3,5;c"], Path("a.csv"))
+    assert (result.delimiter, result.decimal_comma, result.first) == (";", True, 2)
+    assert result.numeric == (True, True, False)
+    assert (result.names, result.units) == (("t", "q", "word"), ("s", "mm", ""))
+    result = layout_of(["position in mm, force/N, speed", "0,1,2", "1,2,3", "2,3,4"], Path("a.csv"))
+    assert (result.names, result.units) == (("position in mm", "force/N", "speed"), ("mm", "N", ""))
+    result = layout_of(["0 1", "1 2", "2 3"], Path("a.csv"))
+    assert (result.delimiter, result.names) == (None, ("column_1", "column_2"))
     assert layout_of([";column_1", "0;1", "1;2", "2;3"], Path("a.csv")).names == ("column_1_", "column_1")
     with pytest.raises(InputError, match="holds no rows of numbers"):
         layout_of(["a b", "c d", "e f"], Path("a.csv"))

@@ -69,9 +69,9 @@ def test_friction_at_a_speed_counts_that_of_the_table_at_its_arm():
 
 
 def test_a_part_of_the_work_reports_its_share():
-    told = []
-    _part(lambda share, text: told.append((share, text)), 0.6, 0.85)(0.4, "x")
-    assert told == [(pytest.approx(0.7), "x")]
+    reported = []
+    _part(lambda share, text: reported.append((share, text)), 0.6, 0.85)(0.4, "x")
+    assert reported == [(pytest.approx(0.7), "x")]
     assert _part(None, 0.0, 1.0) is None
 
 
@@ -191,10 +191,10 @@ def test_a_budget_puts_first_what_helps_most_and_repeats_twice_at_most(monkeypat
 
 
 def test_the_progress_of_a_design_ends_with_its_circles(monkeypatch):
-    told = []
+    reported = []
 
-    def part(*given):
-        progress = given[-1]
+    def part(*passed):
+        progress = passed[-1]
         for share in (0.0, 1.0):
             progress(share, "x")
         return ()
@@ -202,10 +202,10 @@ def test_the_progress_of_a_design_ends_with_its_circles(monkeypatch):
     module = import_module("bristle.loop.design")
     monkeypatch.setattr(module, "error_budget", part)
     monkeypatch.setattr(module, "_circles", part)
-    monkeypatch.setattr(module, "proposals_for", lambda chosen, **asked: part(asked["progress"]))
+    monkeypatch.setattr(module, "proposals_for", lambda chosen, **requested: part(requested["progress"]))
     variants = (loop("plain", None), loop())
-    designed = design(Experiment("bench", "translational", variants), progress=lambda share, text: told.append(share))
-    assert told == pytest.approx([0.0, 0.6, 0.6, 0.85, 0.85, 1.0])
+    designed = design(Experiment("bench", "translational", variants), progress=lambda share, text: reported.append(share))
+    assert reported == pytest.approx([0.0, 0.6, 0.6, 0.85, 0.85, 1.0])
     assert designed.variant.name == "fed"
     assert designed.budget == ()
     bare = Experiment("bench", "translational", (loop("first", None), loop("second", None)))

@@ -93,11 +93,11 @@ def test_a_law_is_measured_about_rest_to_rounding():
 
 def positions(plant, command, count):
     """The positions [m] that a plant has at the samples under a constant command."""
-    state, found = np.zeros(plant.B.size), []
+    state, result = np.zeros(plant.B.size), []
     for _ in range(count):
-        found.append(plant.C @ state)
+        result.append(plant.C @ state)
         state = plant.A @ state + plant.B * command
-    return np.array(found)
+    return np.array(result)
 
 
 def test_a_constant_effort_moves_a_mass_by_half_of_its_acceleration_times_time_squared():
@@ -143,8 +143,8 @@ def test_motor_and_table_share_an_acceleration_in_the_end(side):
 @pytest.mark.parametrize(("side", "expected"), [("motor", 1e-3 + 1e-2), ("load", 1e-3)])
 def test_a_spring_at_the_table_twists_the_screw(side, expected):
     # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
-    held = behind_a_screw(side, LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4), k=1e6)
-    assert positions(held, 0.01, 3000)[-1] == pytest.approx(expected, rel=1e-3)
+    kept = behind_a_screw(side, LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4), k=1e6)
+    assert positions(kept, 0.01, 3000)[-1] == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize(("motor", "table"), [(LinearFriction(0.0, 0.3), NO_FRICTION), (NO_FRICTION, LinearFriction(0.0, 3e5))])
@@ -155,9 +155,9 @@ def test_dampers_on_both_sides_of_a_screw_brake_alike(motor, table):
 
 
 def test_a_spring_at_the_motor_holds_both():
-    held = LinearFriction(4.0, 0.2)
+    kept = LinearFriction(4.0, 0.2)
     for side in ("motor", "load"):
-        assert positions(behind_a_screw(side, held), 0.2, 2000)[-1] == pytest.approx(0.05, rel=1e-4)
+        assert positions(behind_a_screw(side, kept), 0.2, 2000)[-1] == pytest.approx(0.05, rel=1e-4)
 
 
 # --- friction -------------------------------------------------------------------------------------------------------
@@ -186,9 +186,9 @@ def test_a_delay_line_makes_the_poles_of_its_polynomial():
     # z^d (z - 1) + k = 0
     for delay in range(4):
         expected = np.roots([1.0, -1.0, *np.zeros(delay - 1), 0.3][: delay + 2] if delay else [1.0, -0.7])
-        found = integrator(0.3, delay).poles
-        assert np.sort(np.abs(found)) == pytest.approx(np.sort(np.abs(expected)), rel=1e-9)
-        assert np.all(np.diff(np.abs(found)) <= 1e-12)  # the largest one first
+        result = integrator(0.3, delay).poles
+        assert np.sort(np.abs(result)) == pytest.approx(np.sort(np.abs(expected)), rel=1e-9)
+        assert np.all(np.diff(np.abs(result)) <= 1e-12)  # the largest one first
         assert integrator(0.3, delay).spectral_radius == pytest.approx(np.max(np.abs(expected)))
 
 
@@ -232,13 +232,13 @@ def test_a_stronger_law_answers_so_many_times_as_strongly():
 def test_margins_of_an_integrator_are_those_by_hand(gain, delay):
     # |z - 1| = 2 sin(w T/2) = k at the crossover; the phase there is -90 degrees less w T (1/2 + delay).
     angle = 2.0 * math.asin(0.5 * gain)
-    found = margins_of(integrator(gain, delay))
+    result = margins_of(integrator(gain, delay))
     phase = 90.0 - math.degrees(angle * (0.5 + delay))
-    assert found.crossover == pytest.approx(angle / DT, rel=1e-9)
-    assert found.phase == pytest.approx(phase, rel=1e-9)
-    assert found.delay == pytest.approx(math.radians(phase) / angle, rel=1e-9)
+    assert result.crossover == pytest.approx(angle / DT, rel=1e-9)
+    assert result.phase == pytest.approx(phase, rel=1e-9)
+    assert result.delay == pytest.approx(math.radians(phase) / angle, rel=1e-9)
     # At 180 degrees w T (1/2 + delay) is 90 degrees.
-    assert found.gain == pytest.approx(2.0 * math.sin(0.5 * math.pi / (1.0 + 2.0 * delay)) / gain, rel=1e-6)
+    assert result.gain == pytest.approx(2.0 * math.sin(0.5 * math.pi / (1.0 + 2.0 * delay)) / gain, rel=1e-6)
 
 
 def test_the_sensitivity_is_its_largest():
@@ -248,18 +248,18 @@ def test_the_sensitivity_is_its_largest():
 
 def test_an_unstable_loop_has_a_phase_below_nothing_and_a_smaller_gain_that_is_stable():
     # With one sample of delay an integrator is stable up to a gain of 1.
-    found = margins_of(integrator(1.25, 1))
-    assert found.gain == pytest.approx(0.8, rel=1e-6)
-    assert found.phase == pytest.approx(90.0 - math.degrees(3.0 * math.asin(0.625)), rel=1e-9)
-    assert found.phase < 0.0
-    assert found.delay == pytest.approx(math.radians(found.phase) / (2.0 * math.asin(0.625)))
+    result = margins_of(integrator(1.25, 1))
+    assert result.gain == pytest.approx(0.8, rel=1e-6)
+    assert result.phase == pytest.approx(90.0 - math.degrees(3.0 * math.asin(0.625)), rel=1e-9)
+    assert result.phase < 0.0
+    assert result.delay == pytest.approx(math.radians(result.phase) / (2.0 * math.asin(0.625)))
 
 
 def test_a_loop_that_never_crosses_over_has_no_margin():
     still = SampledLoop(first_order(0.5, 0.1), constant(-1.0), 0, DT)
-    found = margins_of(still)
-    assert (found.phase, found.crossover, found.delay) == (None, None, None)
-    assert found.gain == pytest.approx(15.0, rel=1e-3)  # 0.1/(-1 - 0.5) at half the sampling rate
+    result = margins_of(still)
+    assert (result.phase, result.crossover, result.delay) == (None, None, None)
+    assert result.gain == pytest.approx(15.0, rel=1e-3)  # 0.1/(-1 - 0.5) at half the sampling rate
 
 
 def test_a_state_is_reached_along_a_chain():

@@ -87,15 +87,15 @@ def test_a_loop_is_told_the_whole_of_the_motion():
 
 def test_loops_that_are_proposed_have_their_names(monkeypatch):
     law = controllers.cascade(k_p=10.0, k_v=1000.0)
-    asked = []
+    requested = []
 
     def tuned(variant, name, bandwidth):
-        asked.append((name, bandwidth))
+        requested.append((name, bandwidth))
         return tuning.Tuned(law, 42.0) if name == "cascade" else None
 
     monkeypatch.setattr(tuning, "tuned", tuned)
     loops, bandwidths = tuning._loops(loop(), 50.0)
-    assert asked == [("cascade", 50.0), ("disturbance_observer", 50.0)]
+    assert requested == [("cascade", 50.0), ("disturbance_observer", 50.0)]
     assert (list(loops), bandwidths) == (["as it is", "tuned"], {"tuned": 42.0})
     assert [each.name for each in loops.values()] == list(loops)
     assert loops["tuned"].controller.values["k_p"] == 10.0
@@ -105,9 +105,9 @@ def test_loops_that_are_proposed_have_their_names(monkeypatch):
     same = loop(controller=law)
     assert list(tuning._loops(same, None)[0]) == ["as it is"]
     observing = loop(controller=controllers.disturbance_observer(J=20.0, lambda_=100.0, K_1=100.0, g=20.0))
-    asked.clear()
+    requested.clear()
     tuning._loops(observing, None)
-    assert asked == [("disturbance_observer", None)]
+    assert requested == [("disturbance_observer", None)]
 
 
 def test_loops_that_would_not_diverge_are_simulated_twice_at_most(monkeypatch):

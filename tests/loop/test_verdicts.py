@@ -70,8 +70,8 @@ def test_the_worst_point_is_without_friction_where_such_a_point_is_unstable():
 
 
 def test_a_stable_loop_is_noted_with_its_largest_pole():
-    found = assessed(point(GOOD), point(0.1, under=Friction.SLIDING)).finding
-    assert (found.code, found.severity, dict(found.numbers), found.kind) == (
+    result = assessed(point(GOOD), point(0.1, under=Friction.SLIDING)).finding
+    assert (result.code, result.severity, dict(result.numbers), result.kind) == (
         "loop_stable",
         "note",
         {"radius": pytest.approx(0.9)},
@@ -81,9 +81,9 @@ def test_a_stable_loop_is_noted_with_its_largest_pole():
 
 def test_an_unstable_loop_is_told_with_its_limits():
     # With one sample of delay an integrator is stable up to a gain of 1, without delay up to 2.
-    found = assessed(point(1.5, 1)).finding
-    assert (found.code, found.severity) == ("loop_diverges", "error")
-    numbers = dict(found.numbers)
+    result = assessed(point(1.5, 1)).finding
+    assert (result.code, result.severity) == ("loop_diverges", "error")
+    numbers = dict(result.numbers)
     assert (numbers["why"], numbers["motions"], numbers["delay"], numbers["longest_delay"]) == ("delay", "all", 1, 0)
     assert numbers["largest_gain_percent"] == pytest.approx(100.0 / 1.5, rel=0.021)
     assert numbers["largest_gain_percent"] <= 100.0 / 1.5
@@ -127,9 +127,9 @@ def test_friction_that_falls_asks_for_gains():
 )
 def test_stiffness_that_is_taken_asks_for_the_desired_motion(left, under, why, mend):
     points = [point(BAD)] if under is Friction.NONE else [point(GOOD), point(BAD, under=under)]
-    held = Stiffness(law=2.0, friction=3.0, compensation=5.0 - left)
-    assert held.left == left
-    numbers = dict(assessed(*points, stiffness=held).finding.numbers)
+    kept = Stiffness(law=2.0, friction=3.0, compensation=5.0 - left)
+    assert kept.left == left
+    numbers = dict(assessed(*points, stiffness=kept).finding.numbers)
     assert (numbers["why"], numbers.get("mend")) == (why, mend)
 
 
@@ -162,8 +162,8 @@ def test_a_law_that_switches_is_doubted():
 
 @pytest.mark.parametrize(("taken", "doubted"), [(2.4, False), (2.6, True)])
 def test_half_of_the_stiffness_may_be_taken(taken, doubted):
-    found = codes(assessed(point(GOOD), stiffness=Stiffness(law=2.0, friction=3.0, compensation=taken)))
-    assert found == ({"stiffness_taken": {"taken": taken, "whole": 5.0, "law": 2.0}} if doubted else {})
+    result = codes(assessed(point(GOOD), stiffness=Stiffness(law=2.0, friction=3.0, compensation=taken)))
+    assert result == ({"stiffness_taken": {"taken": taken, "whole": 5.0, "law": 2.0}} if doubted else {})
 
 
 # --- of a variant ----------------------------------------------------------------------------------------------------
@@ -196,9 +196,9 @@ LUGRE = friction.lugre(F_C=18.0, F_S=22.0, v_S=5e-3, sigma_0=5e6, sigma_1=1e3, s
 @pytest.mark.parametrize("gain", [0.5, 1.0])
 def test_friction_fed_along_the_measured_motion_takes_stiffness_away(gain):
     fed = Feedforward(mass=20.0, friction=LUGRE, gain=gain, along="measured")
-    held = assess(loop(feedforward=fed, friction=LUGRE)).stiffness
-    assert held.law == pytest.approx(80.0 * 4000.0, rel=1e-6)
-    assert (held.friction, held.compensation) == (pytest.approx(5e6, rel=1e-4), pytest.approx(gain * 5e6, rel=1e-4))
+    kept = assess(loop(feedforward=fed, friction=LUGRE)).stiffness
+    assert kept.law == pytest.approx(80.0 * 4000.0, rel=1e-6)
+    assert (kept.friction, kept.compensation) == (pytest.approx(5e6, rel=1e-4), pytest.approx(gain * 5e6, rel=1e-4))
     assert assess(loop(feedforward=replace(fed, along="desired"), friction=LUGRE)).stiffness is None
     dry = replace(fed, friction=friction.coulomb(F_C=18.0))
     assert assess(loop(feedforward=dry, friction=LUGRE)).stiffness is None

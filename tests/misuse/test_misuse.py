@@ -201,21 +201,21 @@ def test_what_people_write_is_read_as_they_mean_it(name, written, proper):
     same(CALLS[name](**written), CALLS[name](**proper))
 
 
-def same(found: Any, wanted: Any) -> None:
-    if isinstance(found, np.ndarray):
-        np.testing.assert_allclose(found, wanted, rtol=1e-12)
-    elif isinstance(found, float):
-        assert found == pytest.approx(wanted, rel=1e-12, nan_ok=True)
-    elif isinstance(found, (tuple, list)):
-        assert len(found) == len(wanted)
-        for item, other in zip(found, wanted, strict=True):
+def same(result: Any, wanted: Any) -> None:
+    if isinstance(result, np.ndarray):
+        np.testing.assert_allclose(result, wanted, rtol=1e-12)
+    elif isinstance(result, float):
+        assert result == pytest.approx(wanted, rel=1e-12, nan_ok=True)
+    elif isinstance(result, (tuple, list)):
+        assert len(result) == len(wanted)
+        for item, other in zip(result, wanted, strict=True):
             same(item, other)
-    elif isinstance(found, dict):
-        same(list(found.values()), list(wanted.values()))
-    elif hasattr(found, "__dict__") and type(found).__module__.startswith("bristle") and not hasattr(found, "component"):
-        same(vars(found), vars(wanted))
+    elif isinstance(result, dict):
+        same(list(result.values()), list(wanted.values()))
+    elif hasattr(result, "__dict__") and type(result).__module__.startswith("bristle") and not hasattr(result, "component"):
+        same(vars(result), vars(wanted))
     else:
-        assert type(found) is type(wanted)
+        assert type(result) is type(wanted)
 
 
 def test_a_bandwidth_is_a_frequency_or_an_angular_one(monkeypatch):

@@ -127,11 +127,11 @@ def test_a_part_of_a_record_keeps_its_turns():
 
 def measuring(resolution, noise):
     """An experiment that measures a contact without a bench."""
-    told = Told()
-    told.numbers = {}
-    told |= {("measurement", "resolution"): resolution, ("measurement", "noise"): noise, ("measurement", "speed"): 1e-6}
-    told[("measurement", "amplitudes")] = np.array([1e-6, 4e-6])
-    return told
+    reported = Told()
+    reported.numbers = {}
+    reported |= {("measurement", "resolution"): resolution, ("measurement", "noise"): noise, ("measurement", "speed"): 1e-6}
+    reported[("measurement", "amplitudes")] = np.array([1e-6, 4e-6])
+    return reported
 
 
 def test_a_position_is_read_in_counts_and_a_torque_with_noise():

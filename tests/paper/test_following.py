@@ -170,7 +170,7 @@ def test_break_away_torques_are_those_of_the_screw():
 def test_pictures_show_what_happens_around_the_highest_point(monkeypatch):
     drawn = {}
     for name in ("tracking", "control_effort", "error_distribution"):
-        monkeypatch.setattr(following.loop_rows, name, lambda *given, name=name: drawn.update({name: given[1:]}))
+        monkeypatch.setattr(following.loop_rows, name, lambda *passed, name=name: drawn.update({name: passed[1:]}))
     for figure in (figure_11, figure_13, figure_14):
         figure(tracked()).draw()
     # It lies at 4 s; what is left out ends at 2 s.

@@ -56,8 +56,8 @@ def surfaces(*, K_2, D, T, push=worst, delay=0, step_v=0.0, count=0.0, phi=0.0, 
     return np.abs(result)
 
 
-def late(found):
-    return float(np.max(found[-found.size // 4 :]))
+def late(outcome):
+    return float(np.max(outcome[-outcome.size // 4 :]))
 
 
 @pytest.mark.parametrize(("K_2", "D"), [(10.0, 5.0), (5.0, 1.0), (6.0, 0.0)])

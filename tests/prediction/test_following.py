@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 AXES = {"vertical": VERTICAL, "table": TABLE}
 
 
-def told(axis, **changed):
+def reported(axis, **changed):
     law = {name: getattr(axis, name) for name in ("k_p", "k_v", "k_i", "k_ff")}
     return Axis(controller=controllers.cascade(**(law | changed)), resolution=axis.count, offset="identify", held=True)
 
@@ -30,13 +30,13 @@ def told(axis, **changed):
 def judged(request):
     axis = AXES[request.param]
     log = recorded(axis, moves())
-    return axis, log, br.identify(log, "lugre", axis=told(axis), draws=0, blocks=0)
+    return axis, log, br.identify(log, "lugre", axis=reported(axis), draws=0, blocks=0)
 
 
 @pytest.fixture(scope="module")
 def vertical():
     log = recorded(VERTICAL, moves())
-    return log, br.identify(log, "lugre", axis=told(VERTICAL), draws=0, blocks=0)
+    return log, br.identify(log, "lugre", axis=reported(VERTICAL), draws=0, blocks=0)
 
 
 def followed(result, log, axis):
@@ -63,7 +63,7 @@ def test_measured_and_simulated_following_error_agree(judged):
 )
 def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
     log, result = vertical
-    following = followed(result, log, told(VERTICAL, **wrong))
+    following = followed(result, log, reported(VERTICAL, **wrong))
     numbers = following.contradiction.numbers
     assert numbers["suspects"] == tuple(name for name, _ in expected)
     assert numbers["factors"] == pytest.approx([factor for _, factor in expected], rel=0.03)
@@ -74,7 +74,7 @@ def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
 
 def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
     log, result = vertical
-    following = followed(result, log, told(VERTICAL, k_ff=0.0))  # the drive has 1
+    following = followed(result, log, reported(VERTICAL, k_ff=0.0))  # the drive has 1
     numbers = following.contradiction.numbers
     assert numbers["suspects"][0] == "k_ff"
     assert numbers["factors"][0] == pytest.approx(1.0, abs=0.02)
@@ -83,7 +83,7 @@ def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
 
 def test_a_delay_of_the_loop_is_named(vertical):
     _, result = vertical
-    following = followed(result, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))
+    following = followed(result, recorded(VERTICAL, moves(), delay=4), reported(VERTICAL))
     assert following.contradiction.numbers["suspects"] == ("delay",)
     assert following.contradiction.numbers["factors"] == (4.0,)
     assert "a delay of four samples in the loop" in message(following.contradiction)
@@ -94,7 +94,7 @@ def test_a_reference_that_is_recorded_at_another_time_is_named(vertical, samples
     log, result = vertical
     place = np.arange(len(log))
     moved = Channel(np.interp(place + samples, place, log.reference.values), "m", "r")
-    following = followed(result, replace(log, reference=moved), told(VERTICAL))
+    following = followed(result, replace(log, reference=moved), reported(VERTICAL))
     assert following.contradiction.numbers["suspects"] == (name,)
     assert following.contradiction.numbers["factors"] == pytest.approx([3e-3], rel=0.05)
 
@@ -102,7 +102,7 @@ def test_a_reference_that_is_recorded_at_another_time_is_named(vertical, samples
 def explained(error_of):
     """Return what explains an error that is made of the simulated one, of the vertical axis."""
     log = recorded(VERTICAL, moves(3.0))
-    variant = loop_of(*mechanism(VERTICAL), log, told(VERTICAL), cutoff=100.0).variants[0]
+    variant = loop_of(*mechanism(VERTICAL), log, reported(VERTICAL), cutoff=100.0).variants[0]
     law = variant.controller.with_values(k_p=0.5 * VERTICAL.k_p)
     errors = []
     for item in (variant, replace(variant, controller=law)):
@@ -123,14 +123,14 @@ def test_a_loop_that_nothing_explains_says_so(vertical):
     log, result = vertical
     odd = replace(log, position=Channel(log.position.values + 1e-4 * np.sin(300.0 * log.time.values), "m", "q"))
     best = result.best
-    following = following_of(odd, simulate(loop_of(best.plant, best.friction, log, told(VERTICAL), cutoff=100.0)))
+    following = following_of(odd, simulate(loop_of(best.plant, best.friction, log, reported(VERTICAL), cutoff=100.0)))
     assert following.contradiction.numbers["suspects"] == ()
     assert "No one number explains it" in message(following.contradiction)
 
 
 def test_the_threshold_is_a_setting(vertical):
     log, result = vertical
-    best, axis = result.best, told(VERTICAL, k_p=1.1 * VERTICAL.k_p)
+    best, axis = result.best, reported(VERTICAL, k_p=1.1 * VERTICAL.k_p)
     simulation = simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0))
     assert following_of(log, simulation).contradiction is None
     strict = Settings.of({"loop_differs": 0.02})
@@ -139,7 +139,7 @@ def test_the_threshold_is_a_setting(vertical):
 
 def test_a_contradicted_loop_promises_nothing(vertical):
     log, _ = vertical
-    identification = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
+    identification = br.identify(log, "lugre", axis=reported(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
     summary, page = identification.outcome.summary, identification.outcome.page
     assert summary["following_error"]["compensated"] is None
     doubt = next(item for item in summary["diagnostics"] if item["code"] == "loop_contradicts")
@@ -181,7 +181,7 @@ def test_the_simulated_loop_starts_where_the_log_does(name, first):
     """A motion under way goes on, and an axis at rest does not drop by its weight."""
     axis = AXES[name]
     log = recorded(axis, moves(2.5), first=first)
-    start = loop_of(*mechanism(axis), log, told(axis), cutoff=100.0).variants[0]
+    start = loop_of(*mechanism(axis), log, reported(axis), cutoff=100.0).variants[0]
 
     def off(variant):
         outcome = simulate(Experiment("start", "translational", (variant,))).variants["as_recorded"]
@@ -196,5 +196,5 @@ def test_the_simulated_loop_starts_where_the_log_does(name, first):
 
 def test_the_prediction_of_the_closed_loop_holds_the_weight(vertical):
     log, result = vertical
-    prediction = br.predict(result.best.plant, result.best.friction, log, told(VERTICAL), "closed-loop")
+    prediction = br.predict(result.best.plant, result.best.friction, log, reported(VERTICAL), "closed-loop")
     assert np.max(np.abs(prediction.position - prediction.position_predicted)[:300]) < 1e-6

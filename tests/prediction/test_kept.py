@@ -25,7 +25,7 @@ def summary(**changes):
         {"code": "white", "parameter": "", "severity": "note", "numbers": {}},
     ]
     names = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse", "condition_number", "force_error_percent")
-    told = {
+    reported = {
         "diagnostics": diagnostics,
         "metrics": dict(zip(names, (1.0, 2.0, None, 4.0, 5.0, 6.0), strict=True)),
         "correlation": {"values": [[1.0, 0.5], [0.5, 1.0]], "names": ["M", "F_C"]},
@@ -34,7 +34,7 @@ def summary(**changes):
         "treatment": {"lag": 3e-3},
         "resampling": None,
     }
-    return told | changes
+    return reported | changes
 
 
 RESAMPLING = {
@@ -55,8 +55,8 @@ RESAMPLING = {
 TRACES = {field.name: np.arange(3.0) for field in fields(Traces)}
 
 
-def kept(told, draws=None, bands=None):
-    return fit_of(PLANT, FRICTION, told, TRACES, draws or {}, bands)
+def kept(reported, draws=None, bands=None):
+    return fit_of(PLANT, FRICTION, reported, TRACES, draws or {}, bands)
 
 
 def test_a_fit_has_the_numbers_of_its_summary():
@@ -71,9 +71,9 @@ def test_a_fit_has_the_numbers_of_its_summary():
 
 
 def test_a_number_that_a_summary_cannot_hold_is_none_of_the_numbers():
-    told = summary()
-    told["metrics"] |= {"condition_number": None, "force_error_percent": None}
-    fit = kept(told)
+    reported = summary()
+    reported["metrics"] |= {"condition_number": None, "force_error_percent": None}
+    fit = kept(reported)
     assert math.isnan(fit.condition_number)
     assert math.isnan(fit.force_error_percent)
 
@@ -93,8 +93,8 @@ def test_diagnostics_keep_their_numbers_and_know_the_kind_of_axis():
 @pytest.mark.parametrize("place", ["draws", "bands"])
 def test_how_sure_a_model_is_comes_with_all_its_draws_or_with_those_of_the_model_file(place):
     draws = {"F_C": np.array([19.0, 21.0])}
-    told = {"draws": draws} if place == "draws" else {"bands": {"draws": draws}}
-    resampling = kept(summary(resampling=RESAMPLING), **told).resampling
+    reported = {"draws": draws} if place == "draws" else {"bands": {"draws": draws}}
+    resampling = kept(summary(resampling=RESAMPLING), **reported).resampling
     bands = resampling.bands
     assert bands.draws["F_C"].tolist() == [19.0, 21.0]
     numbers = (

@@ -166,8 +166,8 @@ def test_a_prediction_of_a_loop_has_the_samples_of_every_stretch_that_is_long_en
 
 def test_a_static_map_is_simulated_with_the_presliding_distance_of_the_axis():
     result = predict(PLANT, MODEL, log_of(segments=(slice(0, 200),)), Axis(presliding=1e-5), "open-loop")
-    told = [dict(item.numbers) for item in result.diagnostics if item.code == "presliding_distance"]
-    assert told == [{"distance": 1e-5}]
+    reported = [dict(item.numbers) for item in result.diagnostics if item.code == "presliding_distance"]
+    assert reported == [{"distance": 1e-5}]
     plain = predict(PLANT, MODEL, log_of(segments=(slice(0, 200),)), Axis(), "open-loop")
     assert not np.array_equal(plain.position_predicted, result.position_predicted)
 

@@ -90,8 +90,8 @@ def test_a_position_gain_a_share_of_velocity_and_a_delay_are_changed_alone():
     assert CHANGES["k_ff"](plain, 0.4).controller == LAW.with_values(k_ff=0.4)
     assert CHANGES["delay"](plain, 2.0).run == replace(plain.run, delay=3)
     surface = controllers.sliding_mode
-    given = {name: 1.0 for name in surface.variables if name not in surface.defaults}
-    assert CHANGES["k_p"](loop(controller=surface(**given | {"lambda_": 5.0})), 3.0).controller.values["lambda_"] == 15.0
+    passed = {name: 1.0 for name in surface.variables if name not in surface.defaults}
+    assert CHANGES["k_p"](loop(controller=surface(**passed | {"lambda_": 5.0})), 3.0).controller.values["lambda_"] == 15.0
 
 
 def test_a_reference_that_acts_later_is_moved_by_its_samples():
@@ -102,9 +102,9 @@ def test_a_reference_that_acts_later_is_moved_by_its_samples():
 @pytest.mark.parametrize(("name", "value"), [("k_p", 0.6), ("k_p", 2.2)])
 def test_the_factor_on_a_gain_is_found(name, value):
     trial = _Trial.of(loop(), error_of(CHANGES[name](loop(), value)))
-    found = _best_factor(trial, name)
-    assert (found.name, found.value) == (name, pytest.approx(value, rel=0.02))
-    assert found.difference < 0.05 * trial.difference(loop())
+    outcome = _best_factor(trial, name)
+    assert (outcome.name, outcome.value) == (name, pytest.approx(value, rel=0.02))
+    assert outcome.difference < 0.05 * trial.difference(loop())
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
@@ -121,8 +121,8 @@ def test_no_share_of_velocity_is_below_nothing():
 
 @pytest.mark.parametrize("time", [0.02, -0.02])
 def test_the_time_of_a_reference_is_found(time):
-    found = _shifted(_Trial.of(loop(), error_of(CHANGES["reference"](loop(), time))))
-    assert (found.name, found.value) == ("reference", pytest.approx(time, rel=0.05))
+    outcome = _shifted(_Trial.of(loop(), error_of(CHANGES["reference"](loop(), time))))
+    assert (outcome.name, outcome.value) == ("reference", pytest.approx(time, rel=0.05))
 
 
 def test_a_reference_that_rests_tells_no_time():

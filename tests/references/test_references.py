@@ -235,8 +235,8 @@ CORNERS = dict.fromkeys(("velocity", "acceleration", "jerk"), (1e-12, math.inf))
 )
 def test_what_a_motion_may_be_asked_for_has_bounds(model, bounds):
     free = -math.inf, math.inf
-    told = {name: (variable.min, variable.max) for name, variable in model.variables.items() if not variable.choices}
-    assert {name: pair for name, pair in told.items() if pair != free} == bounds
+    reported = {name: (variable.min, variable.max) for name, variable in model.variables.items() if not variable.choices}
+    assert {name: pair for name, pair in reported.items() if pair != free} == bounds
 
 
 def test_what_nobody_asks_for_is_absent():

@@ -19,7 +19,7 @@ def variant(name, peak, spread=0.0, status=Status.OK):
     return SimpleNamespace(name=name, kind="translational", following_error=error, spread=scatter, runs=3 if spread else 1, status=status)
 
 
-def said(*variants, refused=()):
+def message(*variants, refused=()):
     fed = SimpleNamespace(friction=None)
     shown = [SimpleNamespace(name=item.name, reference=None, feedforward=fed) for item in variants]
     experiment = SimpleNamespace(kind="translational", variants=shown)
@@ -28,39 +28,39 @@ def said(*variants, refused=()):
 
 
 def test_the_best_of_all_is_named_and_measured_against_the_base():
-    words = said(variant("base", 2e-6), variant("worse", 3e-6), variant("best", 5e-7), variant("good", 1e-6))
+    words = message(variant("base", 2e-6), variant("worse", 3e-6), variant("best", 5e-7), variant("good", 1e-6))
     assert words == "best errs least: following error 0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less."
 
 
 def test_the_base_is_that_of_this_name_else_the_first():
-    assert said(variant("base", 2e-6), variant("best", 5e-9)).endswith("2 µm (base) peak to peak, less than a hundredth.")
-    assert "(base) peak to peak, 50 % less" in said(variant("a", 5e-6), variant("base", 2e-6), variant("best", 1e-6))
-    assert "(a) peak to peak, 80 % less" in said(variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6))
-    assert "by a factor of 20" in said(variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6))
+    assert message(variant("base", 2e-6), variant("best", 5e-9)).endswith("2 µm (base) peak to peak, less than a hundredth.")
+    assert "(base) peak to peak, 50 % less" in message(variant("a", 5e-6), variant("base", 2e-6), variant("best", 1e-6))
+    assert "(a) peak to peak, 80 % less" in message(variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6))
+    assert "by a factor of 20" in message(variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6))
 
 
 def test_a_difference_within_the_scatter_is_no_gain():
-    words = said(variant("base", 1.2e-6, 2e-7), variant("best", 1e-6, 1e-7))
+    words = message(variant("base", 1.2e-6, 2e-7), variant("best", 1e-6, 1e-7))
     assert "(base) peak to peak, hardly less" in words
     assert "% less" not in words
 
 
 def test_where_nothing_is_better_nothing_is_called_better():
-    words = said(variant("base", 1e-6), variant("worse", 3e-6), variant("worst", 4e-6))
+    words = message(variant("base", 1e-6), variant("worse", 3e-6), variant("worst", 4e-6))
     assert words == "No variant errs less than base: 1 µm peak to peak."
 
 
 def test_what_did_not_complete_is_not_the_best_and_no_measure():
-    words = said(variant("base", 2e-6), variant("best", 1e-6), variant("wild", 1e-9, status=Status.NOT_FINITE))
+    words = message(variant("base", 2e-6), variant("best", 1e-6), variant("wild", 1e-9, status=Status.NOT_FINITE))
     assert words.startswith("best errs least")
-    assert said(variant("base", 1e-9, status=Status.NOT_FINITE), variant("a", 2e-6), variant("b", 1e-6)) == ""
-    assert said(variant("a", 2e-6), variant("b", 1e-6), refused=["base"]) == said(variant("base", 1e-6)) == ""
-    assert said(variant("base", 1e-6), variant("b", float("nan"))) == "No variant errs less than base: 1 µm peak to peak."
+    assert message(variant("base", 1e-9, status=Status.NOT_FINITE), variant("a", 2e-6), variant("b", 1e-6)) == ""
+    assert message(variant("a", 2e-6), variant("b", 1e-6), refused=["base"]) == message(variant("base", 1e-6)) == ""
+    assert message(variant("base", 1e-6), variant("b", float("nan"))) == "No variant errs less than base: 1 µm peak to peak."
 
 
 def test_an_error_of_nothing_is_the_least():
-    assert "0 m (best) instead" in said(variant("base", 1e-6), variant("best", 0.0))
-    assert said(variant("base", 0.0), variant("best", 1e-6)).endswith("base: 0 m peak to peak.")
+    assert "0 m (best) instead" in message(variant("base", 1e-6), variant("best", 0.0))
+    assert message(variant("base", 0.0), variant("best", 1e-6)).endswith("base: 0 m peak to peak.")
 
 
 def test_the_page_and_the_terminal_close_with_it(stage):

@@ -66,10 +66,10 @@ def test_an_operator_is_exported_with_the_constant_and_a_model_once_admitted(hol
     monkeypatch.setattr("bristle.files.read_model", lambda file, allow_code: ("plant", "friction", {"known": allow_code}))
     monkeypatch.setattr("bristle.hysteresis.with_constant", lambda operator, offset: (operator, offset))
     monkeypatch.setattr("bristle.testing.admit", admitted.append)
-    told = exported._read("file", allow_code=True)
+    reported = exported._read("file", allow_code=True)
     if holds_operator:
-        assert told == (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
+        assert reported == (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
         assert admitted == []
     else:
-        assert told == ("plant", "friction", {"known": True})
+        assert reported == ("plant", "friction", {"known": True})
         assert admitted == ["friction"]

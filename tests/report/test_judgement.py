@@ -214,10 +214,10 @@ def test_the_next_motion_serves_the_open_parameters():
     friction = SimpleNamespace(component=SimpleNamespace(variables=contact))
     names = {"M": "at_edge", "F_C": "unidentifiable", "v_S": "identified", "k": "unidentifiable", "q": "at_edge", "far": "at_edge"}
     estimates = [SimpleNamespace(name=name, status=status) for name, status in names.items()]
-    told = next_measurements(SimpleNamespace(plant=plant, friction=friction, estimates=estimates))
-    assert [item for item, _ in told] == ["M", "F_C", "k"]
-    assert told[1][1].endswith(f"{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")
-    assert WRITTEN_BY not in told[2][1]
+    reported = next_measurements(SimpleNamespace(plant=plant, friction=friction, estimates=estimates))
+    assert [item for item, _ in reported] == ["M", "F_C", "k"]
+    assert reported[1][1].endswith(f"{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")
+    assert WRITTEN_BY not in reported[2][1]
 
 
 def trusted(*halves, diagnostics=(), others=()):

@@ -86,9 +86,9 @@ def test_scatter_is_reported_in_percent_where_friction_scatters():
 def test_break_away_is_reported_by_rate_with_the_intervals():
     slow = BreakAway(1e-4, 4, 9.5, (9.0, 10.0), 2e-6, None)
     fast = BreakAway(1e-3, 5, 8.0, None, 1e-6, (1e-6, 1e-6))
-    found = Identification((known.fit(),), sliding_log())
-    assert break_away_table(found) is None
-    table = break_away_table(replace(found, break_aways=(slow, fast)))
+    outcome = Identification((known.fit(),), sliding_log())
+    assert break_away_table(outcome) is None
+    table = break_away_table(replace(outcome, break_aways=(slow, fast)))
     assert table.heads == [
         "Rate [mm/s]",
         "Legs",

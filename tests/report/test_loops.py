@@ -153,18 +153,18 @@ def test_gains_are_listed_with_friction_and_mass_fed_forward():
 
 def test_loops_with_the_same_doubt_are_reported_together():
     judged = {"a": assessed("a", 15.0, switches=True), "b": assessed("b", 15.0), "c": assessed("c", 15.0, gain=UNSTABLE)}
-    told = report.about_loops(judged, {"d": Diagnostic("switching_law", "", "note")})
-    assert [(item.code, item.numbers["variants"]) for item in told] == [
+    reported = report.about_loops(judged, {"d": Diagnostic("switching_law", "", "note")})
+    assert [(item.code, item.numbers["variants"]) for item in reported] == [
         ("switching_law", ("a",)),
         ("small_margin", ("a", "b")),
         ("loop_diverges", ("c",)),
         ("switching_law", ("d",)),
     ]
-    words = report.loop_warnings(told)
+    words = report.loop_warnings(reported)
     assert words[1].startswith("a, b: warning: the phase margin is 15°")
     assert words[2].startswith("c: unstable, not simulated")
     assert words[3].startswith("d: the law has no slope")
-    assert report.loop_doubts(told) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the margins of the loop are small: a, b"]
+    assert report.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the margins of the loop are small: a, b"]
 
 
 def test_a_name_by_itself_is_a_name():

@@ -191,12 +191,12 @@ def test_thresholds_that_were_changed_stand_beside_their_defaults():
 
 
 def test_a_certificate_is_reported_with_the_use_that_matters():
-    given = {
+    handed = {
         "well_posed": Some(passed=True, value=None, threshold=None, unit="1", advice="fine"),
         "drift": Some(passed=False, value=2e-6, threshold=1e-9, unit="m", advice="take another"),
         "closure": Some(passed=None, value=None, threshold=None, unit="1", advice=""),
     }
-    rows = certificate_table("lugre", given).rows
+    rows = certificate_table("lugre", handed).rows
     assert [row[:4] for row in rows] == [
         ["well_posed", "passed", "", ""],
         ["drift", "FAILED", "2 µm", "1 nm"],

@@ -33,11 +33,11 @@ def test_an_operator_is_judged_by_the_held_out_error(error, held_out, fitted, le
 
 
 def fit(name, rank, error, rmse, held_out=None, notes=()):
-    held = None if held_out is None else Some(mean_percent=held_out, std_percent=0.5, of="the last curve")
+    kept = None if held_out is None else Some(mean_percent=held_out, std_percent=0.5, of="the last curve")
     operator = hysteresis.preisach(s=1.25e7, f_p=150.0)
     prediction = Some(error_percent=error, rmse=rmse)
     metrics = {"error_percent": error}
-    return Some(name=name, rank=rank, prediction=prediction, held_out=held, notes=notes, operator=operator, offset=2.0, metrics=metrics)
+    return Some(name=name, rank=rank, prediction=prediction, held_out=kept, notes=notes, operator=operator, offset=2.0, metrics=metrics)
 
 
 RECORDED = Some(

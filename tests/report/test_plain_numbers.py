@@ -12,12 +12,12 @@ from bristle.report.messages import message
 from bristle.report.model_tables import _parameter_row
 
 
-def told(code, **numbers):
+def reported(code, **numbers):
     return message(Diagnostic(code, "sigma_0" if "reversals" in numbers else "", numbers=numbers))
 
 
 def test_a_percentage_has_no_power_of_ten():
-    text = told("missing_position", force=3.0, percent=318.0, share_percent=50.0, model="", compared="")
+    text = reported("missing_position", force=3.0, percent=318.0, share_percent=50.0, model="", compared="")
     assert "318 %" in text
     assert "e+" not in text
 
@@ -25,7 +25,7 @@ def test_a_percentage_has_no_power_of_ten():
 @pytest.mark.parametrize(("key", "other", "said"), [("model", "compared", "Next: {}"), ("compared", "model", "{}, which was compared")])
 def test_a_model_is_named_as_the_next_or_as_one_that_was_compared(key, other, said):
     named = "stribeck_free+position"
-    text = told("missing_position", force=3.0, percent=3.0, share_percent=50.0, **{key: named, other: ""})
+    text = reported("missing_position", force=3.0, percent=3.0, share_percent=50.0, **{key: named, other: ""})
     assert said.format(f"`{named}`") in text
 
 
@@ -39,17 +39,17 @@ def test_a_model_is_named_as_the_next_or_as_one_that_was_compared(key, other, sa
 )
 def test_of_a_ripple_the_model_is_next_or_compared_or_has_one(model, compared, end):
     numbers = {"period": 0.01, "amplitude": 2.0, "percent": 5.0, "model": model, "compared": compared}
-    assert told("missing_ripple", share_percent=50.0, force=1.0, **numbers).endswith(end)
+    assert reported("missing_ripple", share_percent=50.0, force=1.0, **numbers).endswith(end)
 
 
 def test_a_motion_in_one_direction_goes_no_way_back_of_less_than_nothing():
-    assert "%" not in told("one_direction", direction="forward", percent=0.0)
-    assert "for no more than 0.4 % of its way" in told("one_direction", direction="forward", percent=0.4)
+    assert "%" not in reported("one_direction", direction="forward", percent=0.0)
+    assert "for no more than 0.4 % of its way" in reported("one_direction", direction="forward", percent=0.4)
 
 
 def test_one_speed_is_told_once():
-    assert "at one speed, 20 mm/s:" in told("one_speed", slowest=0.02, fastest=0.0200001)
-    assert "18 mm/s to 21 mm/s" in told("one_speed", slowest=0.018, fastest=0.021)
+    assert "at one speed, 20 mm/s:" in reported("one_speed", slowest=0.02, fastest=0.0200001)
+    assert "18 mm/s to 21 mm/s" in reported("one_speed", slowest=0.018, fastest=0.021)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_one_speed_is_told_once():
     [(3632, 435.0, "lets pass", "only"), (3632, 4.0, "each of 3632", "only"), (7, 4.0, "only 7 reversals", "pass")],
 )
 def test_reversals_are_few_or_fast_only_where_they_are(reversals, samples, said, unsaid):
-    text = told("few_reversals", reversals=reversals, zone=5e-6, samples=samples, filter_samples=10.0)
+    text = reported("few_reversals", reversals=reversals, zone=5e-6, samples=samples, filter_samples=10.0)
     assert said in text
     assert unsaid not in text.replace("passes", "")
 

@@ -78,8 +78,8 @@ def test_a_log_that_cannot_be_read_is_reported_by_the_side(sides, monkeypatch):
         raise InputError("is wrong", path=log)
 
     monkeypatch.setattr(compared, "log_and_axis", fails)
-    for path, told in (("log", "before: is wrong"), ("a.csv", "a.csv: is wrong")):
-        with pytest.raises(InputError, match=told):
+    for path, reported in (("log", "before: is wrong"), ("a.csv", "a.csv: is wrong")):
+        with pytest.raises(InputError, match=reported):
             compared_as([path], [path])
 
 

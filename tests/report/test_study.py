@@ -31,7 +31,7 @@ def runs(**changes):
 
 
 @pytest.fixture
-def told():
+def reported():
     return study_summary(runs(), command="bristle study a.toml", provenance={"bristle": "0"}, worst=[5, 4, 9])
 
 
@@ -40,10 +40,10 @@ def goes_with(summary, *entries):
     return summary | {"rank_correlations": [{"metric": "motion.rms"} | dict(zip(names, entry, strict=True)) for entry in entries]}
 
 
-def test_a_study_counts_the_runs_by_how_they_ended(told):
-    assert (told["runs"], told["done"], told["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
-    assert told["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
-    assert study_sentences(told)[:2] == [
+def test_a_study_counts_the_runs_by_how_they_ended(reported):
+    assert (reported["runs"], reported["done"], reported["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
+    assert reported["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
+    assert study_sentences(reported)[:2] == [
         "8 of 10 runs are there: the same command goes on.",
         "2 of 8 runs did not end well: 1 raised, 1 refused.",
     ]
@@ -54,13 +54,13 @@ def test_of_many_failures_the_first_are_reported():
     assert len(study_summary(many, command="", provenance={})["failures"]) == 20
 
 
-def test_the_worst_runs_are_reported_with_the_command_that_repeats(told):
-    assert [(entry["run"], entry["motion.rms"]) for entry in told["worst"]] == [(5, 6e-3), (4, 5e-3)]
-    assert told["worst"][0]["command"] == "bristle study a.toml --run 5 --out run_5"
+def test_the_worst_runs_are_reported_with_the_command_that_repeats(reported):
+    assert [(entry["run"], entry["motion.rms"]) for entry in reported["worst"]] == [(5, 6e-3), (4, 5e-3)]
+    assert reported["worst"][0]["command"] == "bristle study a.toml --run 5 --out run_5"
 
 
-def test_a_metric_is_reported_of_all_runs_and_of_each_point_of_the_grid(told):
-    entry = told["metrics"]["motion.rms"]
+def test_a_metric_is_reported_of_all_runs_and_of_each_point_of_the_grid(reported):
+    entry = reported["metrics"]["motion.rms"]
     assert (entry["count"], entry["mean"], entry["median"], entry["low"], entry["high"]) == pytest.approx(
         (6, 3.5e-3, 3.5e-3, 1.25e-3, 5.75e-3)
     )
@@ -79,34 +79,34 @@ def test_an_interval_is_reported_of_independent_runs_alone(indices, known, monke
     assert bool(np.all(np.isfinite(summary["metrics"]["motion.rms"]["mean_interval"]))) is known
 
 
-def test_a_metric_is_reported_in_a_sentence_with_the_strongest_cause(told):
-    assert study_sentences(told)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
+def test_a_metric_is_reported_in_a_sentence_with_the_strongest_cause(reported):
+    assert study_sentences(reported)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     # What the grid sets was not drawn.
-    assert study_sentences(goes_with(told, *entries))[3:] == ["Of what was drawn it falls most with plant.M (rank correlation −0.60)."]
-    assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(told, *entries, ("x", 0.7, (0.1, 0.9))))[3]
+    assert study_sentences(goes_with(reported, *entries))[3:] == ["Of what was drawn it falls most with plant.M (rank correlation −0.60)."]
+    assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(reported, *entries, ("x", 0.7, (0.1, 0.9))))[3]
 
 
-def test_a_study_of_which_every_run_failed_says_so(told):
-    lines = study_sentences(told | {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}})
+def test_a_study_of_which_every_run_failed_says_so(reported):
+    lines = study_sentences(reported | {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}})
     assert lines == ["2 of 2 runs did not end well: 2 refused."]
 
 
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
-def test_a_cause_whose_interval_holds_zero_is_left_out(told, interval):
-    lines = study_sentences(goes_with(told, ("plant.M", 0.2, interval)))
+def test_a_cause_whose_interval_holds_zero_is_left_out(reported, interval):
+    lines = study_sentences(goes_with(reported, ("plant.M", 0.2, interval)))
     assert lines[-1] == "It goes with nothing that was drawn, as far as these runs tell."
 
 
-def test_a_whole_study_that_ended_well_says_no_more_than_the_numbers(told):
-    whole = told | {"runs": 8, "statuses": {"ok": 8}}
-    assert study_sentences(whole) == study_sentences(told)[2:]
-    without = told["metrics"]["motion.rms"] | {"count": 0}
+def test_a_whole_study_that_ended_well_says_no_more_than_the_numbers(reported):
+    whole = reported | {"runs": 8, "statuses": {"ok": 8}}
+    assert study_sentences(whole) == study_sentences(reported)[2:]
+    without = reported["metrics"]["motion.rms"] | {"count": 0}
     assert study_sentences(whole | {"metrics": {"motion.rms": without}}) == []
 
 
-def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter(told):
-    (table,) = spread_tables(told)
+def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter(reported):
+    (table,) = spread_tables(reported)
     assert table.caption == "Position, rms in mm (motion.rms)"
     assert table.heads == ["At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"]
     assert table.rows == [
@@ -116,8 +116,8 @@ def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter
     ]
 
 
-def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(told):
-    entry = told["metrics"]["motion.rms"] | {"std": 0.0, "mean": 3.5e-3, "points": []}
+def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(reported):
+    entry = reported["metrics"]["motion.rms"] | {"std": 0.0, "mean": 3.5e-3, "points": []}
     (table,) = spread_tables({"metrics": {"motion.rms": entry}})
     assert table.rows[0][table.heads.index("Mean")] == "3.50"
     del entry["points"]
@@ -126,18 +126,18 @@ def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(told):
     assert "Std" not in table.heads
 
 
-def test_a_metric_without_numbers_has_an_empty_row(told):
-    entry = told["metrics"]["motion.rms"] | {"count": 0}
+def test_a_metric_without_numbers_has_an_empty_row(reported):
+    entry = reported["metrics"]["motion.rms"] | {"count": 0}
     (table,) = spread_tables({"metrics": {"motion.rms": entry | {"unit": "1"}}})
     assert table.caption == "Position, rms (motion.rms)"
     assert table.rows[0] == ["all", "0", *[""] * (len(table.heads) - 2)]
 
 
-def test_causes_stand_in_order_of_strength_and_indices_with_their_intervals(told):
+def test_causes_stand_in_order_of_strength_and_indices_with_their_intervals(reported):
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     index = {"metric": "motion.rms", "cause": "x", "first": 0.123, "first_interval": (0.1, 0.2)}
     index |= {"total": 0.5, "total_interval": (-0.4, 0.6)}
-    shares, ranks = report._influence_tables(goes_with(told, *entries) | {"sobol_indices": [index]})
+    shares, ranks = report._influence_tables(goes_with(reported, *entries) | {"sobol_indices": [index]})
     assert shares.heads == ["Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval"]
     assert shares.rows == [["motion.rms", "x", "0.123", "+0.10 to +0.20", "0.500", "−0.40 to +0.60"]]
     assert ranks.rows == [
@@ -145,7 +145,7 @@ def test_causes_stand_in_order_of_strength_and_indices_with_their_intervals(told
         ["motion.rms", "plant.M", "−0.60", "−0.80 to −0.30"],
         ["motion.rms", "x", "+0.40", "−0.10 to +0.70"],
     ]
-    assert report._influence_tables(told) == []
+    assert report._influence_tables(reported) == []
 
 
 def page_of(item, summary, monkeypatch, **facts):
@@ -163,8 +163,8 @@ def page_of(item, summary, monkeypatch, **facts):
     return seen
 
 
-def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(told, monkeypatch):
-    seen = page_of(runs(), told, monkeypatch)
+def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(reported, monkeypatch):
+    seen = page_of(runs(), reported, monkeypatch)
     words, unit, groups = seen["spread"]["motion.rms"]
     assert (words, unit, list(groups)) == ("Position, rms", "m", ["friction.F_C 1 N", "friction.F_C 2 N"])
     assert groups["friction.F_C 2 N"][:3].tolist() == [2e-3, 4e-3, 6e-3]
@@ -181,9 +181,9 @@ def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(told, monkeypat
 
 
 @pytest.mark.parametrize(("points", "together"), [(0, True), (5, False), (6, True)])
-def test_the_figure_of_a_study_pools_many_points(told, monkeypatch, points, together):
+def test_the_figure_of_a_study_pools_many_points(reported, monkeypatch, points, together):
     grid = {"friction.F_C": [float(k) for k in range(points)]} if points else {}
-    seen = page_of(runs(grid=grid), told | {"worst": [], "failures": []}, monkeypatch)
+    seen = page_of(runs(grid=grid), reported | {"worst": [], "failures": []}, monkeypatch)
     assert (list(seen["spread"]["motion.rms"][2]) == ["all runs"]) is together
     assert seen["page"][1]["worst"].blocks == [None, None]
     assert ("points of a grid" in seen["page"][0].facts) is (points > 0)

@@ -27,14 +27,14 @@ def fit(**changes):
 
 
 def test_levels_are_reported_in_si_and_in_each_unit_of_the_drive(monkeypatch):
-    asked = []
+    requested = []
     monkeypatch.setattr(report, "level_values", lambda fit: levels())
-    monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: asked.append((friction, speed)) or 4e-6)
+    monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: requested.append((friction, speed)) or 4e-6)
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
-    told = _levels(fit(), Axis(columns=columns))
-    assert {name: told[name] for name in vars(levels())} == vars(levels())
-    assert (told["reversal_distance"], told["lag"], asked) == (4e-6, 1e-3, [("f", 0.5)])
-    volts = told["units"]["V"]
+    reported = _levels(fit(), Axis(columns=columns))
+    assert {name: reported[name] for name in vars(levels())} == vars(levels())
+    assert (reported["reversal_distance"], reported["lag"], requested) == (4e-6, 1e-3, [("f", 0.5)])
+    volts = reported["units"]["V"]
     assert volts == {"forward": pytest.approx(0.2), "backward": pytest.approx(0.4), "constant": None, "deviation": pytest.approx(0.1)}
     assert _levels(fit(), None)["units"].keys() <= {"N", "mm/s"}
     monkeypatch.setattr(report, "level_values", lambda fit: None)
@@ -54,7 +54,7 @@ def test_numbers_of_the_draws_stand_beside_the_intervals():
     scatter = type("Scatter", (), {"_asdict": lambda self: {"value": 0.03}})()
     curve = ((0.0, 1.0, 0.9, 1.1), (1e-6, 2.0, 1.9, 2.1))
     own = {"half_cycles": 30, "resolution": 1e-6, "white": True, "jackknife": {"a": 0.1}, "curve": curve, "curve_from": "loops"}
-    told = _resampling(fit(resampling=Some(bands=Some(**bands), scatter=scatter, **own)))
-    assert told["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
-    assert (told["draws"], told["noise"], told["left_in_open_loop"], told["white"]) == (20, 0.0, 6.0, True)
-    assert (told["scatter"], told["jackknife_std"], told["virgin_curve_from"]) == ({"value": 0.03}, {"a": 0.1}, "loops")
+    reported = _resampling(fit(resampling=Some(bands=Some(**bands), scatter=scatter, **own)))
+    assert reported["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
+    assert (reported["draws"], reported["noise"], reported["left_in_open_loop"], reported["white"]) == (20, 0.0, 6.0, True)
+    assert (reported["scatter"], reported["jackknife_std"], reported["virgin_curve_from"]) == ({"value": 0.03}, {"a": 0.1}, "loops")

@@ -182,11 +182,11 @@ def test_a_job_is_not_started_where_another_runs(client, case, opened, app):
 def test_only_a_job_that_runs_is_cancelled(client, case, opened):
     assert client.post(f"{case}/cancel", json={}).json()["job"] is None
     called = []
-    for state, asked, expected in (("done", {}, []), ("runs", {}, ["cancel"]), ("runs", {"at_once": True}, ["kill"])):
+    for state, requested, expected in (("done", {}, []), ("runs", {}, ["cancel"]), ("runs", {"at_once": True}, ["kill"])):
         called.clear()
         opened.job = running(state)
         opened.job.cancel, opened.job.kill = (lambda: called.append("cancel")), (lambda: called.append("kill"))
-        client.post(f"{case}/cancel", json=asked)
+        client.post(f"{case}/cancel", json=requested)
         assert called == expected
     opened.job = None
 
@@ -195,10 +195,10 @@ def test_a_job_has_what_it_needs_and_leaves_its_part(client, case, opened, monke
     put(client, case, b"1", "a.csv")
     put(client, case, b"2", "b.csv", "held_out")
     put(client, case, b"schema = 1\n", "stage.toml", "axis")
-    asked = []
+    requested = []
 
     async def run(job, request):
-        asked.append((job.task, request))
+        requested.append((job.task, request))
         job.facts, job.state = {"word": job.task}, "done"
         return True
 
@@ -206,7 +206,7 @@ def test_a_job_has_what_it_needs_and_leaves_its_part(client, case, opened, monke
     client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}})
     parts = client.get(case).json()["parts"]
     assert {name: part["word"] for name, part in parts.items()} == {"identified": "identify", "predicted": "predict"}
-    (first, request), (second, following) = asked
+    (first, request), (second, following) = requested
     assert (first, second) == ("identify", "predict")
     assert [(label, role) for _, label, role in request["logs"]] == [("a.csv", "fit"), ("b.csv", "held_out")]
     assert (request["axis_text"], request["axis_label"], request["options"]) == ("schema = 1\n", "stage.toml", {"draws": 3})
@@ -215,7 +215,7 @@ def test_a_job_has_what_it_needs_and_leaves_its_part(client, case, opened, monke
     assert following["options"] == {}
     json.dumps(request)
     client.post(f"{case}/jobs", json={"task": "check"})
-    assert len(asked) == 3
+    assert len(requested) == 3
 
 
 def test_a_job_that_fails_leaves_nothing(client, case, opened, monkeypatch):

@@ -111,8 +111,8 @@ def test_a_model_is_held_against_each_log_that_was_held_out(errand, monkeypatch)
         effort = effort_predicted = time = np.arange(3.0)
         metrics, inside_percent = {"force_error_percent": 4.5}, 93.0
 
-    asked = []
-    model = SimpleNamespace(predict=lambda log, mode, axis: asked.append(mode) or Prediction)
+    requested = []
+    model = SimpleNamespace(predict=lambda log, mode, axis: requested.append(mode) or Prediction)
     monkeypatch.setattr(bristle, "load", lambda folder: model)
     monkeypatch.setattr(
         "bristle.report.prediction.prediction_ruling", lambda prediction: SimpleNamespace(as_data=lambda: {"level": "usable"})
@@ -121,7 +121,7 @@ def test_a_model_is_held_against_each_log_that_was_held_out(errand, monkeypatch)
     vars(made)["results"] = made.folder
     facts, data = tasks.predict(made)
     assert facts == {"logs": 2}
-    assert asked == ["inverse", "inverse"]
+    assert requested == ["inverse", "inverse"]
     assert [entry["label"] for entry in data["logs"]] == ["b.csv", "c.csv"]
     assert (data["logs"][0]["error_percent"], data["logs"][0]["inside_percent"]) == (4.5, 93.0)
     assert (data["mode"], data["kind"]) == ("inverse", "translational")
@@ -153,10 +153,10 @@ class Written:
     [({"a.c": "x" * 6000, "b.h": "short", "c.h": "also"}, "b.h"), ({"a.c": b"bytes", "b.h": "x" * 5999}, "b.h"), ({"a.c": b"bytes"}, None)],
 )
 def test_the_first_short_text_of_an_export_is_shown(errand, monkeypatch, files, shown):
-    asked = []
+    requested = []
 
     def exported(model, target, **how):
-        asked.append((model.name, target, how))
+        requested.append((model.name, target, how))
         made = Written()
         made.product, made.summary = SimpleNamespace(files=files), {"notes": ["a note"], "files": list(files)}
         return made
@@ -168,7 +168,7 @@ def test_the_first_short_text_of_an_export_is_shown(errand, monkeypatch, files, 
     assert facts == {"target": "c", "file": "stage_c.zip"}
     assert (data["notes"], data["files"]) == (["a note"], list(files))
     assert (data["shown"] and data["shown"]["file"]) == shown
-    (name, target, how) = asked[0]
+    (name, target, how) = requested[0]
     assert (name, target, how["name"], how["points"]) == ("model.toml", "c", "stage", 7)
     assert how["command"] == "bristle export results --to c --out stage_c --name stage --axis axis.toml --points 7"
     assert errand.told == [(0.2, "writing for c")]
@@ -176,10 +176,10 @@ def test_the_first_short_text_of_an_export_is_shown(errand, monkeypatch, files, 
 
 
 def test_an_export_is_a_table_of_twenty_points_unless_told_otherwise(errand, monkeypatch):
-    asked = []
+    requested = []
 
     def exported(model, target, **how):
-        asked.append((target, how))
+        requested.append((target, how))
         made = Written()
         made.product, made.summary = SimpleNamespace(files={}), {"notes": [], "files": []}
         return made
@@ -188,17 +188,17 @@ def test_an_export_is_a_table_of_twenty_points_unless_told_otherwise(errand, mon
     made = errand([], text="")
     vars(made)["results"] = made.folder
     tasks.export(made)
-    ((target, how),) = asked
+    ((target, how),) = requested
     assert (target, how["points"], how["axis"]) == ("table", 20, None)
     assert "--points" not in how["command"]
     assert "--axis" not in how["command"]
 
 
 def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
-    asked = []
+    requested = []
 
     def designed(axis_file, **how):
-        asked.append(how)
+        requested.append(how)
         motion, turning = Written(), SimpleNamespace(kind="rotational")
         path = SimpleNamespace(time=np.array([0.0, 30.0, 60.0]), position=np.array([0.0, 1.0, 0.0]))
         table = SimpleNamespace(without_empty_columns=lambda: SimpleNamespace(_asdict=lambda: {"rows": 1}))
@@ -212,9 +212,9 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
     assert facts == {"duration": 60.0}
     assert (data["kind"], data["notes"], data["outlook"], data["next"]) == ("rotational", ["slow"], None, "bristle log motion/axis.toml")
     assert data["curve"] == [[0.0, 30.0, 60.0], [0.0, 1.0, 0.0]]
-    (how,) = asked
+    (how,) = requested
     assert (how["duration"], how["travel"], how["purposes"]) == ("90 s", "20 mm", "friction")
     assert how["command"] == "bristle excite axis.toml --out motion --duration '90 s' --for friction --travel '20 mm'"
     shutil.rmtree(errand([]).folder / "motion")
     tasks.excite(errand([]))
-    assert (asked[1]["duration"], asked[1]["travel"], asked[1]["purposes"]) == ("60 s", None, None)
+    assert (requested[1]["duration"], requested[1]["travel"], requested[1]["purposes"]) == ("60 s", None, None)

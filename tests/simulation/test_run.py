@@ -129,7 +129,7 @@ def test_each_run_has_random_numbers_of_its_own():
 def test_progress_counts_the_runs_of_all_variants():
     seen = []
     first = loop(20, name="first", sensor=sensors.encoder(noise=1e-4), run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=3))
-    result = simulate(Experiment("bench", "translational", (first, loop(20, name="second"))), lambda *told: seen.append(told))
+    result = simulate(Experiment("bench", "translational", (first, loop(20, name="second"))), lambda *reported: seen.append(reported))
     assert seen == [(0.0, "first"), (0.25, "first"), (0.5, "first"), (0.75, "second")]
     assert [item.runs for item in result.variants.values()] == [3, 1]
     assert result.variants["first"].following_error.rms > 0.0
@@ -138,16 +138,16 @@ def test_progress_counts_the_runs_of_all_variants():
 
 def trials(learning, gain=1.0, diverges_at=99):
     """Return what is learned on an axis whose error is what the learned effort lacks of a wave, with what was asked."""
-    wave, asked = np.sin(0.1 * np.arange(400)), []
+    wave, requested = np.sin(0.1 * np.arange(400)), []
 
     def once(desired, number):
-        asked.append((desired, number))
+        requested.append((desired, number))
         error = wave - gain * desired[3]
-        status = Status.NOT_FINITE if len(asked) == diverges_at else Status.OK
+        status = Status.NOT_FINITE if len(requested) == diverges_at else Status.OK
         return Result(error, np.zeros(400), SimpleNamespace(peak_to_peak=float(np.ptp(error))), status)
 
     desired = np.stack([np.full(400, float(k)) for k in range(4)]) * [[1.0], [1.0], [1.0], [0.0]]
-    return learn(learning, 1e-3, once, desired, 7), asked, wave
+    return learn(learning, 1e-3, once, desired, 7), requested, wave
 
 
 class Result(SimpleNamespace):
@@ -164,28 +164,28 @@ def replaceable(monkeypatch):
 
 @pytest.mark.usefixtures("replaceable")
 def test_each_trial_learns_from_the_error_of_the_last():
-    result, asked, wave = trials(Learning(trials=3, k_e=0.5, k_d=0.0, cutoff=200.0))
+    result, requested, wave = trials(Learning(trials=3, k_e=0.5, k_d=0.0, cutoff=200.0))
     inside = slice(100, 300)
-    assert asked[0][0][3].tolist() == [0.0] * 400
-    assert asked[1][0][3][inside] == pytest.approx(0.5 * wave[inside], abs=5e-3)
-    assert asked[2][0][3][inside] == pytest.approx(0.75 * wave[inside], abs=5e-3)
-    assert [rows[:3, 0].tolist() for rows, _ in asked] == [[0.0, 1.0, 2.0]] * 3
-    assert [number for _, number in asked] == [7, 1007, 2007]
+    assert requested[0][0][3].tolist() == [0.0] * 400
+    assert requested[1][0][3][inside] == pytest.approx(0.5 * wave[inside], abs=5e-3)
+    assert requested[2][0][3][inside] == pytest.approx(0.75 * wave[inside], abs=5e-3)
+    assert [rows[:3, 0].tolist() for rows, _ in requested] == [[0.0, 1.0, 2.0]] * 3
+    assert [number for _, number in requested] == [7, 1007, 2007]
     assert result.trials == pytest.approx((2.0, 1.0, 0.5), rel=0.2)
 
 
 @pytest.mark.usefixtures("replaceable")
 def test_the_rate_of_the_error_is_learned_too():
-    _, asked, wave = trials(Learning(trials=2, k_e=0.0, k_d=0.01, cutoff=200.0))
+    _, requested, wave = trials(Learning(trials=2, k_e=0.0, k_d=0.01, cutoff=200.0))
     # 0.1 rad in a sample of 1 ms: 100 rad/s.
-    assert asked[1][0][3][150:250] == pytest.approx(np.cos(0.1 * np.arange(150, 250)), abs=0.02)
+    assert requested[1][0][3][150:250] == pytest.approx(np.cos(0.1 * np.arange(150, 250)), abs=0.02)
     assert np.ptp(wave) == pytest.approx(2.0, rel=0.01)
 
 
 @pytest.mark.usefixtures("replaceable")
 def test_a_trial_that_diverges_is_the_last():
-    result, asked, _ = trials(Learning(trials=5, k_e=0.5, k_d=0.0, cutoff=200.0), diverges_at=2)
-    assert len(asked) == len(result.trials) == 2
+    result, requested, _ = trials(Learning(trials=5, k_e=0.5, k_d=0.0, cutoff=200.0), diverges_at=2)
+    assert len(requested) == len(result.trials) == 2
 
 
 def test_a_loop_learns_below_half_its_sampling_frequency():

@@ -44,17 +44,17 @@ class Kept:
 def test_progress_counts_present_runs_and_the_remaining_time(monkeypatch):
     now = iter([0.0, 10.0, 40.0, 100.0])
     monkeypatch.setattr(run, "time", Some(monotonic=lambda: next(now)))
-    told, kept = [], Kept()
+    reported, kept = [], Kept()
     ran = run_within(
         kept,
         workers=1,
-        progress=lambda share, words: told.append((share, words)),
+        progress=lambda share, words: reported.append((share, words)),
         simulator=lambda study: Some(columns=lambda block: block.count),
     )
     assert ran == Ran(1, ())
     assert kept.written == [(4, 4), (8, 4), (12, 4)]
     # Thirty seconds for the second block leave as much for the last one.
-    assert told == [(0.25, "4 of 16 runs"), (0.5, "8 of 16 runs"), (0.75, "12 of 16 runs, 30 s left"), (1.0, "16 of 16 runs, 1 s left")]
+    assert reported == [(0.25, "4 of 16 runs"), (0.5, "8 of 16 runs"), (0.75, "12 of 16 runs, 30 s left"), (1.0, "16 of 16 runs, 1 s left")]
 
 
 def test_a_study_that_is_there_asks_nobody(monkeypatch):

@@ -205,9 +205,9 @@ def test_a_key_that_is_not_varied_is_reported(bench, key, words):
 
 def test_a_key_is_a_value_with_the_unit_and_whether_steps_are_whole(bench):
     experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
-    found = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
-    assert [(item.unit, item.is_whole) for item in found.values()] == [("", True), ("N*s/m", False), ("m", False)]
-    assert found["sensor.noise"].path == "sensor.noise"
+    result = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
+    assert [(item.unit, item.is_whole) for item in result.values()] == [("", True), ("N*s/m", False), ("m", False)]
+    assert result["sensor.noise"].path == "sensor.noise"
 
 
 FROM = {"from": "results", "draws": "bootstrap"}

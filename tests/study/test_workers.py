@@ -179,25 +179,25 @@ class Fake:
 
 
 def crew_of(answers, monkeypatch):
-    crew, asked = Crew(None, 2), []
+    crew, requested = Crew(None, 2), []
     monkeypatch.setattr(workers.subprocess, "Popen", lambda *a, **k: Fake())
 
     def answered(process, message):
-        asked.append(message)
+        requested.append(message)
         answer = next(answers)
         if isinstance(answer, BaseException):
             raise answer
         return answer
 
     monkeypatch.setattr(crew, "_asked", answered)
-    return crew, asked
+    return crew, requested
 
 
 def test_a_block_that_ends_five_workers_is_lost_with_how_they_ended(monkeypatch):
-    crew, asked = crew_of(iter([("ready", None), EOFError()] * 9), monkeypatch)
+    crew, requested = crew_of(iter([("ready", None), EOFError()] * 9), monkeypatch)
     assert crew._simulated(BLOCKS[0]) is None
     assert crew.lost == [(BLOCKS[0], -9)]
-    assert asked.count(BLOCKS[0]) == 5
+    assert requested.count(BLOCKS[0]) == 5
     assert crew.processes == set()
 
 
@@ -210,10 +210,10 @@ def test_a_block_goes_to_the_next_worker_where_a_worker_ended(monkeypatch):
 
 
 def test_workers_that_never_begin_are_reported_by_how_they_end(monkeypatch):
-    crew, asked = crew_of(iter([EOFError()] * 20), monkeypatch)
+    crew, requested = crew_of(iter([EOFError()] * 20), monkeypatch)
     with pytest.raises(WorkerError, match="10 workers ended before they could begin: ended by signal 9"):
         crew._simulated(BLOCKS[0])
-    assert len(asked) == 10
+    assert len(requested) == 10
     crew, _ = crew_of(iter([EOFError()] * 20), monkeypatch)
     monkeypatch.setattr(Fake, "wait", lambda self: 3)
     with pytest.raises(WorkerError, match="ended with code 3"):

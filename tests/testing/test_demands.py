@@ -37,10 +37,10 @@ def model(trial=lambda state, memory, motion, dt, p: (0.0, Move()), **changed):
     return SimpleNamespace(component=component, parameters=None, kind="translational", values={})
 
 
-def unmet(demand, *asked):
+def unmet(demand, *requested):
     """What is told of a demand that is not met."""
     with pytest.raises(UnmetError) as missed:
-        demand(*asked)
+        demand(*requested)
     return missed.value
 
 
@@ -210,15 +210,15 @@ def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
     fact = contract.drives_a_mass(model())
     assert driven == [(1.0, pytest.approx(8.0, rel=1e-4), 1e-3, 4, 2000)]
     assert (fact.value, fact.unit, fact.detail) == (3.0, "m", "travel 3 m")
-    monkeypatch.setattr(contract, "run_open_loop", lambda *asked, **more: SimpleNamespace(status=Status.NOT_FINITE))
+    monkeypatch.setattr(contract, "run_open_loop", lambda *requested, **more: SimpleNamespace(status=Status.NOT_FINITE))
     assert str(unmet(contract.drives_a_mass, model())) == Status.NOT_FINITE.sentence
 
 
 def test_results_of_a_trial_are_scalars():
     assert contract.scalar_results(model()).value == 0.0
     for force in (np.zeros(2), math.nan, "1"):
-        assert "the force is" in str(unmet(contract.scalar_results, model(lambda *asked, force=force: (force, Move()))))
-    assert "the move is a tuple" in str(unmet(contract.scalar_results, model(lambda *asked: (0.0, (1.0,)))))
+        assert "the force is" in str(unmet(contract.scalar_results, model(lambda *requested, force=force: (force, Move()))))
+    assert "the move is a tuple" in str(unmet(contract.scalar_results, model(lambda *requested: (0.0, (1.0,)))))
     other = model()
     other.component.commit = lambda state, memory, move, p: move
     assert "commit returned a Move" in str(unmet(contract.scalar_results, other))
