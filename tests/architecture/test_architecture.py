@@ -149,6 +149,18 @@ def test_every_component_is_bound_in_its_family_and_complete():
             assert model.reference.removeprefix("doi:") in doc, f"the docstring of {family}/{name}.py lacks the DOI of MODEL"
 
 
+TABLES = dict(zip(FAMILIES, ("OPERATORS", "MODELS", "PLANTS", "CONTROLLERS", "SENSORS", "REFERENCES"), strict=True))
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_components_are_listed_in_the_order_of_their_imports(family):
+    # A file that an earlier one imports would come first: its line belongs above.
+    package = importlib.import_module(f"bristle.{family}")
+    table = getattr(package, TABLES[family])
+    lines = re.findall(rf"^from bristle\.{family}\.\w+ import (\w+) as \1$", inspect.getsource(package), re.MULTILINE)
+    assert list(table) == [name for name in lines if name in table]
+
+
 def functions(tree):
     return [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 

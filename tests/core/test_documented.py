@@ -179,3 +179,9 @@ def test_a_family_shows_what_people_ask_for_and_nothing_else(family):
     made = shown - set(FAMILIES[friction])
     if family is friction:
         assert made == {"find", "with_slots", "with_presliding"}
+
+
+def test_channels_that_a_model_needs_are_those_that_a_log_records():
+    assert [channel.name for channel in friction.find("lugre+load").channels_needed] == ["load"]
+    assert friction.find("coulomb_viscous+transmitted").channels_needed == []  # found from effort and motion
+    assert friction.lugre.channels_needed == []

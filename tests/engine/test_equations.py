@@ -112,3 +112,16 @@ def test_a_virgin_contact_stands_behind_the_plant_or_the_position():
         with interpreted():
             size = len(system_of(model, plant, 1e-3, 1, None, asked_by="here").states)
         assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]
+
+
+@pytest.mark.parametrize(("plant", "dt"), [(None, 1e-3), (PLANT, None)])
+def test_steps_in_a_sample_need_a_sample_time_and_a_plant(plant, dt):
+    with pytest.raises(InputError, match="steps: are those in a sample of an axis"):
+        system_of(DAHL, plant, dt, 2, None, asked_by="here")
+
+
+def test_signals_have_the_units_of_the_kind_of_axis():
+    with interpreted():
+        alone, moved = (system_of(DAHL, plant, None, 1, None, asked_by="here") for plant in (None, PLANT))
+    assert (alone.inputs, alone.outputs) == ({"velocity": "m/s"}, {"friction": "N"})
+    assert (moved.inputs, moved.outputs) == ({"effort": "N"}, {"position": "m", "velocity": "m/s", "friction": "N"})

@@ -64,6 +64,14 @@ def test_it_takes_about_as_long_as_it_may(duration):
     assert planned(duration=duration).motion.duration == pytest.approx(seconds, rel=0.05)
 
 
+def test_the_program_of_a_motion_names_the_purposes_that_are_no_list_of_moves():
+    designed = planned(purposes=["damping", "stribeck"])
+    assert [name for name, _ in designed.purposes] == ["damping", "stribeck"]
+    table, program = designed.moves
+    assert "(left out, as it is no list of moves: damping)" in program
+    assert "stribeck" in table
+
+
 def test_it_begins_and_ends_at_rest_in_the_middle_of_the_stroke():
     motion = planned().motion
     assert motion.position[[0, -1]] == pytest.approx(0.05, abs=1e-12)

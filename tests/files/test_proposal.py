@@ -105,6 +105,11 @@ def test_counts_of_a_turn_beside_a_force_are_those_of_a_screw(tmp_path, effort, 
     assert (item.axis.kind, item.missing) == (kind, missing)
 
 
+def test_the_unit_of_the_position_decides_on_the_kind_before_the_unit_of_the_effort(tmp_path):
+    item = propose_axis(written(tmp_path, "time [s],position [deg],force [N]", T, POSITION, FRICTION))
+    assert 'kind = "rotational"' in item.text
+
+
 def test_a_column_that_is_not_used_is_named(tmp_path):
     item = propose_axis(written(tmp_path, "time [s],position [mm],force [N],spare", T, POSITION, FRICTION, np.ones_like(T)))
     assert item.text.splitlines()[-1] == "# columns that are not used: spare"

@@ -1,5 +1,6 @@
 """Loops as a page computes them: what they begin with, what pushes them, and which it cannot."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,11 @@ import pytest
 
 import bristle as br
 from bristle.core.experiment import Feedforward, Run, Start, Variant
-from bristle.exports.page.loop import loop_described, trace_described
+from bristle.exports.page import switches
+from bristle.exports.page.loop import loop_described, trace_described, tracking_described
 from bristle.exports.page.packing import unpacked
+from bristle.friction import lugre
+from bristle.lab.page import paper_experiment
 
 DT = 1e-3
 FRICTION = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
@@ -121,3 +125,30 @@ def test_a_following_error_is_some_of_its_samples():
     assert np.cumsum(np.cumsum(places)).tolist() == samples.tolist()
     np.testing.assert_allclose(trace["step"] * np.cumsum(values), error[samples], atol=0.51 * trace["step"])
     assert trace_described("error", time, 0.0 * error, samples)["step"] == 1.0
+
+
+def test_the_loop_of_the_page_has_the_numbers_of_the_experiment():
+    plain, observing = ({variant.name: variant for variant in paper_experiment().variants}[name] for name in ("none", "observer"))
+    data = tracking_described(plain, observing)
+    assert (data["sampleTime"], data["delay"]) == (plain.run.sample_time, plain.run.delay)
+    assert data["delay"] > 0
+    assert data["paper"] == {
+        "K_2": plain.controller.values["K_2"],
+        "g": observing.controller.values["g"],
+        "frequency": plain.reference.values["frequency"],
+    }
+    assert set(data["parts"]) >= {"sliding", "observer"}
+
+
+@pytest.mark.parametrize(("first", "place"), [("dahl", 1), (lugre(**lugre.example), 0)])
+def test_a_page_begins_with_a_model_by_name_or_with_values(monkeypatch, first, place):
+    monkeypatch.setattr(switches, "MODELS", ("coulomb", "dahl"))
+    monkeypatch.setattr(switches, "example_described", lambda name: {"name": name, "kind": "translational"})
+    monkeypatch.setattr(switches, "switched", lambda model, **options: {"name": model.name, "kind": "rotational"} | options)
+    monkeypatch.setattr(switches, "common_described", dict)
+    monkeypatch.setattr(switches, "slots_described", lambda kind: kind)
+    data = json.loads(unpacked(switches.lab_described(first, {"moved": 1}, named="a file")["code"]))
+    names = [row["name"] for row in data["models"]]
+    assert (data["first"], data["loop"]) == (place, {"moved": 1})
+    assert names == (["coulomb", "dahl"] if isinstance(first, str) else ["lugre", "coulomb", "dahl"])
+    assert list(data["slots"]) == (["translational"] if isinstance(first, str) else ["rotational", "translational"])

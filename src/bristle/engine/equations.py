@@ -151,8 +151,9 @@ def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: s
     states = _states_of(friction, plant, is_sampled=dt is not None)
     motion = () if plant is None else ("position", "velocity")
     following, output = _functions_of(advance, _virgin(friction, plant, len(states)), len(motion), is_sampled=dt is not None)
-    named = ("velocity" if plant is None else "effort",), (*motion, "friction")
-    inputs, outputs = ({key: unit_of(QUANTITIES[key], friction.kind) for key in keys} for keys in named)
+    units = {signal: unit_of(quantity, friction.kind) for signal, quantity in QUANTITIES.items()}
+    inputs = {signal: units[signal] for signal in (["velocity"] if plant is None else ["effort"])}
+    outputs = {signal: units[signal] for signal in (*motion, "friction")}
     return System(following, output, states, inputs, outputs, friction.name.replace("+", "_") if name is None else name, dt or 0)
 
 

@@ -161,9 +161,10 @@ def as_csv(table: Sequence[tuple[float, float]], kind: Kind) -> str:
 def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
     """Return for each parameter that has other units than SI its value in each of them, by name."""
     variables, values = fit.plant.component.variables | fit.friction.component.variables, {}
+    of_drive = drive_units(axis, fit.plant.kind)
     for estimate in fit.estimates:
         if estimate.name in variables and math.isfinite(estimate.value):
-            units = drive_units(axis, fit.plant.kind).of(variables[estimate.name].quantity)
+            units = of_drive.of(variables[estimate.name].quantity)
             values |= {estimate.name: {unit.name: unit.of(estimate.value) for unit in units}} if units else {}
     return values
 
