@@ -65,6 +65,8 @@ def test_correlated_rows_count_as_fewer():
     assert independent_rows(np.tile([1.0, -1.0], 50)) == 100.0  # no more than there are
     assert neighbour_correlation(np.zeros(5)) == 0.0
     assert 0.0 < independent_rows(np.ones(1000)) < 1.0
+    # A correlation counts as 0.999 at most: so many rows as lasting ones have.
+    assert independent_rows(np.ones(10_000)) == pytest.approx(10_000 / 1999.0)
 
 
 def test_within_half_cycles_the_level_of_each_is_taken_out():

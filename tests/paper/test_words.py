@@ -1,6 +1,7 @@
 """What figures say of numbers: what is missing at a return, where friction breaks away, what more branches bring."""
 
 import math
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from bristle.paper import drift, economy, paths, plane, reproduced, tracking
 from bristle.paper.bench import Record, Walk
 from bristle.paper.drift import Rippled, torque_of
 from bristle.paper.economy import Economy
+from bristle.paper.loops import _tips
 
 
 class Told(dict):
@@ -328,3 +330,9 @@ def test_a_number_of_a_loop_is_quoted_in_micrometres_with_its_spread():
     assert tracking.quoted(Loop(), "following_error", "peak_to_peak") == "1.500 ± 0.020"
     assert tracking.quoted(Loop(), "following_error", "mean") == "0.100"
     assert tracking.quoted(Loop(), "effort", "rms", factor=1e3, step=0.1) == "500.00"
+
+
+def test_tips_of_loops_are_in_millinewton_metres_with_their_spread():
+    records = [SimpleNamespace(torque=np.array([-0.1, torque])) for torque in (0.0041, 0.0043, 0.0046)]
+    assert _tips(records, np.max) == "4.33 ± 0.25"
+    assert _tips([SimpleNamespace(torque=np.array([-0.2, 0.1234]))], np.max) == "123.4"

@@ -12,7 +12,7 @@ from bristle.engine import interpreted
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.prediction import predict
-from bristle.prediction.predict import MODES, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
+from bristle.prediction.predict import CHANNELS, MODES, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
 from bristle.simulation.recorded.closed_loop import START_SAMPLES
 
 DT = 2e-3
@@ -178,3 +178,12 @@ def test_a_lag_that_is_given_counts_before_that_of_the_axis():
     own, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
     assert own.tolist() == same.tolist()
     assert not np.array_equal(own, prompt)
+
+
+@pytest.mark.parametrize("name", ["smoothing", "slow", "position_smoothing"])
+def test_filters_of_a_treatment_are_any_positive_amounts(name):
+    unit, given = ("Hz", 2.0) if name == "slow" else ("ms", 2e-3)
+    assert CHANNELS[name](f"2 {unit}", name, "translational") == pytest.approx(given)
+    if name != "smoothing":
+        with pytest.raises(InputError, match=name):
+            CHANNELS[name](-1.0, name, "translational")

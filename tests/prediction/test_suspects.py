@@ -1,6 +1,7 @@
 """What would make a simulated loop follow as a log does: each number that may be wrong, changed by hand."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Feedforward, Run, Variant
 from bristle.engine import interpreted
 from bristle.logs.log import Channel, Log
+from bristle.prediction import following
 from bristle.prediction.following import (
     CHANGES,
     FACTORS,
@@ -234,3 +236,13 @@ def test_a_loop_that_contradicts_its_log_says_what_would_explain_it(monkeypatch)
     assert (numbers["simulated"], numbers["simulated_rms"]) == (recorded.following_error.peak_to_peak, recorded.following_error.rms)
     assert other.measured.rms == pytest.approx(2.0 * recorded.following_error.rms)
     assert statistics_of(other.error[6:]).rms == pytest.approx(other.measured.rms)
+
+
+def test_explanations_that_are_as_good_as_the_best_are_all_named(monkeypatch):
+    left = {"k_p": 0.1, "position": 0.109, "effort": 0.111}
+    trial = SimpleNamespace(variant=loop(), difference=lambda variant: 1.0, agrees=lambda suspect, allowed: True)
+    monkeypatch.setattr(following._Trial, "of", lambda variant, error: trial)
+    monkeypatch.setattr(following, "_best_factor", lambda trial, name: Suspect(name, 2.0, left[name]))
+    for name in ("_at", "_fed", "_shifted"):
+        monkeypatch.setattr(following, name, lambda *asked: Suspect("late", 1.0, 0.6))  # does not explain half of the difference
+    assert [suspect.name for suspect in explanations(loop(), np.zeros(120), 0.1)] == ["k_p", "position"]

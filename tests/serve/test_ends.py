@@ -3,7 +3,6 @@
 import os
 import shutil
 import signal
-import tempfile
 import time
 from pathlib import Path
 
@@ -13,15 +12,6 @@ from tests.serve.yard import begun, lab_process, put
 from bristle.server.run import NOTE, PREFIX, own_folder
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and owners of POSIX")
-
-
-@pytest.fixture
-def temporary(tmp_path, monkeypatch):
-    """A temporary folder of this process and of others."""
-    place = tmp_path / "temporary"
-    place.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(place))
-    return place
 
 
 def children_of(number):

@@ -4,27 +4,13 @@ import json
 import time
 
 import pytest
-from starlette.testclient import TestClient
-from tests.serve.yard import TOKEN, begun, put
+from tests.serve.yard import begun, put
 
 from bristle.server import routes
-from bristle.server.application import application
 from bristle.server.cases import Job, Part
 from bristle.server.limits import Limits
 
-PORT = 8765
 LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3, jobs=2)
-
-
-@pytest.fixture
-def app(tmp_path):
-    return application(tmp_path, TOKEN, PORT, LIMITS)
-
-
-@pytest.fixture
-def client(app):
-    with TestClient(app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}) as client:
-        yield client
 
 
 @pytest.fixture

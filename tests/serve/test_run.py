@@ -2,7 +2,6 @@
 
 import os
 import socket
-import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,14 +11,6 @@ from bristle.core.errors import InputError
 from bristle.server import run
 from bristle.server.limits import Limits
 from bristle.server.run import NOTE, PREFIX, listening_on, own_folder, serve, server_of
-
-
-@pytest.fixture
-def temporary(tmp_path, monkeypatch):
-    place = tmp_path / "temporary"
-    place.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(place))
-    return place
 
 
 @pytest.mark.parametrize("port", [-1, 2**16, 10**9])

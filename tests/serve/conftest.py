@@ -1,0 +1,31 @@
+"""What several tests of the served lab need: the application within the `LIMITS` of their file, and a folder for temporary files."""
+
+import tempfile
+
+import pytest
+from starlette.testclient import TestClient
+from tests.serve.yard import TOKEN
+
+from bristle.server.application import application
+
+PORT = 8765
+
+
+@pytest.fixture
+def app(tmp_path, request):
+    return application(tmp_path, TOKEN, PORT, request.module.LIMITS)
+
+
+@pytest.fixture
+def client(app):
+    with TestClient(app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}) as client:
+        yield client
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """A temporary folder of this process and of others."""
+    place = tmp_path / "temporary"
+    place.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    return place
