@@ -141,6 +141,8 @@ class _Places:
 
     def visit_all(self, node: ast.AST, known: frozenset[str] = frozenset()) -> Iterator[Place]:
         """Yield the places in a node; `known` are the names bound before it in its function."""
+        if _only_typed(node):
+            return
         yield from self.in_node(node, known)
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             arguments = node.args
@@ -190,6 +192,10 @@ def _asks(node: ast.AST) -> bool:
     return isinstance(node, ast.If | ast.IfExp)
 
 
+def _only_typed(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
 def _other_numbers(value: float) -> list[str]:
     if isinstance(value, bool):
         return [str(not value)]
@@ -216,10 +222,10 @@ def _children(node: ast.AST) -> list[ast.AST]:
             return []
         case ast.Assign(targets=[ast.Name(id="__all__")]):
             return []
-        case ast.If(test=ast.Name(id="TYPE_CHECKING")):
-            return []
         case ast.AnnAssign():
             return [node.value] if node.value else []
+        case ast.Call(func=ast.Name(id="zip")):  # strict=True asserts what the lines above have made equal
+            return list(node.args)
         case ast.FunctionDef():
             return [*node.args.defaults, *(kw_default for kw_default in node.args.kw_defaults if kw_default), *node.body]
         case ast.ClassDef():

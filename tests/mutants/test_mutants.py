@@ -26,6 +26,9 @@ def first(x: "1 < 2", y=3) -> "4":
     µ = max(x, y) / 2
     µ += x
     told = f"{x * y}"
+    for µ in zip(range(1), x, strict=True):
+        if TYPE_CHECKING:
+            µ += x
     return µ
 
 
@@ -54,12 +57,13 @@ def test_each_kind_of_fault_is_put_where_it_fits():
     }
     assert faults(13) > {("min/max", "max", "min"), ("arithmetic", "/", "*")}
     assert faults(14) == {("arithmetic", "+", "-"), ("statement", "µ += x", "pass")}
-    assert faults(16) == {("return", "µ", "None")}
-    assert faults(22) == {("constant", "8.0", item) for item in ("0.0", "7.0", "9.0", "16.0")}
+    assert faults(16) == {("constant", "1", item) for item in ("0", "2")}, "nothing of strict=True"
+    assert faults(19) == {("return", "µ", "None")}
+    assert faults(25) == {("constant", "8.0", item) for item in ("0.0", "7.0", "9.0", "16.0")}
 
 
 def test_texts_declarations_and_what_raises_are_left_alone():
-    assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 22}
+    assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 19, 25}
 
 
 def test_every_fault_of_the_package_leaves_a_program_and_another_one():
