@@ -1,10 +1,10 @@
 """Mutation testing: faults of one line are put into the package, and the fast tests have to notice.
 
 ``python -m tests.mutants`` draws lines of each group of rooms by a seed, puts one fault into each (a comparison turned,
-+ for -, a constant doubled, a statement left out ...), and runs the test files that are related to it, in a copy of the
-tree. It ends with the share of faults that were noticed, in each group, and the lines that no test holds; exit code 1
-where the share is below ``--least`` in all or below ``--least-group`` in a group. Results are kept in a file, so that a
-later call goes on where this one was interrupted.
++ for -, a constant doubled, a statement left out ...), and runs the test files that are related to it, then those that
+hold results of every room, in a copy of the tree. It ends with the share of faults that were noticed, in each group, and
+the lines that no test holds; exit code 1 where the share is below ``--least`` in all or below ``--least-group`` in a
+group. Results are kept in a file, so that a later call goes on where this one was interrupted.
 
 Neither of the two common tools does this here: mutmut chooses a fault while the program runs, by a wrapper around each
 function, which compiled kernels cannot go through; cosmic-ray changes the working tree itself, draws no sample, and has
@@ -50,6 +50,17 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "lab": ("lab", "server"),
     "commands": ("cli", "demo", "paper", "testing"),
 }
+# What holds results of every room: JSON of all commands, their pages, figures and files, and the documentation's numbers.
+WIDE = (
+    "tests/docs/test_reference.py",
+    "tests/contract/test_contract.py",
+    "tests/files/test_results.py",
+    "tests/report/test_pages.py",
+    "tests/figures/test_figures.py",
+    "tests/cli/test_json.py",
+    "tests/cli/test_main.py",
+    "tests/docs/test_pages.py",
+)
 EQUIVALENTS = Path(__file__).with_name("equivalents.toml")
 # How much longer tests may take with a fault: so many times, and so many seconds for what is compiled anew.
 SLOWER, COMPILING = 3.0, 60.0
@@ -142,11 +153,13 @@ def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, requested: arg
     benches = [Bench(ROOT, place / str(number)) for number in range(requested.processes)]
     imports = Imports(ROOT)
     near = {path: list(islice(imports.tests_of(path), requested.files)) for path in {item.path for item in left}}
-    _measure(benches, sorted({test for tests in near.values() for test in tests}), kept, requested.budget)
+    wide = [name for name in WIDE if (ROOT / name).exists()]
+    _measure(benches, sorted({test for tests in (*near.values(), wide) for test in tests}), kept, requested.budget)
 
     def jobs() -> Iterator[Job]:
         for mutant in left:
             tests = within(near[mutant.path], kept.seconds, requested.budget)
+            tests += [test for test in within(wide, kept.seconds, requested.budget) if test not in tests]
             took = sum(kept.seconds[item] or 0.0 for item in tests)
             yield Job(tuple(tests), SLOWER * took + COMPILING, mutant)
 
