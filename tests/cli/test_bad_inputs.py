@@ -261,7 +261,7 @@ MODELS = [
     ),
     Bad(
         "own model with the name of another",
-        ("coulomb", "name of its own"),
+        ("coulomb", "is the name of a model of bristle", 'FrictionModel(name="...")'),
         (*IDENTIFY, "--model", "own.py"),
         swap("own.py", 'name="own"', 'name="coulomb"'),
     ),

@@ -31,6 +31,7 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
         "draws.parquet",
         "traces.parquet",
         "experiment.toml",
+        "loop.csv",
     }
     assert "This axis is simulated" in (folder / "report.html").read_text()
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from tests.cli.conftest import written_in
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 AXIS = """
 schema = 1
 name = "stage"
@@ -39,17 +37,22 @@ stroke = ["-50 mm", "50 mm"]
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def drawn(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("axis.toml").write_text(AXIS)
     return tmp_path
 
 
+@pytest.fixture
+def folder(drawn, undrawn):
+    return drawn
+
+
 @pytest.mark.slow
-def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
+def test_a_motion_is_written_with_the_intervals_that_its_log_would_give(bristle, drawn):
     result = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json")
     assert result.code == 0
-    assert written_in(folder / "motion") == {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html"}
+    assert written_in(drawn / "motion") == {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html"}
     table = np.loadtxt("motion/motion.csv", delimiter=",", skiprows=1)
     assert Path("motion/motion.csv").read_text().splitlines()[0].startswith("t [s],q [um],velocity [um/s],")
     assert np.abs(table[:, 1]).max() <= 50_000.0

@@ -50,7 +50,6 @@ def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
         ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0"),
         ("log", "log.csv", "--axis", "axis.toml"),
         ("design", "experiment.toml", "--variant", "base"),
-        pytest.param(("demo",), marks=pytest.mark.slow),
     ],
     ids=lambda item: item[0],
 )

@@ -108,7 +108,7 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
             "defines nothing that can be checked",
             path=str(model),
             allowed="MODEL, of a friction model, control law or sensor, SLOT, FORMAT, TARGET or FIGURE",
-            mend="End the file with one of them, such as TARGET = Target(...)",
+            mend="End the file with one of them, such as MODEL = FrictionModel(...)",
         )
     kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
     subject: Any = load_checked(content) if kind is None else kind[1](content)

@@ -13,7 +13,6 @@ from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
     FigureFiles,
-    Listing,
     Output,
     Readers,
     code_in,
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult
 
 
-COMMAND = Listing
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --out results
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared

@@ -9,7 +9,21 @@ import typer
 from bristle.cli.options import LOG_FILE, AxisFile, Listing, Output, Readers, own_readers, print_json, size_limit, toml_content
 from bristle.cli.terminal import NO, complain, show
 
-COMMAND = Listing
+
+class _OfFormats(Listing):
+    """A command whose help lists the formats of logs."""
+
+    heads = ("Format", "Needs")
+
+    @staticmethod
+    def rows() -> list[tuple[str, str]]:
+        """Return the formats, and what each needs."""
+        from bristle.logs import FORMATS
+
+        return [(known.title, f'pip install "bristle[{known.extra}]"' if known.extra else "nothing more") for known in reversed(FORMATS)]
+
+
+COMMAND = _OfFormats
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
   bristle log recording.csv --axis axis.toml --out what-is-in-it"""

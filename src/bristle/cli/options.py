@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
-LOG_FILE = "text, also of TwinCAT and LabVIEW, or another format below; FILE::TABLE names a table in it."
+LOG_FILE = "text, also of TwinCAT and LabVIEW, or another format that bristle log --help lists; FILE::TABLE names a table in it."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
 # What to write in place of commands and options that an earlier release had; with its command where another one still has it.
@@ -60,16 +60,10 @@ class Format(StrEnum):
 
 
 class Listing(TyperCommand):
-    """A command whose help has a list in front of its example: it is made when somebody asks, for every command loads this."""
+    """A command whose help has a list in front of its example, made when somebody asks for help."""
 
-    heads = ("Format", "Needs")
-
-    @staticmethod
-    def rows() -> list[tuple[str, str]]:
-        """Return the formats of logs, and what each needs."""
-        from bristle.logs import FORMATS
-
-        return [(known.title, f'pip install "bristle[{known.extra}]"' if known.extra else "nothing more") for known in reversed(FORMATS)]
+    heads: tuple[str, str]
+    rows: Callable[[], list[tuple[str, str]]]
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write the list in front of the example."""

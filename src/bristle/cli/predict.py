@@ -11,7 +11,6 @@ from bristle.cli.options import (
     AllowCode,
     AxisFile,
     FigureFiles,
-    Listing,
     Output,
     Readers,
     own_figures,
@@ -22,7 +21,6 @@ from bristle.cli.options import (
 )
 from bristle.cli.terminal import NO
 
-COMMAND = Listing
 EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
 
