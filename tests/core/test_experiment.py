@@ -110,3 +110,73 @@ def test_learning_counts_its_trials():
     for wrong in ({"trials": 0}, {"trials": 1001}, {"k_e": -1.0}, {"k_d": -1.0}, {"cutoff": 0.0}):
         with pytest.raises(InputError):
             Learning(**{"trials": 1, "k_e": 2.0, "k_d": 0.0, "cutoff": 20.0} | wrong)
+
+
+def run_of(**given):
+    return Run(**{"duration": 1.0, "sample_time": 1e-3} | given)
+
+
+def learning_of(**given):
+    return Learning(**{"trials": 1, "k_e": 1.0, "k_d": 0.0, "cutoff": 20.0} | given)
+
+
+@pytest.mark.parametrize(
+    ("made", "name", "ends", "beyond"),
+    [
+        (Feedforward, "asymmetry", (-1.0, 1.0), (-1.001, 1.001)),
+        *((Feedforward, name, (0.0,), (-1e-9,)) for name in ("mass", "limit", "rate_limit", "conditioning")),
+        *((run_of, name, (0.0,), (-1e-9,)) for name in ("settle", "effort_limit", "current_lag")),
+        (run_of, "delay", (0, 64), (-1, 65)),
+        (run_of, "seeds", (1, 1000), (0, 1001)),
+        (run_of, "substeps", (1, 10_000), (-1, 10_001)),
+        (learning_of, "cutoff", (1e-3,), (0.9e-3,)),
+        (learning_of, "trials", (1, 1000), (0, 1001)),
+        *((learning_of, name, (0.0,), (-1e-9,)) for name in ("k_e", "k_d")),
+    ],
+)
+def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, ends, beyond):
+    assert [getattr(made(**{name: value}), name) for value in ends] == list(ends)
+    for value in beyond:
+        with pytest.raises(InputError, match=name):
+            made(**{name: value})
+
+
+def test_what_is_fed_forward_may_be_of_any_sign_but_has_an_end():
+    fed = Feedforward(gain=-0.5, offset=-2.0)
+    assert (fed.gain, fed.offset, fed.fitted_to, fed.plant, fed.carries) == (-0.5, -2.0, "", None, None)
+    for name in ("mass", "gain", "offset", "asymmetry", "conditioning"):
+        with pytest.raises(InputError, match=name):
+            Feedforward(**{name: math.inf})
+    for name, words in (("along", "desired, measured"), ("rest", "held, middle")):
+        with pytest.raises(InputError, match=f"{name}: is none of the choices.*{words}"):
+            Feedforward(**{name: "other"})
+
+
+def test_a_loop_has_parts_of_their_families_in_their_places():
+    for name in ("plant", "friction", "controller", "sensor", "reference"):
+        with pytest.raises(InputError, match=f"{name}: must be a model with parameters"):
+            variant(**{name: None})
+    for name in ("disturbance", "injected", "learning", "table", "axis", "effort", "start"):
+        assert getattr(variant(), name) is None
+        with pytest.raises(InputError, match=name):
+            variant(**{name: "other"})
+    assert variant().sensor_at == "load"
+    with pytest.raises(InputError, match="sensor_at: is none of the choices.*load, motor"):
+        variant(sensor_at="table")
+
+
+def test_a_tolerance_is_for_a_plant_of_one_mass():
+    screw = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
+    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant of one mass, and ball_screw"):
+        variant(plant=screw, run=Run(0.1, 1e-3, tolerance=1e-9), effort=Effort(np.zeros(100)))
+    assert variant(plant=screw).plant is screw
+
+
+def test_a_start_is_a_place_and_a_motion_of_any_sign():
+    start = Start(-0.5, -1.0, -2.0, "-3 N")
+    assert (start.position, start.velocity, start.acceleration, start.effort) == (-0.5, -1.0, -2.0, -3.0)
+    for name in ("position", "velocity", "acceleration", "effort"):
+        with pytest.raises(InputError, match=name):
+            Start(**{"position": 0.0} | {name: math.inf})
+    with pytest.raises(InputError, match="values: is too short"):
+        Effort([])
