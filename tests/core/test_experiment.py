@@ -161,7 +161,7 @@ def test_a_loop_has_parts_of_their_families_in_their_places():
         with pytest.raises(InputError, match=name):
             variant(**{name: "other"})
     assert variant().sensor_at == "load"
-    with pytest.raises(InputError, match="sensor_at: is none of the choices.*load, motor"):
+    with pytest.raises(InputError, match=r"sensor_at: is none of the choices.*load, motor"):
         variant(sensor_at="table")
 
 

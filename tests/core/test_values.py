@@ -121,7 +121,7 @@ def test_a_threshold_of_which_nothing_is_said_is_any_number_from_nothing_on():
 
     assert Plain.described()[0] == ("share", 0.3, "1", "of all", 0.0, math.inf, "")
     assert Plain.of({"share": 0.0}).share == 0.0
-    with pytest.raises(InputError, match="here.share"):
+    with pytest.raises(InputError, match=r"here\.share"):
         Plain.of({"share": -1e-9}, "here")
     with pytest.raises(InputError, match=r"settings\.share"):
         Plain.among({"share": -1.0})

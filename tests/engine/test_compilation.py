@@ -76,3 +76,23 @@ def test_an_entry_is_plain_in_a_block_and_a_driver_is_itself():
 
 def test_arguments_of_a_driver_lie_in_a_row():
     assert flat([1, (2, (3, 4)), 5]) == [1, 2, 3, 4, 5]
+
+
+def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        compilation, "_compile", lambda name, function, kind, code, parts, interleaved: asked.append(interleaved) or function
+    )
+    monkeypatch.setattr(compilation, "_entries", {})
+    monkeypatch.setattr(compilation, "fingerprint", lambda *parts: "0")
+    monkeypatch.setattr(compilation, "handed_over", lambda function, kind: function)
+    monkeypatch.setattr(compilation, "is_interpreted", lambda: False)
+
+    def made():
+        return 3.0
+
+    first = compilation.compiled("plain", lambda: made, None)
+    assert compilation.compiled("plain", lambda: pytest.fail("made again"), None) is first is made
+    compilation.compiled("lanes", lambda: made, None, (), 4)
+    compilation.compiled("plain", lambda: made, None, (len,))  # of other parts: another entry
+    assert asked == [1, 4, 1]
