@@ -8,7 +8,7 @@ import pytest
 from bristle import friction
 from bristle.core.motion import Motion
 from bristle.engine import force_along, interpreted
-from bristle.friction.level import Rise, has_level, rises_with_effort, risen, share_at, viscous_of
+from bristle.friction.level import Rise, has_level, risen, rises_with_effort, share_at, viscous_of
 
 
 @pytest.fixture(autouse=True)
