@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from bristle import controllers, friction
 from bristle.core.axis import COLUMNS, Axis, Cogging, Column, Injected, KnownColumn
 from bristle.core.errors import InputError
 
@@ -74,33 +73,6 @@ def test_one_of_every_so_many_samples_is_kept():
         refused("decimation", decimation=wrong)
 
 
-def test_words_of_an_axis_are_those_that_it_knows():
-    for name, known in {
-        "plant": ("inertia", "oscillator"),
-        "hold": ("zero", "linear", "band_limited"),
-        "method": ("inverse_dynamics", "output_error"),
-        "loop": ("open", "closed"),
-        "kind": ("translational", "rotational"),
-    }.items():
-        assert [getattr(Axis(**{name: word}), name) for word in known] == list(known)
-        refused(name, "none of the choices", **{name: "other"})
-
-
-def test_yes_and_no_are_no_numbers_and_what_may_stay_open_is_neither():
-    flags = ("seeks_delay", "seeks_lag", "at_rest", "in_cycle", "keeps_rests", "gravity", "held", "periodic")
-    for name in flags:
-        assert [getattr(Axis(**{name: value}), name) for value in (True, False)] == [True, False]
-        refused(name, "True or False", **{name: 1})
-    assert (Axis(held=None).held, Axis(periodic=None).periodic) == (None, None)
-    refused("gravity", gravity=None)
-
-
-def test_the_controller_of_an_axis_is_a_control_law():
-    law = controllers.cascade(k_p=80.0, k_v=500.0)
-    assert Axis(controller=law).controller is law
-    refused("controller", controller=friction.coulomb(F_C=1.0))
-
-
 def test_axes_are_the_same_whatever_units_their_gains_were_told_in():
     # The movement for a radian of the motor and the rated effort only help to read a file; its text is where it came from.
     assert Axis(arm=0.01) == Axis(arm=0.02) == Axis(rated=5.0) == Axis(text=b"schema = 1") == Axis()
@@ -143,8 +115,3 @@ def test_cogging_comes_a_whole_number_of_times_in_a_turn_of_motor_or_screw():
     assert Axis(cogging=Cogging("motor", 5e-3)).cogging == (Cogging("motor", 5e-3),)
     assert Axis(injected=Injected("a", 1.0), regressors=KnownColumn("b", "c")).injected == (Injected("a", 1.0),)
     refused("cogging", "must be a Cogging", cogging="motor")
-
-
-def test_thresholds_of_an_identification_are_numbers_by_name():
-    assert Axis(settings={"share": 2}).settings == {"share": 2.0}
-    refused("settings.share", settings={"share": "many"})

@@ -134,20 +134,6 @@ def test_a_relation_of_structure_is_held_where_values_are_not_validated():
             made({"F_C": 1.0, "k_i": [1.0, 2.0], "nu_i": [1.0]}, component=friction.maxwell_slip, **options)
 
 
-def test_ranges_are_held_though_relations_are_not_asked_for():
-    with pytest.raises(InputError, match="F_C"):
-        made(STRIBECK | {"F_C": -1.0}, related=False)
-
-
-def test_kinds_of_axis_are_those_of_motion_and_of_operators_those_of_magnets_too():
-    for kind in ("magnetic", "piezo"):
-        assert make_model(hysteresis.play, {"r": 1.0}, kind=kind, validate=True).kind == kind
-        with pytest.raises(InputError, match="unknown kind of axis"):
-            made(kind=kind)
-    with pytest.raises(InputError, match="translational or rotational or magnetic or piezo"):
-        make_model(hysteresis.play, {"r": 1.0}, kind="round", validate=True)
-
-
 def test_what_the_operator_tells_is_not_told_beside_it():
     operator = hysteresis.preisach(s=1e7, f_p=40.0, kind="translational")
     sliding = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3}

@@ -141,42 +141,8 @@ def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, 
             made(**{name: value})
 
 
-def test_what_is_fed_forward_may_be_of_any_sign_but_has_an_end():
-    fed = Feedforward(gain=-0.5, offset=-2.0)
-    assert (fed.gain, fed.offset, fed.fitted_to, fed.plant, fed.carries) == (-0.5, -2.0, "", None, None)
-    for name in ("mass", "gain", "offset", "asymmetry", "conditioning"):
-        with pytest.raises(InputError, match=name):
-            Feedforward(**{name: math.inf})
-    for name, words in (("along", "desired, measured"), ("rest", "held, middle")):
-        with pytest.raises(InputError, match=f"{name}: is none of the choices.*{words}"):
-            Feedforward(**{name: "other"})
-
-
-def test_a_loop_has_parts_of_their_families_in_their_places():
-    for name in ("plant", "friction", "controller", "sensor", "reference"):
-        with pytest.raises(InputError, match=f"{name}: must be a model with parameters"):
-            variant(**{name: None})
-    for name in ("disturbance", "injected", "learning", "table", "axis", "effort", "start"):
-        assert getattr(variant(), name) is None
-        with pytest.raises(InputError, match=name):
-            variant(**{name: "other"})
-    assert variant().sensor_at == "load"
-    with pytest.raises(InputError, match=r"sensor_at: is none of the choices.*load, motor"):
-        variant(sensor_at="table")
-
-
 def test_a_tolerance_is_for_a_plant_of_one_mass():
     screw = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
     with pytest.raises(InputError, match=r"run\.tolerance: needs a plant of one mass, and ball_screw"):
         variant(plant=screw, run=Run(0.1, 1e-3, tolerance=1e-9), effort=Effort(np.zeros(100)))
     assert variant(plant=screw).plant is screw
-
-
-def test_a_start_is_a_place_and_a_motion_of_any_sign():
-    start = Start(-0.5, -1.0, -2.0, "-3 N")
-    assert (start.position, start.velocity, start.acceleration, start.effort) == (-0.5, -1.0, -2.0, -3.0)
-    for name in ("position", "velocity", "acceleration", "effort"):
-        with pytest.raises(InputError, match=name):
-            Start(**{"position": 0.0} | {name: math.inf})
-    with pytest.raises(InputError, match="values: is too short"):
-        Effort([])

@@ -13,9 +13,3 @@ def test_each_status_says_something_of_its_own():
 def test_the_worst_of_several_is_the_one_that_tells_most():
     ranked = (Status.OK, Status.SOLVE_INACCURATE, Status.TOLERANCE_MISSED, Status.MEMORY_OVERFLOW, Status.NOT_FINITE)
     assert sorted(Status, key=int) == list(ranked)
-    assert int(Status.OK) == 0
-    assert len(set(map(int, Status))) == len(ranked)
-    assert "smaller step" in Status.SOLVE_INACCURATE.sentence
-    assert "larger tolerance" in Status.TOLERANCE_MISSED.sentence
-    assert "capacity" in Status.MEMORY_OVERFLOW.sentence
-    assert "unstable" in Status.NOT_FINITE.sentence

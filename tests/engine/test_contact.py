@@ -117,9 +117,3 @@ def test_a_start_that_shows_to_the_end_is_never_forgotten():
     # Beyond the samples that are looked at first.
     slow = np.full(1500, 1e-5)
     assert _forgotten(SLIDER, {"v": slow, "x": 1e-3 * np.cumsum(slow)}, 1e-3) == 1200
-
-
-def test_a_steady_force_is_that_after_all_that_a_contact_remembers():
-    assert steady_force(SLIDERS, 1e-3) == pytest.approx(20.0)
-    assert steady_force(SLIDERS, -1e-3) == pytest.approx(-20.0)
-    assert steady_force(SLIDER, -1e-3) == pytest.approx(-20.0 - 0.2)

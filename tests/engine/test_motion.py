@@ -164,13 +164,3 @@ def test_a_contact_without_an_amplitude_stays_virgin():
     assert (state.z, memory.size) == (0.0, 0)
     with pytest.raises(InputError, match="amplitude"):
         conditioned(lugre(), -1e-9)
-
-
-def test_turns_carry_the_memory_of_the_turn_before_and_states_of_lengths_are_refused():
-    model = friction.maxwell_slip(F_C=20.0, k_i=[2e6], nu_i=[1.0])
-    rows = np.array([pack(model.parameters)] * 2)
-    v = np.full(4, 1e-6)
-    result = in_turns(model, rows, v, 1.0, np.cumsum(v), [0, 2])
-    assert result == pytest.approx([1.0, 3.0, 5.0, 7.0])
-    with pytest.raises(InputError, match="x: has the wrong length"):
-        in_turns(model, rows, v, 1.0, np.cumsum(v)[:3], [0, 2])

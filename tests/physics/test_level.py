@@ -2,11 +2,9 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.core.motion import Motion
 from bristle.engine import force_along, interpreted
 from bristle.friction.level import Rise, has_level, risen, rises_with_effort, share_at, viscous_of
 
@@ -39,11 +37,6 @@ def test_a_level_keeps_a_hundredth_of_itself():
     assert share_at(0.0, 0.0, Rise(h_c1=-50.0, level=10.0)) == pytest.approx(-0.99)
 
 
-def test_without_coefficients_nothing_rises():
-    assert Rise()[:1] + Rise()[2:6] == (0.0,) * 5
-    assert share_at(0.3, 70.0, Rise()) == 0.0
-
-
 def test_the_viscous_part_stays_what_it_is_in_both_directions():
     model = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=100.0, c_T=0.1)
     v = [0.1, -0.1]
@@ -64,11 +57,6 @@ def test_a_model_without_a_level_is_left_as_it_is():
     assert [viscous_of(friction.MODELS[name]) for name in ("coulomb", "coulomb_viscous", "lugre")] == ["", "F_v", "sigma_2"]
 
 
-def test_a_model_whose_level_is_nothing_has_no_share_of_it():
-    model = friction.find("coulomb_viscous+transmitted")(F_C=0.0, F_v=100.0, c_T=0.1)
-    assert force_along(model, [0.1], 1e-3, transmitted=50.0).tolist() == pytest.approx([10.0])
-
-
 def test_what_rises_with_the_effort_says_so():
     risen_models = [friction.find(f"coulomb+{slot}") for slot in ("transmitted", "ripple", "load")]
     assert [rises_with_effort(model(**model.example)) for model in risen_models] == [True, False, False]
@@ -78,9 +66,3 @@ def test_what_rises_with_the_effort_says_so():
     assert both.name == "coulomb+transmitted+ripple"
     assert both.description.endswith("rising with the effort that passes on to the load and the angle of the screw")
     assert [key for key in both.variables if key not in both.defaults] == ["F_C", "pitch"]
-
-
-def test_a_rise_reaches_the_model_that_a_trial_asks():
-    model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
-    force, _ = model.component.trial((), (), Motion(1.0, 0.0, transmitted=-100.0), 1e-3, model.parameters)
-    assert np.isclose(force, 30.0)

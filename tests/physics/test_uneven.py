@@ -7,7 +7,7 @@ import pytest
 from bristle import friction
 from bristle.core.motion import Motion
 from bristle.core.random_numbers import normal
-from bristle.friction.uneven import Contact, State, creeping_after, uneven
+from bristle.friction.uneven import uneven
 
 COULOMB = friction.find("coulomb_viscous")(F_C=20.0, F_v=0.0, offset=3.0)
 
@@ -21,30 +21,6 @@ def moved(model, state, v, x, dt=1e-3):
 
 def virgin(model):
     return model.component.initial_state(model.parameters)
-
-
-def test_all_but_the_constant_part_has_the_level_and_the_wave():
-    model = uneven(COULOMB, level=1.5, wave=0.2, wavelength=0.4)
-    first, state = moved(model, virgin(model), 1.0, 0.1)
-    assert first == pytest.approx(3.0 + 1.5 * 20.0)
-    # A quarter of the wave on, and three quarters of it.
-    second, state = moved(model, state, -1.0, 0.3)
-    assert second == pytest.approx(3.0 - 1.5 * 1.2 * 20.0)
-    assert moved(model, state, 1.0, 0.3)[0] == pytest.approx(3.0 + 1.5 * 0.8 * 20.0)
-
-
-@pytest.mark.parametrize("v", [2.0, -2.0])
-def test_a_branch_that_creeps_goes_to_its_stiffness_times_its_time_constant_times_the_velocity(v):
-    contact, f = Contact(k_creep=50.0, tau=0.5), 0.0
-    first = creeping_after(f, v, 1e-4, contact)
-    assert first == pytest.approx(50.0 * v * 1e-4, rel=1e-3)
-    for _ in range(4000):
-        f = creeping_after(f, v, 1e-2, contact)
-    assert f == pytest.approx(50.0 * 0.5 * v)
-    # At rest e^-1 of the force is left after its time constant.
-    for _ in range(100):
-        f = creeping_after(f, 0.0, 5e-3, contact)
-    assert f == pytest.approx(25.0 * v * math.exp(-1.0), rel=1e-4)
 
 
 def test_a_step_has_the_mean_of_the_creeping_force_at_its_ends():
@@ -91,11 +67,3 @@ def test_a_level_that_is_drawn_keeps_a_twentieth():
     deep = next(seed for seed in range(10_000) if normal(seed, 0) < -3.4)
     _, state = moved(model.with_values(seed=deep), virgin(model), 1.0, 0.0)
     assert state.aim == 0.05
-
-
-def test_the_layer_keeps_the_model_and_its_kind():
-    turning = uneven(friction.coulomb(F_C=2.0, kind="rotational"), level=1.1)
-    assert (turning.kind, turning.F_C, turning.level, turning.seed) == ("rotational", 2.0, 1.1, 0)
-    assert turning.name == "coulomb, uneven"
-    assert virgin(turning).factor == 1.1
-    assert State(()).factor == 1.0
