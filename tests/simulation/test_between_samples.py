@@ -213,3 +213,9 @@ def test_a_motion_is_run_in_for_twice_as_many_periods_until_it_repeats_and_sixte
     position, _ = open_loop_of(record(np.tile([1.0, 3.0, 2.0, -4.0], 3)), Axis(), slice(0, 12), 1).position(PLANT, FILM)
     assert asked == leads
     assert position == pytest.approx(np.tile(period, 3), abs=2e-4)
+
+
+@pytest.mark.parametrize("size", [8, 10, 12, 13])
+def test_a_constant_beside_a_record_changes_nothing_about_its_period(size):
+    values = np.tile([1.0, -2.0, 3.0, 0.5], 4)[:size]
+    assert period_of(values + 1e4) == period_of(values) == (4 if size % 4 == 0 else None)
