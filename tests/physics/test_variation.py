@@ -100,3 +100,13 @@ def test_friction_keeps_its_sign_at_the_least_place_of_the_axis(p_1, p_2, allowe
     else:
         with pytest.raises(InputError, match=r"1 \+ p_1 xi"):
             find("coulomb+position")(**made)
+
+
+@pytest.mark.parametrize("slot", ["position", "periodic", "load", "temperature"])
+def test_friction_varies_with_nothing_that_no_slot_asks_for(slot):
+    v, x = np.array([1.0, -1.0]), np.array([0.13, 0.17])
+    model = find(f"coulomb+{slot}")
+    neutral = {name: 0.0 for name in model.variables if name not in ("F_C", "x_L", "pitch")}
+    made = model(**neutral | {name: 1.0 for name in ("F_C", "x_L", "pitch") if name in model.variables})
+    around = {name: value for name, value in (("load", 3.0), ("temperature", 350.0), ("transmitted", 9.0)) if name != slot}
+    assert force_along(made, v, 1e-9, x, **around).tolist() == [1.0, -1.0]
