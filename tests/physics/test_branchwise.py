@@ -34,6 +34,16 @@ def test_a_virgin_contact_deflects_with_its_motion_on_a_curve_without_end(side):
     assert flow.margin == pytest.approx(0.6)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_below_the_gate_a_contact_moves_with_the_body_until_it_opens(side):
+    stack, memory = stack_after(side * 0.1)
+    piece = piece_at(stack, memory, side, G, GATE)
+    flow = deflection_rate(side * 0.12, piece, side * 2.0, G, GATE, Q)
+    assert 0.3 < side * flow.f / G < 0.6
+    assert (flow.z_dot, piece.is_open) == (side * 2.0, 0.0)
+    assert flow.margin == pytest.approx(0.6 - side * flow.f / G)
+
+
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_branch_ends_where_a_loop_is_wiped_out(way):
     first, memory = stack_after(way * 0.2, way * 0.05)
