@@ -100,3 +100,5 @@ def test_help_stands_in_lines_of_eighty_eight_letters():
     assert len(line) == 88
     (line, *_) = laid_out(paragraphs_of(f"{'a' * 43} {'b' * 45} c")).splitlines()
     assert len(line) == 43
+    (_, line) = laid_out(paragraphs_of(f"{'a' * 80} bbb-cccc")).splitlines()
+    assert line == "bbb-cccc"  # a word stays whole
