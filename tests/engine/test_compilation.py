@@ -96,3 +96,16 @@ def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(
     compilation.compiled("lanes", lambda: made, None, (), 4)
     compilation.compiled("plain", lambda: made, None, (len,))  # of other parts: another entry
     assert asked == [1, 4, 1]
+
+
+def test_what_is_compiled_of_two_codes_has_numbers_far_apart():
+    from numba.core.bytecode import FunctionIdentity
+
+    counting, first = FunctionIdentity._unique_ids, []
+    for code in ("0" * 15 + "1" + "f" * 48, "0" * 15 + "2" + "0" * 48, "f" * 64):
+        with compilation._numbered_from(code):
+            first.append([next(FunctionIdentity._unique_ids) for _ in range(3)])
+    assert FunctionIdentity._unique_ids is counting
+    assert all(numbers == [numbers[0], numbers[0] + 1, numbers[0] + 2] for numbers in first)
+    assert first[1][0] - first[0][0] >= 2**16
+    assert first[2][0] == (2**64 - 1) * first[0][0]
