@@ -1,14 +1,16 @@
 """Models from components and values: what is missing, unknown or out of range is named with its place."""
 
 from dataclasses import replace
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
 from bristle import friction, hysteresis, plants, sensors
-from bristle.core.contracts import example_of, make_model
+from bristle.core.contracts import Component, HysteresisOperator, example_of, make_model
 from bristle.core.errors import InputError
 from bristle.core.read_only import ReadOnly
+from bristle.core.variable import Variable
 
 STRIBECK = {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0}
 
@@ -102,3 +104,40 @@ def test_a_component_knows_its_module_and_nobody_changes_its_example():
     assert replace(friction.coulomb, module="elsewhere").module == "elsewhere"
     assert isinstance(made.example, ReadOnly)
     assert example_of(made).values["F_C"] == 3.0
+
+
+def test_an_operator_that_remembers_nothing_has_no_room_for_it():
+    part = hysteresis.stop
+    bare = HysteresisOperator(
+        name="bare", description="none", Parameters=part.Parameters, State=part.State, trial=part.trial, commit=part.commit
+    )
+    assert bare.new_memory(None).shape == (0,)
+    assert (bare.input, bare.output, bare.measure) == ("length", "force", None)
+
+
+class Given(NamedTuple):
+    few: Annotated[float, Variable("1", "below its typical size", max=0.5)]
+    many: Annotated[float, Variable("1", "above its typical size", min=3.0)]
+    usual: Annotated[float, Variable("1", "of its typical size", nominal=7.0)]
+    listed: Annotated[np.ndarray, Variable("1", "several", nominal=4.0)]
+    left: Annotated[float, Variable("1", "by default", nominal=9.0)] = 2.0
+
+
+def test_an_example_that_nobody_gives_is_typical_and_within_the_range():
+    values = example_of(Component(name="given", description="of no use", Parameters=Given, State=Given)).values
+    assert (values["few"], values["many"], values["usual"], values["listed"].tolist(), values["left"]) == (0.5, 3.0, 7.0, [4.0], 2.0)
+
+
+def test_a_relation_of_structure_is_held_where_values_are_not_validated():
+    for options in ({"validate": False}, {"related": False}):
+        with pytest.raises(InputError, match="k_i"):
+            made({"F_C": 1.0, "k_i": [1.0, 2.0], "nu_i": [1.0]}, component=friction.maxwell_slip, **options)
+
+
+def test_what_the_operator_tells_is_not_told_beside_it():
+    operator = hysteresis.preisach(s=1e7, f_p=40.0, kind="translational")
+    sliding = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3}
+    model = made(sliding | {"kernel": operator}, component=friction.preisach_lugre)
+    assert (model.s, model.f_p, model.kind) == (1e7, 40.0, "translational")
+    with pytest.raises(InputError, match=r"s: is told by the operator; found 1000000\.0.*Leave s out"):
+        made(sliding | {"kernel": operator, "s": 1e6}, component=friction.preisach_lugre)

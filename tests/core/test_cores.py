@@ -1,11 +1,14 @@
 """Cores are for simulations while models are identified, and for linear algebra again after that."""
 
+import threading
+
 import pytest
 import scipy.linalg  # noqa: F401  (brings its own library of linear algebra)
 from tests.identification.known_logs import sliding_log
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from bristle.core.cores import Abreast, core_count, cores_for_simulations
+from bristle.core import cores
+from bristle.core.cores import Abreast, abreast, core_count, cores_for_simulations
 from bristle.identification import identify
 
 
@@ -87,3 +90,26 @@ def test_of_blocks_that_overlap_none_ends_for_the_others(other, is_last):
 
 def test_there_is_a_core():
     assert core_count() >= 1
+
+
+def test_a_fork_that_leaves_a_block_of_its_parent_counts_its_own_blocks_from_none():
+    parent = cores_for_simulations()
+    parent.__enter__()
+    cores._leave_blocks()  # as after a fork
+    parent.__exit__(None, None, None)
+    first, second = cores_for_simulations(), cores_for_simulations()
+    first.__enter__()
+    second.__enter__()
+    second.__exit__(None, None, None)
+    assert max(threads()) == 1
+    first.__exit__(None, None, None)
+    assert max(threads()) == 2
+
+
+def test_one_value_is_worked_on_where_it_is_and_several_in_their_order():
+    here = threading.get_ident()
+    assert abreast(lambda value: (value, threading.get_ident()))([3]) == [(3, here)]
+    several = abreast(lambda value: (2 * value, threading.get_ident()))([1, 2, 3])
+    assert [value for value, _ in several] == [2, 4, 6]
+    assert here not in {thread for _, thread in several}
+    assert abreast(str)([]) == []

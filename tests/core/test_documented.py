@@ -185,3 +185,18 @@ def test_channels_that_a_model_needs_are_those_that_a_log_records():
     assert [channel.name for channel in friction.find("lugre+load").channels_needed] == ["load"]
     assert friction.find("coulomb_viscous+transmitted").channels_needed == []  # found from effort and motion
     assert friction.lugre.channels_needed == []
+
+
+def test_a_call_validates_unless_it_is_told_not_to_and_finds_the_kind_of_axis_by_itself():
+    parameters = inspect.signature(friction.lugre).parameters
+    assert (parameters["validate"].default, parameters["kind"].default) == (True, None)
+    assert parameters["sigma_1"].default == 0.0
+
+
+def test_what_a_slot_encloses_stays_a_count_or_a_list():
+    varied = friction.find("leuven+position")
+    assert [name for name in varied.variables if varied.is_integer(name)] == ["kernel", "capacity"]
+    assert not varied.is_integer("no such name")
+    listed = friction.find("maxwell_slip+load")
+    assert [name for name in listed.variables if listed.is_array(name)] == ["k_i", "nu_i"]
+    assert not listed.is_array("no such name")

@@ -110,3 +110,39 @@ def test_learning_counts_its_trials():
     for wrong in ({"trials": 0}, {"trials": 1001}, {"k_e": -1.0}, {"k_d": -1.0}, {"cutoff": 0.0}):
         with pytest.raises(InputError):
             Learning(**{"trials": 1, "k_e": 2.0, "k_d": 0.0, "cutoff": 20.0} | wrong)
+
+
+def run_of(**given):
+    return Run(**{"duration": 1.0, "sample_time": 1e-3} | given)
+
+
+def learning_of(**given):
+    return Learning(**{"trials": 1, "k_e": 1.0, "k_d": 0.0, "cutoff": 20.0} | given)
+
+
+@pytest.mark.parametrize(
+    ("made", "name", "ends", "beyond"),
+    [
+        (Feedforward, "asymmetry", (-1.0, 1.0), (-1.001, 1.001)),
+        *((Feedforward, name, (0.0,), (-1e-9,)) for name in ("mass", "limit", "rate_limit", "conditioning")),
+        *((run_of, name, (0.0,), (-1e-9,)) for name in ("settle", "effort_limit", "current_lag")),
+        (run_of, "delay", (0, 64), (-1, 65)),
+        (run_of, "seeds", (1, 1000), (0, 1001)),
+        (run_of, "substeps", (1, 10_000), (-1, 10_001)),
+        (learning_of, "cutoff", (1e-3,), (0.9e-3,)),
+        (learning_of, "trials", (1, 1000), (0, 1001)),
+        *((learning_of, name, (0.0,), (-1e-9,)) for name in ("k_e", "k_d")),
+    ],
+)
+def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, ends, beyond):
+    assert [getattr(made(**{name: value}), name) for value in ends] == list(ends)
+    for value in beyond:
+        with pytest.raises(InputError, match=name):
+            made(**{name: value})
+
+
+def test_a_tolerance_is_for_a_plant_of_one_mass():
+    screw = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
+    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant of one mass, and ball_screw"):
+        variant(plant=screw, run=Run(0.1, 1e-3, tolerance=1e-9), effort=Effort(np.zeros(100)))
+    assert variant(plant=screw).plant is screw

@@ -91,3 +91,14 @@ def test_an_equation_may_stand_below_an_empty_line():
 def test_what_nests_without_end_is_given_up():
     assert as_text("{" * 3000 + "x" + "}" * 3000)
     assert as_text(r"\sqrt" * 3000)
+
+
+def test_help_stands_in_lines_of_eighty_eight_letters():
+    (line, *_) = laid_out(paragraphs_of("ab " * 100)).splitlines()
+    assert len(line) == 86  # the next word would end behind the 88th
+    (line, *_) = laid_out(paragraphs_of(f"{'a' * 43} {'b' * 44} c")).splitlines()
+    assert len(line) == 88
+    (line, *_) = laid_out(paragraphs_of(f"{'a' * 43} {'b' * 45} c")).splitlines()
+    assert len(line) == 43
+    (_, line) = laid_out(paragraphs_of(f"{'a' * 80} bbb-cccc")).splitlines()
+    assert line == "bbb-cccc"  # a word stays whole

@@ -8,7 +8,7 @@ import pytest
 
 import bristle
 from bristle.core import InputError
-from bristle.core.least_squares import bounded, non_negative, unbounded
+from bristle.core.least_squares import bounded, left_out, non_negative, normal, unbounded
 
 SOURCE = Path(bristle.__file__).parent
 CHANCE = np.random.default_rng(3)
@@ -68,3 +68,32 @@ def test_solvers_are_called_nowhere_else():
     calls = re.compile(r"\b(lstsq|nnls|lsq_linear)\(")
     result = {file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))}
     assert result == {"least_squares.py"}
+
+
+def test_normal_equations_are_solved_whatever_the_sizes_of_their_unknowns():
+    sizes = np.array([1e-6, 1.0, 1e4, 1e8])
+    columns = A * sizes
+    result = normal(columns.T @ columns, columns.T @ (A @ TRUTH), rcond=1e-12)
+    np.testing.assert_allclose(result * sizes, TRUTH, rtol=1e-9)
+    # An unknown that no equation tells is nothing.
+    gram = np.diag([4.0, 0.0])
+    np.testing.assert_allclose(normal(gram, np.array([8.0, 0.0]), rcond=1e-12), [2.0, 0.0])
+
+
+def test_without_each_block_the_others_are_solved():
+    b = A @ TRUTH
+    b[6:12] += 5.0
+    parts = left_out(A.T, b, 5, rcond=1e-12)
+    assert [(part.shape, of_b.shape) for part, of_b, _ in parts] == [((4, 6), (6,))] * 5
+    np.testing.assert_array_equal(parts[1][1], b[6:12])
+    np.testing.assert_allclose(parts[1][2], TRUTH, rtol=1e-9)  # the spoiled block is the one left out
+    for number in (0, 2, 3, 4):
+        kept = np.r_[0 : 6 * number, 6 * number + 6 : 30]
+        np.testing.assert_allclose(parts[number][2], unbounded(A[kept], b[kept]), rtol=1e-9)
+        assert np.max(np.abs(parts[number][2] - TRUTH)) > 0.1
+
+
+def test_a_problem_without_target_or_columns_has_the_solution_nothing():
+    assert unbounded(A, np.zeros(30)).tolist() == [0.0] * 4
+    assert unbounded(np.zeros((30, 4)), A @ TRUTH).tolist() == [0.0] * 4
+    assert non_negative(np.zeros((30, 4)), A @ TRUTH).tolist() == [0.0] * 4

@@ -89,6 +89,10 @@ def test_logarithms_are_within_a_unit_of_the_last_place():
     assert np.max(errors("log1p", shifted.tolist())) < 0.85
 
 
+def test_the_logarithm_next_to_one_is_the_nearest_number_on_both_sides():
+    assert np.max(errors("log1p", np.concatenate([decades(-17.0, -12.0, 900), decades(-12.0, -4.0, 200)]).tolist())) < 0.501
+
+
 def test_the_hyperbolic_tangent_is_within_three():
     assert np.max(errors("tanh", np.concatenate([decades(-300.0, 2.5), decades(-2.0, 0.5)]).tolist())) < 3.0
 

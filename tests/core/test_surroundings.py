@@ -2,6 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
@@ -113,3 +114,45 @@ def of_one(c):
 def test_what_is_no_slot_is_refused(changes, words):
     with pytest.raises(InputError, match=words):
         refuse_unfit(slot(**changes))
+
+
+@pytest.mark.parametrize("name", ["v", "x", "dt", "p", "memory", "state", "motion", "force"])
+def test_a_word_of_the_contract_of_a_model_is_no_name_of_a_channel(name):
+    with pytest.raises(InputError, match="is no name of a channel"):
+        Surrounding(name, HUMID, 0.5)
+    assert Surrounding(f"{name}_2", HUMID, 0.5).name == f"{name}_2"
+
+
+class OfMany(NamedTuple):
+    k_H: Annotated[np.ndarray, Variable("1", "rises", excitation="channel")] = np.zeros(2)
+
+
+class OfChoices(NamedTuple):
+    k_H: Annotated[int, Variable("1", "form", choices=("a", "b"), excitation="channel")] = 0
+
+
+@pytest.mark.parametrize("parameters", [OfMany, OfChoices])
+def test_a_slot_takes_numbers(parameters):
+    with pytest.raises(InputError, match=r"Parameters\.k_H: is no number"):
+        refuse_unfit(slot(Parameters=parameters))
+
+
+def test_a_slot_is_a_factor_of_all_friction_unless_it_is_of_the_level():
+    assert (slot().of, slot(of="level").of, slot().family) == ("friction", "level", "slot")
+    assert [slot(channel=name).channel.name for name in ("position", "load", "temperature")] == ["position", "load", "temperature"]
+    for name in ("transmitted", "velocity", "time"):
+        with pytest.raises(InputError, match="allowed load, temperature, position, or one of your own"):
+            slot(channel=name)
+
+
+def test_the_channels_of_bristle_keep_their_meaning():
+    assert Surrounding("load", OF_MOTION["load"].variable, 1.0) == OF_MOTION["load"]
+    assert {name: surrounding.usual for name, surrounding in OF_MOTION.items()} == {
+        "load": 1.0,
+        "temperature": 293.15,
+        "transmitted": 0.0,
+        "position": 0.0,
+    }
+    for name in ("velocity", "effort", "transmitted", "following_error"):
+        with pytest.raises(InputError, match="is the name of a channel of bristle"):
+            Surrounding(name, HUMID, 0.5)

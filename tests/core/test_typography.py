@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.core.quantities import PRODUCTS, UNITS
 
 from bristle.core.dimensions import KINDS, unit_of
-from bristle.core.typography import number, printable, scale_of, typed, typeset, with_unit
+from bristle.core.typography import Scale, number, printable, scale_of, typed, typeset, with_unit
 from bristle.core.units import factor
 from bristle.report.page import typeset_sentence
 
@@ -98,3 +98,35 @@ def test_values_are_typed_in_six_digits():
     assert typeset("1") == ""
     assert typeset("um*s^2") == "µm·s²"
     assert typeset("m^2.5") == "m^2.5"
+
+
+@pytest.mark.parametrize(
+    ("unit", "magnitude", "factor_to", "label"),
+    [
+        *(("N", 1e4, 1e-3, "kN"), ("N", 9999.0, 1.0, "N"), ("N", 0.999, 1e3, "mN"), ("N", 1e-9, 1e6, "µN"), ("V", 2e4, 1e-3, "kV")),
+        *(("Hz", 1e4, 1e-3, "kHz"), ("Hz", 9999.0, 1.0, "Hz"), ("Hz", 1e-3, 1.0, "Hz"), ("m", 1e5, 1.0, "m"), ("m", 1e-12, 1e9, "nm")),
+        *(("kg", 0.1, 1.0, "kg"), ("kg", 0.0999, 1e3, "g"), ("kg", 1e-9, 1e3, "g"), ("kg*m^2", 0.1, 1.0, "kg·m²")),
+        *(("kg*m^2", 1e-5, 1e4, "kg·cm²"), ("kg*m^2", 0.9e-5, 1e7, "g·cm²"), ("1", 1e-6, 1.0, ""), ("K", 1e-6, 1.0, "K")),
+        *(
+            ("m", 0.0, 1.0, "m"),
+            ("m", math.inf, 1.0, "m"),
+            ("m", -2e-3, 1e3, "mm"),
+            ("m^2", 1e-6, 1.0, "m²"),
+            ("rad/s", 2e-3, 1e3, "mrad/s"),
+        ),
+    ],
+)
+def test_a_unit_is_read_in_the_multiple_that_the_size_of_a_number_asks_for(unit, magnitude, factor_to, label):
+    assert scale_of(unit, magnitude) == (pytest.approx(factor_to, rel=1e-15), label)
+
+
+def test_an_axis_has_its_unit_in_brackets_where_it_has_one():
+    assert Scale(1e3, "mm").label("Position") == "Position [mm]"
+    assert Scale(1.0, "").label("Share") == "Share"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.9e12, "900000000000"), (1e12, "1.000e12"), (-1e12, "−1.000e12"), (1.5e-6, "0.000001500"), (1.5e-7, "1.500e−07")]
+)
+def test_numbers_of_too_many_digits_are_told_by_their_power_of_ten(value, text):
+    assert number(value).replace("+", "") == text

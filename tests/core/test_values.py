@@ -3,10 +3,13 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
+from bristle import friction
 from bristle.core.errors import InputError
-from bristle.core.values import Thresholds, looked_at, shown, threshold
+from bristle.core.values import Thresholds, check_relations, coerced, looked_at, shown, threshold
+from bristle.core.variable import Variable
 
 
 @dataclass(frozen=True)
@@ -57,3 +60,55 @@ def test_a_value_that_breaks_while_looked_at_is_told_with_its_place():
         looked_at(broken, 3.0, "place", None)
     assert shown(None) == "None"
     assert shown(0) == 0
+
+
+FALLING = friction.stribeck(F_C=8.0, F_S=7.0, v_S=4e-3, F_v=30.0, validate=False)
+
+
+def test_all_relations_are_held_unless_only_those_of_arrays_are_asked_for():
+    with pytest.raises(InputError, match=r"here: needs .*F_S.*but F_C = 8, F_S = 7"):
+        check_relations(friction.stribeck, FALLING.parameters, "here")
+    check_relations(friction.stribeck, FALLING.parameters, "here", structural_only=True)
+    with pytest.raises(InputError, match="k_i"):
+        friction.maxwell_slip(F_C=1.0, k_i=[1.0, 2.0], nu_i=[1.0], validate=False)
+
+
+def test_a_number_may_be_without_end_only_where_it_is_so_by_default():
+    assert friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=1.0, v_d=math.inf).v_d == math.inf
+    for name in ("sigma_2", "sigma_0"):
+        with pytest.raises(InputError, match=f"{name}: is not a finite number"):
+            friction.lugre(**{"F_C": 1.0, "F_S": 1.0, "v_S": 1.0, "sigma_0": 1.0} | {name: math.inf})
+    with pytest.raises(InputError, match="v_d"):
+        friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=1.0, v_d=-math.inf)
+
+
+def test_a_list_of_numbers_is_no_text_and_no_number():
+    stops = {"F_C": 1.0, "nu_i": [0.5, 0.5]}
+    assert friction.maxwell_slip(**stops, k_i=["1 N/m", 2]).k_i.tolist() == [1.0, 2.0]
+    for wrong in ("12", b"12", 3.0):
+        with pytest.raises(InputError, match="k_i: must be a list of numbers"):
+            friction.maxwell_slip(**stops, k_i=wrong)
+    for wrong in (np.array([1.0, 1e101]), np.array([1.0, math.nan])):
+        with pytest.raises(InputError, match="k_i"):
+            friction.maxwell_slip(**stops, k_i=wrong)
+
+
+def test_whole_numbers_end_where_a_float_tells_them_apart_no_more():
+    capacity = Variable("1", "count")
+    component = friction.leuven
+    assert coerced(component, "capacity", capacity, 2.0**53, "n", "translational") == 2**53
+    with pytest.raises(InputError, match="must be a whole number"):
+        coerced(component, "capacity", capacity, 2.0**53 + 2.0, "n", "translational")
+
+
+def test_a_threshold_of_which_nothing_is_said_is_any_number_from_nothing_on():
+    @dataclass(frozen=True)
+    class Plain(Thresholds):
+        share: float = threshold(0.3, "of all")
+
+    assert Plain.described()[0] == ("share", 0.3, "1", "of all", 0.0, math.inf, "")
+    assert Plain.of({"share": 0.0}).share == 0.0
+    with pytest.raises(InputError, match=r"here\.share"):
+        Plain.of({"share": -1e-9}, "here")
+    with pytest.raises(InputError, match=r"settings\.share"):
+        Plain.among({"share": -1.0})

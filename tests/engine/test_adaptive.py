@@ -7,7 +7,9 @@ from tests.contract.models import with_fast
 from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.status import Status
-from bristle.engine import interpreted, run_adaptive, run_open_loop
+from bristle.engine import adaptive, interpreted, run_adaptive, run_open_loop
+from bristle.engine.adaptive import _stretches
+from bristle.engine.loop import held
 from bristle.engine.motion import presliding_distance
 from bristle.plants import inertia, pulled_inertia
 from bristle.testing import example_of
@@ -183,3 +185,74 @@ def test_a_run_that_leaves_the_finite_numbers_says_so():
 def test_a_tolerance_below_rounding_ends_and_says_so():
     trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(50), 0.01, tolerance=1e-19, x=10.0, v=1.0)
     assert trace.status == Status.TOLERANCE_MISSED
+
+
+@pytest.mark.parametrize(
+    ("effort", "hold", "knots", "starts", "ends"),
+    [
+        ([0.0, 1.0, 2.0, 3.0, 3.0, 3.0], "linear", [0.0, 1.5, 3.0], [0.0, 3.0], [3.0, 3.0]),  # bends
+        ([2.0, 2.0, 5.0, 5.0], "zero", [0.0, 1.0, 2.0], [2.0, 5.0], [2.0, 5.0]),  # jumps
+        ([0.0, 1.0, 2.0], "zero", [0.0, 0.5, 1.0, 1.5], [0.0, 1.0, 2.0], [0.0, 1.0, 2.0]),
+        ([4.0], "linear", [0.0, 0.5], [4.0], [4.0]),
+    ],
+)
+def test_samples_of_an_effort_on_one_line_make_one_stretch(effort, hold, knots, starts, ends):
+    course = _stretches(np.array(effort), held(np.array(effort), hold), 0.5)
+    assert [part.tolist() for part in course] == [knots, starts, ends]
+
+
+DRY = friction.coulomb(F_C=1.0)
+
+
+def stubbed(monkeypatch, model=DRY, reached=11, report=(7.0, 2.0, 0.0, 0.0), **options):
+    """Return the trace of a run whose steps a stub makes, and what that was asked for."""
+    asked = []
+
+    def steps(entries, vectors, before, full_step, course, limits, samples, counts):
+        asked.append((vectors, course, limits, before.memory is not vectors.memory))
+        samples.x[:], samples.v[:], samples.impulse[:] = np.arange(11.0), -np.arange(11.0), 3.0 * samples.times
+        counts[:] = report
+        return reached
+
+    monkeypatch.setattr(adaptive, "driver", lambda function: steps)
+    with interpreted():
+        trace = run_adaptive(inertia(M=1.0), model, np.ones(10), 0.2, **{"tolerance": 1e-4} | options)
+    return trace, asked[0]
+
+
+@pytest.mark.parametrize(
+    ("reached", "report", "status", "size"),
+    [
+        (11, (7.0, 2.0, 0.0, 0.0), Status.OK, 10),
+        (11, (7.0, 2.0, 0.0, 1.0), Status.SOLVE_INACCURATE, 10),
+        (11, (7.0, 2.0, 1.0, 1.0), Status.TOLERANCE_MISSED, 10),
+        (4, (7.0, 2.0, 1000.0, 0.0), Status.NOT_FINITE, 4),
+        (4, (7.0, 2.0, 1001.0, 0.0), Status.TOLERANCE_MISSED, 4),
+    ],
+)
+def test_the_worst_that_happened_is_the_status_of_a_run(monkeypatch, reached, report, status, size):
+    trace, _ = stubbed(monkeypatch, reached=reached, report=report)
+    assert (trace.status, trace.steps, trace.rejected) == (status, 7, 2)
+    assert (trace.position.tolist(), trace.velocity.tolist()) == (list(range(size)), [-k for k in range(size)])
+    assert trace.friction == pytest.approx(np.full(size, 3.0))
+    assert trace.time == pytest.approx(0.2 * np.arange(size))
+
+
+def test_a_tolerance_that_rounding_exceeds_is_missed(monkeypatch):
+    # The position goes to 10 m.
+    assert [stubbed(monkeypatch, tolerance=tolerance)[0].status for tolerance in (1.7e-13, 1.5e-13)] == [Status.OK, Status.TOLERANCE_MISSED]
+
+
+def test_less_than_the_tolerance_is_allowed_over_the_whole_run_and_part_of_a_contact_in_a_step(monkeypatch):
+    _, (vectors, course, limits, has_own_memory) = stubbed(monkeypatch, x=0.5, v=-2.0)
+    assert vectors.plant_state.tolist() == [0.5, -2.0]
+    assert has_own_memory
+    assert 2.0 * limits.per_time == limits.between < 1e-4
+    assert (limits.longest, limits.far, limits.per_step) == (2.0, 0.0, np.inf)
+    assert limits.shortest < limits.first < 1e-3
+    assert course.knots[-1] > 2.0
+    contact = friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=1e5)
+    _, (_, _, finer, _) = stubbed(monkeypatch, contact, tolerance=1e-5, max_step=0.1)
+    assert finer.per_time == pytest.approx(0.1 * limits.per_time)
+    assert (finer.longest, finer.far / finer.per_step) == (0.1, pytest.approx(250.0))
+    assert 0.0 < finer.per_step < 1e-5 < finer.far

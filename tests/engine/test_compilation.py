@@ -76,3 +76,36 @@ def test_an_entry_is_plain_in_a_block_and_a_driver_is_itself():
 
 def test_arguments_of_a_driver_lie_in_a_row():
     assert flat([1, (2, (3, 4)), 5]) == [1, 2, 3, 4, 5]
+
+
+def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        compilation, "_compile", lambda name, function, kind, code, parts, interleaved: asked.append(interleaved) or function
+    )
+    monkeypatch.setattr(compilation, "_entries", {})
+    monkeypatch.setattr(compilation, "fingerprint", lambda *parts: "0")
+    monkeypatch.setattr(compilation, "handed_over", lambda function, kind: function)
+    monkeypatch.setattr(compilation, "is_interpreted", lambda: False)
+
+    def made():
+        return 3.0
+
+    first = compilation.compiled("plain", lambda: made, None)
+    assert compilation.compiled("plain", lambda: pytest.fail("made again"), None) is first is made
+    compilation.compiled("lanes", lambda: made, None, (), 4)
+    compilation.compiled("plain", lambda: made, None, (len,))  # of other parts: another entry
+    assert asked == [1, 4, 1]
+
+
+def test_what_is_compiled_of_two_codes_has_numbers_far_apart():
+    from numba.core.bytecode import FunctionIdentity
+
+    counting, first = FunctionIdentity._unique_ids, []
+    for code in ("0" * 15 + "1" + "f" * 48, "0" * 15 + "2" + "0" * 48, "f" * 64):
+        with compilation._numbered_from(code):
+            first.append([next(FunctionIdentity._unique_ids) for _ in range(3)])
+    assert FunctionIdentity._unique_ids is counting
+    assert all(numbers == [numbers[0], numbers[0] + 1, numbers[0] + 2] for numbers in first)
+    assert first[1][0] - first[0][0] >= 2**16
+    assert first[2][0] == (2**64 - 1) * first[0][0]

@@ -7,7 +7,7 @@ import pytest
 
 from bristle import friction
 from bristle.engine import force_along, interpreted
-from bristle.engine.contact import Contact, place_of, state_at, steady_force
+from bristle.engine.contact import Contact, _forgotten, place_of, state_at, steady_force
 
 LUGRE = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e6, sigma_1=1e3, sigma_2=200.0)
 SLIDER = friction.find("gap_slider")(**friction.gap_slider.example)
@@ -102,3 +102,18 @@ def test_the_force_of_a_static_map_is_there_at_once():
 def test_friction_that_varies_along_the_axis_settles_as_in_the_middle():
     model = friction.find("coulomb+position")(F_C=20.0, x_0=0.1, x_L=0.1, p_1=0.5, p_2=0.1, a_1=3.0, a_2=1.0)
     assert steady_force(model, 1.0) == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(("way", "gap", "steps"), [(1.0, 4e-6, 12), (-1.0, 4e-6, 12), (1.0, 0.0, 8)])
+def test_a_start_is_forgotten_once_both_extremes_have_slipped(way, gap, steps):
+    # From end to end the spring deflects by the gap and twice by what gives, here in steps of a micrometre.
+    v = np.full(400, way * 1e-3)
+    assert _forgotten(SLIDER.with_values(gap=gap), {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3) == steps
+
+
+def test_a_start_that_shows_to_the_end_is_never_forgotten():
+    v = np.full(5, 1e-3)
+    assert _forgotten(SLIDER, {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3) == 5
+    # Beyond the samples that are looked at first.
+    slow = np.full(1500, 1e-5)
+    assert _forgotten(SLIDER, {"v": slow, "x": 1e-3 * np.cumsum(slow)}, 1e-3) == 1200

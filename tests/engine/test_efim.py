@@ -9,9 +9,20 @@ import pytest
 
 from bristle import friction
 from bristle.core import dispatch
-from bristle.core.mathematics import Bracket
+from bristle.core.mathematics import Bracket, direction
 from bristle.engine import run_batch, run_open_loop
-from bristle.engine.efim import Start, is_narrow, is_solved, next_guess, slope_from, solve
+from bristle.engine.efim import (
+    Start,
+    advance,
+    is_narrow,
+    is_set_valued,
+    is_solved,
+    next_guess,
+    slope_from,
+    solve,
+    stop_and_go_on,
+    stopping_time,
+)
 from bristle.files.user_model import load_code
 from bristle.plants import inertia
 
@@ -105,3 +116,71 @@ def test_a_solve_gives_up_after_a_hundred_evaluations():
     ASKED.clear()
     solution = solve((), (), 0.0, 0.0, 0.1, Nothing(1.0), 1.0, -1.0, Start(0.5, 1.0, 0.0))
     assert (len(ASKED), solution.failures) == (100, 1.0)
+
+
+@pytest.mark.parametrize(("residual_last", "slope"), [(0.498, 2e-3), (0.4995, 1.0), (0.5, 1.0)])
+def test_a_secant_that_hardly_rises_is_no_slope(residual_last, slope):
+    assert slope_from(7.0, 2.0, 0.5, 1.0, residual_last) == pytest.approx(slope)
+
+
+class DryFilm(NamedTuple):
+    F_C: float
+    F_v: float
+
+
+def rubbing(state, memory, motion, dt, p):
+    ASKED.append(motion.v)
+    return p.F_C * direction(motion.v) + p.F_v * motion.v, ()
+
+
+dispatch.register("friction", DryFilm, {"trial": rubbing, "commit": lambda state, *_: state})
+STAGE = inertia(M=2.0)
+Body = STAGE.component.State
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(("film", "effort", "time"), [(DryFilm(4.0, 0.0), 0.0, 1.0), (DryFilm(4.0, 3.0), 1.0, 2.0 / 3.0)])
+def test_a_body_stops_where_its_momentum_is_spent(way, film, effort, time):
+    ASKED.clear()
+    found = stopping_time(Body(0.3, way * 2.0), (), (), way * effort, 3.0, STAGE.parameters, film)
+    # M v = (F - u) t, with the friction at the mean velocity v / 2.
+    assert found == pytest.approx(time, rel=1e-14)
+    assert set(ASKED) == {way}
+    assert len(ASKED) < 12
+
+
+@pytest.mark.parametrize("F_C", [1.3, 3.7])
+def test_the_time_of_a_stop_is_found_as_soon_as_no_number_is_left_between(F_C):
+    ASKED.clear()
+    stopping_time(Body(0.0, 0.7), (), (), 0.1, 3.0, STAGE.parameters, DryFilm(F_C, 0.3))
+    assert len(ASKED) < 20
+
+
+def test_a_force_at_rest_is_an_interval_where_both_sides_differ():
+    for film, is_interval in (
+        (DryFilm(4.0, 0.0), True),
+        (DryFilm(4.0, 90.0), True),
+        (DryFilm(0.0, 3.0), False),
+        (DryFilm(0.0, 0.0), False),
+    ):
+        ASKED.clear()
+        assert is_set_valued((), (), 0.3, 1.0, 0.1, film) is is_interval
+        assert [(v, math.copysign(1.0, v)) for v in ASKED] == [(0.0, 1.0), (0.0, -1.0)]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("effort", "x", "v", "force", "v_mean"),
+    [
+        (0.0, 0.25, 0.0, 2.0, 0.0),  # half a second to the stop, then at rest
+        (-3.0, 1.0 / 7.0, 0.0, (4.0 * 2.0 - 3.0 * 5.0) / 7.0, 0.0),  # the effort is held
+        (-6.0, 0.1 - 0.32, -0.8, (4.0 * 1.0 - 4.0 * 4.0) / 5.0, -0.4),  # it turns around
+    ],
+)
+def test_a_step_in_which_a_body_stops_is_that_to_the_stop_and_that_from_it(way, effort, x, v, force, v_mean):
+    film = DryFilm(4.0, 0.0)
+    gone = stop_and_go_on(Body(0.0, way * 1.0), (), (), way * effort, 1.0, STAGE.parameters, film, 1.0)
+    assert (gone.plant_state.x, gone.plant_state.v) == pytest.approx((way * x, way * v), abs=1e-12)
+    assert (gone.force, gone.v_mean, gone.failures) == pytest.approx((way * force, way * v_mean, 0.0), abs=1e-12)
+    whole = advance(Body(0.0, way * 1.0), (), (), way * effort, 1.0, STAGE.parameters, film, Start(way * 0.5, 1.0, 0.0))
+    assert whole[:4] == gone[:4]

@@ -137,3 +137,30 @@ def test_a_search_may_try_what_overflows_and_a_person_may_not():
         assert along(model, [1e300], 1.0)[0] == math.inf
         with pytest.raises(InputError, match="viscous gives no finite number at sample 1 of a finite motion"):
             force_along(model, [0.0, 1e300], 1.0)
+
+
+def test_surroundings_are_numbers_in_any_list_of_them():
+    model = friction.find("coulomb+load")(F_C=20.0, k_L=0.5)
+    v = [1.0, 1.0]
+    assert along(model, v, 0.1, load=[1.0, 3.0]).tolist() == pytest.approx([20.0, 40.0])
+    assert along(model, v, 0.1, load=(1, 3)).tolist() == pytest.approx([20.0, 40.0])
+    for wrong in (["1", "3"], np.ma.array([1.0, 3.0], mask=[True, False])):
+        with pytest.raises(InputError):
+            along(model, v, 0.1, load=wrong)
+
+
+@pytest.mark.parametrize(("amplitude", "largest"), [(1e-5, 1e-5), (3e-6, 3e-6)])
+def test_a_sweep_has_twelve_turns_that_decay_evenly(amplitude, largest):
+    _, memory = conditioned(friction.preisach_contact(s=1e7, f_p=28.0, capacity=64), amplitude)
+    turned = np.sort(np.abs(memory[:64][memory[:64] != 0.0]))[::-1]
+    # Each of the quarters between is a turning point: the largest a quarter of the first turn in.
+    assert turned[0] == pytest.approx(largest * (1.0 - 0.25 / 12.0), rel=1e-3)
+    assert np.diff(turned)[:20] == pytest.approx(-amplitude * 0.5 / 12.0, rel=1e-2)
+    assert turned.size >= 22
+
+
+def test_a_contact_without_an_amplitude_stays_virgin():
+    state, memory = conditioned(lugre(), 0.0)
+    assert (state.z, memory.size) == (0.0, 0)
+    with pytest.raises(InputError, match="amplitude"):
+        conditioned(lugre(), -1e-9)

@@ -1,11 +1,13 @@
 """What the engine refuses before compiled code would run out of bounds with it."""
 
+import math
+
 import numpy as np
 import pytest
 
 from bristle import controllers, friction, response, sensors
 from bristle.core import InputError
-from bristle.engine import drivers, force_along, run_closed_loop, run_open_loop, settled
+from bristle.engine import drivers, force_along, interpreted, run_closed_loop, run_open_loop, settled
 from bristle.plants import inertia
 
 MAXWELL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
@@ -105,3 +107,61 @@ def test_a_settled_model_stays_settled(name, v):
 def test_what_a_run_keeps_is_kept_in_rows_of_its_own():
     rows = ("POSITION", "VELOCITY", "MEASURED", "COMMAND", "EFFORT", "FRICTION", "MOTOR_POSITION", "MOTOR_VELOCITY", "FED")
     assert sorted(getattr(drivers, row) for row in rows) == list(range(drivers.ROWS))
+
+
+FREE = (inertia(M=2.0), friction.viscous(F_v=0.0))
+
+
+def test_a_run_of_which_nothing_is_said_begins_at_rest_at_the_origin():
+    with interpreted():
+        still, held = run_open_loop(*FREE, np.zeros(5), 0.1), run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1)
+        linear = run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1, hold="linear")
+        law = controllers.cascade(k_p=0.0, k_v=0.0)
+        loop = run_closed_loop(*FREE, law, sensors.encoder(), np.zeros((4, 5)), 0.1)
+    for trace in (still, loop):
+        assert not np.any([trace.position, trace.velocity, trace.effort, trace.friction])
+    assert held.velocity == pytest.approx([0.0, 0.1, 0.1])
+    assert linear.velocity == pytest.approx([0.0, 0.05, 0.05])
+
+
+def test_a_loop_has_no_delay_no_lag_and_no_limit_unless_it_is_told():
+    reference = np.zeros((4, 6))
+    reference[3] = 1e9  # fed forward
+    law = controllers.cascade(k_p=0.0, k_v=0.0)
+
+    def run(**options):
+        return run_closed_loop(*FREE, law, sensors.encoder(), reference, 1e-3, **options)
+
+    with interpreted():
+        assert run().effort.tolist() == [1e9] * 6
+        assert run(delay=2).effort.tolist() == [0.0] * 2 + [1e9] * 4
+        assert run(delay=2, effort_before=7.0).effort.tolist() == [7.0] * 2 + [1e9] * 4
+        assert run(limit=5.0, delay=1).effort.tolist() == [0.0] + [5.0] * 5
+        # Of the impulse of a sample a drive with a lag as long gives 1/e.
+        assert [run(**options).velocity[1] for options in ({}, {"lag": 1e-3})] == pytest.approx([5e5, 5e5 * math.exp(-1.0)])
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "beyond"),
+    [
+        ("delay", (0, 3), (-1, 10**6 + 1, 0.5)),
+        ("steps", (1, 3), (0, 10**6 + 1)),
+        ("lag", (0.0, 1.0), (-1e-9,)),
+        ("limit", (0.0, np.inf), (-1e-9,)),
+    ],
+)
+def test_numbers_of_a_loop_are_taken_at_their_ends_and_refused_beyond(name, ends, beyond):
+    with interpreted():
+        for value in ends:
+            assert run_closed_loop(*LOOP, np.zeros((4, 3)), 1e-3, **{name: value}).time.size == 3
+    for value in beyond:
+        with pytest.raises(InputError, match=name):
+            run_closed_loop(*LOOP, np.zeros((4, 3)), 1e-3, **{name: value})
+
+
+def test_a_sample_may_last_a_day_and_no_longer():
+    with interpreted():
+        assert run_open_loop(*FREE, np.zeros(2), 1e5).time.tolist() == [0.0, 1e5]
+    for wrong in (1.001e5, 0.0, -1e-3):
+        with pytest.raises(InputError, match="dt"):
+            run_open_loop(*FREE, np.zeros(2), wrong)

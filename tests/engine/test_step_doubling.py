@@ -321,3 +321,33 @@ def test_a_step_from_rest_ends_where_the_body_breaks_away():
     assert samples.x == pytest.approx(0.5 * np.maximum(times - 3.0, 0.0) ** 2, abs=1e-9)
     assert any(effort == pytest.approx(3.0, abs=1e-9) for effort, _, _ in body.asked[::3])
     assert np.all(samples.v[times <= 3.0] == 0.0)
+
+
+@pytest.mark.parametrize(("effort", "left"), [(0.0, 20.0), (12.0, 8.0), (-12.0, 8.0), (25.0, -5.0)])
+def test_the_reserve_is_that_at_rest_however_friction_rises_from_there(effort, left):
+    model, at_rest = friction.coulomb_viscous(F_C=20.0, F_v=900.0), STAGE.component.State(0.7, 0.0)
+    p = model.parameters
+    assert reserve(at_rest, model.component.initial_state(p), (), effort, 1e-3, STAGE.parameters, p) == pytest.approx(left)
+
+
+def gliding(x, v, effort, effort_end, dt):
+    """Move at 1 m/s, with an error of the position that goes with the cube of the step."""
+    return x + dt + 0.01 * dt**3, v
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_far_into_sliding_errors_of_both_results_are_taken_from_position_and_middle(way):
+    body, times = Driven(lambda x, v, *about: (x + way * (gliding(0.0, v, *about)[0]), v)), np.linspace(0.0, 4.0, 33)
+    body.vectors[0].plant_state[:] = 3.0, way
+    _, samples = body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-3, 1e9, 9.0, 1e-6, 1.0, 0.0, 1e9), times)
+    assert samples.x == pytest.approx(3.0 + way * times, abs=1e-12)
+    # Of a difference of 0.0075 m in a way of 1 m ten times its square is left.
+    assert body.asked[3][2] == pytest.approx(0.9 * (10.0 * 0.0075**2 / 1e-3) ** -0.35)
+    assert body.report[1] == 0.0
+
+
+def test_far_into_sliding_errors_are_taken_from_the_velocity_too():
+    body, times = Driven(lambda x, v, effort, effort_end, dt: (x + dt, v + 0.01 * dt**3)), np.linspace(0.0, 4.0, 33)
+    body.vectors[0].plant_state[1] = 1.0
+    _, samples = body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-2, 1e9, 1.0, 1e-6, 1.0, 0.0, 1e9), times)
+    assert samples.v == pytest.approx(np.ones(33), abs=1e-12)

@@ -92,6 +92,12 @@ def test_examples_are_of_micrometres_and_newtons():
         # Everything reaches half of its table on the first way to its end, and all of it on the way back.
         (everett_table, [1e-5, -1e-5, 1e-5], [10.0, -10.0, 10.0]),
         (preisach_grid, [1e-5, -1e-5, 1e-5], [6.0, -6.0, 6.0]),
+        # Each way from a turn is twice the measure of its triangle: 3, 6, 4, 2, 5, 3 and 5 N.
+        (
+            preisach_grid,
+            [-2e-5, -1e-5 / 3, -2e-5, 1e-5 / 3, -1e-5 / 3, 2e-5, 1e-5 / 3, -1e-5 / 3],
+            [-6.0, 0.0, -6.0, 2.0, -2.0, 6.0, 0.0, -4.0],
+        ),
         (reversal_table, [1e-5, -1e-5, 1e-5], [8.0, -8.0, 8.0]),
         (relay_grid, [1e-6, -1e-6, 0.1e-6], [5.0, -5.0, 1.0]),
         # Three stops of 6, 6 and 5 N, and a spring.

@@ -17,6 +17,7 @@ from bristle.core.slot import refuse_unfit
 from bristle.engine import force_along, interpreted
 from bristle.files import load_slot_file, read_model, write_model
 from bristle.friction import CHANNEL_SLOTS, MODELS, channel_slots_of, channels, coulomb_viscous, find, is_static, unvaried, with_slots
+from bristle.friction.channels import pressure as of_seals
 from bristle.friction.next_model import model_with
 from bristle.testing import check_model
 from bristle.testing.contract import OF_SLOT
@@ -47,6 +48,16 @@ def test_every_slot_meets_the_contract_and_stays_the_one_that_it_is(name):
 
 
 # --- seals under pressure ----------------------------------------------------------------------------------------
+
+
+def test_a_level_is_that_of_the_model_at_the_pressure_that_it_is_told_at():
+    assert [of_seals.factor(pressure, of_seals.Parameters(1e-7, 2e6)) for pressure in (2e6, 3e6, 0.0)] == pytest.approx([1.0, 1.1, 0.8])
+    slot = of_seals.SLOT
+    assert (slot.neutral, slot.identified, slot.of, slot.channel.usual) == ((0.0, 0.0), ("k_P",), "level", 0.0)
+    # Of the order of hydraulics: megapascals, and a tenth for each.
+    assert [variable.nominal for variable in (*slot.variables.values(), slot.channel.variable)] == [1e-7, 1e6, 1e7]
+    assert dict(slot.example) == {"k_P": 1e-7}
+    assert slot.channel.variable.min == 0.0
 
 
 def test_pressure_raises_what_is_dry_and_leaves_what_is_viscous():

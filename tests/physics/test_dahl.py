@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from bristle import friction
 from bristle.core.contracts import Motion
 from bristle.engine import force_along
+from bristle.friction.dahl import decayed
 
 
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5, 2.0, 3.0])
@@ -56,3 +57,11 @@ def test_force_never_passes_coulomb():
     model = friction.dahl(sigma_0=2e5, F_C=1.3, exponent=0.7)
     v = 10 ** generator.uniform(-6, -1, 3000) * generator.choice((-1, 1), 3000)
     assert np.max(np.abs(force_along(model, v, 1e-3))) <= 1.3 * (1 + 1e-14)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5, 2.0, 2.5, 4.0])
+@pytest.mark.parametrize(("r", "kappa"), [(1.0, 0.3), (1.9, 2.5), (-0.6, 1.5)])
+def test_the_mean_on_the_way_is_that_of_its_places(exponent, r, kappa):
+    along = kappa * (np.arange(2000) + 0.5) / 2000.0
+    places = [decayed(r, at, exponent)[0] for at in along.tolist()]
+    assert decayed(r, kappa, exponent)[1] == pytest.approx(np.mean(places), rel=1e-5)

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from bristle.core import InputError
+from bristle.core.motion import Motion
 from bristle.friction import (
     MODELS,
     bouc_wen,
@@ -201,6 +202,13 @@ def test_a_virgin_contact_has_not_moved(model):
     state = made.component.initial_state(made.parameters)
     assert [value for name, value in state._asdict().items() if name != "scale"] == [0.0] * (len(state) - ("scale" in state._fields))
     assert getattr(state, "scale", 1.0) == 1.0
+
+
+@pytest.mark.parametrize("model", [item for item in STATIC if item is not gap_slider], ids=lambda item: item.name)
+def test_a_static_map_has_nothing_to_commit(model):
+    made = model(**model.example)
+    _, move = model.trial((), (), Motion(0.3, 0.0), 1e-3, made.parameters)
+    assert (tuple(move), model.commit((), (), move, made.parameters)) == ((), ())
 
 
 def test_a_virgin_uneven_contact_has_no_side_and_its_level():

@@ -7,7 +7,7 @@ import pytest
 
 from bristle.core import InputError
 from bristle.plants import PLANTS, ball_screw, find, inertia, oscillator, pulled_inertia, with_terms
-from bristle.plants.terms import NOWHERE, effort_of_columns, effort_of_place, place_of, terms_in, terms_of
+from bristle.plants.terms import NOWHERE, effort_at, effort_of_columns, effort_of_place, gravity_at, place_of, terms_in, terms_of
 
 MASS = inertia(M=2.0)
 SPRUNG = oscillator(M=2.0, c=3.0, k=10.0)
@@ -115,6 +115,8 @@ def test_gravity_and_cogging_take_an_effort_at_each_place():
     assert place.waves == pytest.approx([12.0 * math.pi, math.pi])
     assert terms_of(MASS) is None
     assert place_of(MASS) is place_of(None) is NOWHERE
+    assert [effort_at(at, NOWHERE) for at in (0.0, 0.3, -2.0)] == [gravity_at(at, NOWHERE) for at in (0.0, 0.3, -2.0)] == [0.0] * 3
+    assert effort_at(0.1, place) == pytest.approx(expected[1])
     assert ARM.values["motor_3_cos"] == 0.7
     assert (ARM.values["motor_3_sin"], ARM.values["screw_1_cos"], ARM.values["screw_turn"]) == (0.0, 0.0, 2.0)
 

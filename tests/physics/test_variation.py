@@ -6,9 +6,10 @@ import pytest
 from bristle import friction, response
 from bristle.certificates import check
 from bristle.core.errors import InputError
-from bristle.engine import force_along, run_open_loop
+from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.engine.contact import steady_force
 from bristle.friction import base_of, find, unvaried
+from bristle.friction.variation import is_factor
 from bristle.plants import inertia
 
 LUGRE = {"F_C": 20.0, "F_S": 26.0, "v_S": 2e-3, "sigma_0": 4e6, "sigma_1": 1e3, "sigma_2": 300.0}
@@ -81,3 +82,32 @@ def test_tables_and_certificates_take_friction_as_it_is_in_the_middle():
     assert steady_force(model, 0.02) == pytest.approx(steady_force(plain, 0.02))
     assert unvaried(plain) is plain
     assert {name: item.passed for name, item in check(model).items()} == {name: item.passed for name, item in check(plain).items()}
+
+
+def test_coefficients_that_multiply_friction_are_told_from_those_that_add_a_force():
+    model = find("coulomb+position+periodic+load+temperature")
+    assert [name for name, variable in model.variables.items() if is_factor(variable)] == ["p_1", "p_2", "k_L", "k_T"]
+
+
+@pytest.mark.parametrize(
+    ("p_1", "p_2", "allowed"), [(0.98, 0.0, True), (-1.0, 0.0, False), (0.0, -0.98, True), (1.9, 0.95, True), (1.99, 0.99, False)]
+)
+def test_friction_keeps_its_sign_at_the_least_place_of_the_axis(p_1, p_2, allowed):
+    # The parabola is least at xi = -p_1 / (2 p_2) where that is inside, else at an end: 0.02, 0, 0.02, 0.05 and 0.
+    made = {"F_C": 20.0, "x_0": 0.1, "x_L": 0.1, "p_1": p_1, "p_2": p_2}
+    if allowed:
+        assert find("coulomb+position")(**made).p_2 == p_2
+    else:
+        with pytest.raises(InputError, match=r"1 \+ p_1 xi"):
+            find("coulomb+position")(**made)
+
+
+@pytest.mark.parametrize("slot", ["position", "periodic", "load", "temperature"])
+def test_friction_varies_with_nothing_that_no_slot_asks_for(slot):
+    v, x = np.array([1.0, -1.0]), np.array([0.13, 0.17])
+    model = find(f"coulomb+{slot}")
+    neutral = {name: 0.0 for name in model.variables if name not in ("F_C", "x_L", "pitch")}
+    made = model(**neutral | {name: 1.0 for name in ("F_C", "x_L", "pitch") if name in model.variables})
+    around = {name: value for name, value in (("load", 3.0), ("temperature", 350.0), ("transmitted", 9.0)) if name != slot}
+    with interpreted():
+        assert force_along(made, v, 1e-9, x, **around).tolist() == [1.0, -1.0]

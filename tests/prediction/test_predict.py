@@ -9,6 +9,7 @@ from bristle import controllers, friction
 from bristle.core import Axis, InputError
 from bristle.core.status import Status
 from bristle.engine import interpreted
+from bristle.identification.simulated_bands import Bands
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.prediction import predict
@@ -187,3 +188,26 @@ def test_filters_of_a_treatment_are_any_positive_amounts(name):
     if name != "smoothing":
         with pytest.raises(InputError, match=name):
             CHANNELS[name](-1.0, name, "translational")
+
+
+def test_bands_stand_around_what_is_predicted_stretch_by_stretch(monkeypatch):
+    bands, stretches = object.__new__(Bands), []
+
+    def widths(bands, plant, friction, run, stretch):
+        stretches.append(stretch.samples)
+        return np.full(run.position.size, 1.0 * len(stretches)), np.full(run.position.size, -1.0 * len(stretches))
+
+    monkeypatch.setitem(with_doubts.__globals__, "simulated_widths", widths)
+    monkeypatch.setitem(with_doubts.__globals__, "half_width", lambda bands, plant, friction, dataset: np.full(dataset.time.size, 7.0))
+    log = log_of(segments=(slice(0, 100), slice(300, 400)))
+    axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0), decimation=1)
+    opened, closed = (predict(PLANT, MODEL, log, axis, mode, bands=bands) for mode in ("open-loop", "closed-loop"))
+    assert stretches == [slice(20, 100), slice(320, 400), slice(0, 100), slice(300, 400)]
+    assert opened.position_half_width.tolist() == [1.0] * 80 + [2.0] * 80
+    assert opened.half_width is None
+    assert closed.position_half_width.tolist() == [3.0] * 100 + [4.0] * 100
+    assert closed.half_width.tolist() == [-3.0] * 100 + [-4.0] * 100
+    inverse = predict(PLANT, MODEL, log_of(), axis, bands=bands)
+    assert set(inverse.half_width) == {7.0}
+    plain = predict(PLANT, MODEL, log, axis, "closed-loop")
+    assert plain.half_width is plain.position_half_width is None

@@ -121,6 +121,14 @@ def test_no_share_of_velocity_is_below_nothing():
     assert _fed(_Trial.of(loop(), ahead)).value == 0.0
 
 
+@pytest.mark.parametrize("lost", [0.0, 1.0])
+def test_a_loop_that_is_lost_at_either_end_tells_no_share(lost):
+    trial = _Trial.of(loop(), np.zeros(120))
+    followed = lambda variant: None if variant.controller.values["k_ff"] == lost else np.zeros(120)  # noqa: E731
+    half = SimpleNamespace(variant=loop(), error=trial.error, judged=trial.judged, followed=followed)
+    assert _fed(half) == Suspect("k_ff", 1.0, np.inf)
+
+
 @pytest.mark.parametrize("time", [0.02, -0.02])
 def test_the_time_of_a_reference_is_found(time):
     outcome = _shifted(_Trial.of(loop(), error_of(CHANGES["reference"](loop(), time))))

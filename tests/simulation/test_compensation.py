@@ -151,3 +151,10 @@ def test_an_open_loop_lasts_as_long_as_its_effort():
     assert (base.run.duration, base.run.sample_time, base.run.settle) == pytest.approx((1.0, 0.02, 0.1))
     assert base.sensor.values["resolution"] == 0.0
     assert base.effort.values.tolist() == [1.0] * 50
+
+
+def test_along_a_motion_that_rests_the_force_of_the_last_side_is_held_unless_the_middle_is_asked_for():
+    v = np.array([0.0, 1.0, 0.0, -1.0, 0.0])
+    assert friction_along(COULOMB, v, DT).tolist() == [0.0, 20.0, 20.0, -20.0, -20.0]
+    assert friction_along(COULOMB, v, DT, rest="middle").tolist() == [0.0, 20.0, 0.0, -20.0, 0.0]
+    assert friction_along(friction.viscous(F_v=2.0), v, DT).tolist() == [0.0, 2.0, 0.0, -2.0, 0.0]

@@ -114,6 +114,18 @@ def test_a_mean_of_runs_tells_what_went_wrong_in_any():
     assert mean_result([runs[0], replace(runs[0], true_error=Statistics(*[9.0] * 6))]).true_error.rms == pytest.approx(0.5 * 9.003)
 
 
+def test_numbers_of_several_runs_are_means_with_the_spread_of_a_sample_and_the_signals_of_the_first():
+    runs = [variant(effort_rms=4.0, trials=(1.0, 3.0)), variant(effort_rms=6.0, trials=(3.0, 5.0), effort=np.full(4, 9.0))]
+    result = mean_result(runs)
+    assert (result.effort_rms, result.effort_peak, result.trials) == (5.0, 5.0, (2.0, 4.0))
+    assert result.spread["effort"] == {"rms": pytest.approx(math.sqrt(2.0)), "peak": 0.0}
+    assert result.spread["by_direction"]["forward"]["max"] == 0.0
+    assert result.by_direction["forward"] == runs[0].by_direction["forward"]
+    assert result.effort.tolist() == [0.0, 1.0, 2.0, 3.0]
+    lost = mean_result([runs[0], variant(status=Status.NOT_FINITE, effort_rms=7.0)])
+    assert (lost.effort_rms, lost.runs, lost.spread) == (7.0, 2, {})
+
+
 def result_of(*variants, refused=()):
     return SimulationResult(Experiment("bench", "translational", ()), {item.name: item for item in variants}, dict(refused))
 

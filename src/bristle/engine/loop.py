@@ -233,7 +233,7 @@ def run_open_loop(
     compensator=optional(instance(Compensator, "a Compensator")),
     injected=optional(array()),
     disturbance=optional(array()),
-    limit=amount(FORCE, endless=True),
+    limit=amount(Variable("force", "largest effort", min=0.0), endless=True),
     delay=whole(0, 10**6),
     lag=amount(Variable("time", "lag of the drive", min=0.0)),
     effort_before=amount(FORCE),

@@ -129,11 +129,7 @@ def with_rest(friction: Model, rest: str) -> Model:
         return friction
     if {variable.quantity for variable in component.variables.values()} == {VISCOUS}:
         return friction  # no jump at rest
-    if isinstance(component, RestingModel):
-        component, parameters = component.inner, friction.parameters.inner
-    else:
-        parameters = friction.parameters
-    return Model(resting(component), Parameters(parameters, float(RESTS.index(rest) == 0)), friction.kind)
+    return Model(resting(component), Parameters(friction.parameters, float(RESTS.index(rest) == 0)), friction.kind)
 
 
 def rest_rule(friction: Model) -> str:

@@ -15,7 +15,7 @@ from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.variable import Variable
 
 # Beyond it every number is a whole count already, and compiled code has no whole number to hold it.
-COUNTS_MAX = 2.0**53
+COUNTS_MAX = 2.0**52
 
 
 class Parameters(NamedTuple):

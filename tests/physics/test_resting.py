@@ -1,0 +1,62 @@
+"""A static map at rest: which force it has there, and which models have a rule for it."""
+
+import math
+
+import pytest
+
+from bristle import friction, hysteresis
+from bristle.core.motion import Motion
+from bristle.friction.resting import HELD, State, rest_rule, with_rest
+
+SIDED = friction.find("coulomb_viscous+asymmetry")(F_C_pos=20.0, F_C_neg=14.0, F_v_pos=0.0, F_v_neg=0.0)
+
+
+def force(rule, side, v, map_=SIDED):
+    model = with_rest(map_, rule)
+    found, move = model.component.trial(State(side), (), Motion(v, 0.0), 1e-3, model.parameters)
+    return found, model.component.commit(State(side), (), move, model.parameters).side
+
+
+@pytest.mark.parametrize(
+    ("rule", "side", "expected"),
+    [("held", 0.0, 3.0), ("held", 1.0, 20.0), ("held", -1.0, -14.0), ("middle", 0.0, 3.0), ("middle", 1.0, 3.0), ("middle", -1.0, 3.0)],
+)
+@pytest.mark.parametrize("v", [0.0, -0.0, 1e-10, -1e-10])
+def test_at_rest_the_force_of_the_last_side_is_held_or_the_middle_taken(rule, side, expected, v):
+    assert force(rule, side, v) == (pytest.approx(expected), side)
+
+
+@pytest.mark.parametrize("rule", ["held", "middle"])
+@pytest.mark.parametrize(("v", "expected"), [(1.1e-10, 20.0), (-1.1e-10, -14.0), (0.5, 20.0)])
+def test_in_motion_a_map_is_what_it_is_and_its_side_is_remembered(rule, v, expected):
+    for side in (0.0, 1.0, -1.0):
+        assert force(rule, side, v) == (pytest.approx(expected), math.copysign(1.0, v))
+
+
+def test_at_rest_what_surrounds_a_contact_stays():
+    loaded = friction.find("coulomb+load")(F_C=20.0, k_L=1.0)
+    model = with_rest(loaded, "held")
+    found, _ = model.component.trial(State(1.0), (), Motion(0.0, 0.0, 2.0), 1e-3, model.parameters)
+    assert found == pytest.approx(40.0)
+
+
+def test_a_model_that_has_one_force_at_rest_has_no_rule():
+    film = friction.viscous(F_v=3.0)
+    bristles = friction.dahl(**friction.dahl.example)
+    sliders = friction.maxwell_slip(F_C=1.0, k_i=[1.0], nu_i=[1.0])
+    stop = hysteresis.stop(r=1.0)
+    for model in (film, bristles, sliders, stop):
+        assert with_rest(model, "held") is model
+        assert rest_rule(model) == ""
+
+
+def test_a_model_keeps_its_rule():
+    held, middle = with_rest(SIDED, "held"), with_rest(SIDED, "middle")
+    assert (rest_rule(held), rest_rule(middle), rest_rule(SIDED)) == ("held", "middle", "")
+    assert (held.values[HELD], middle.values[HELD]) == (1.0, 0.0)
+    assert middle.component is held.component
+    assert with_rest(held, "middle") is held
+    assert held.F_C_neg == 14.0
+    turning = with_rest(friction.coulomb(F_C=1.0, kind="rotational"), "held")
+    assert turning.kind == "rotational"
+    assert turning.component.initial_state(turning.parameters).side == 0.0
