@@ -1,0 +1,144 @@
+"""What printers share: which numbers need 64 bits, in which order tuples stand, where lines break, how long loops take."""
+
+from typing import NamedTuple
+
+import pytest
+
+from bristle.exports.printing import (
+    ascii_name,
+    described,
+    element,
+    free_name,
+    loops_of,
+    needs_wide_integers,
+    structures_of,
+    types_in,
+    wrapped,
+)
+from bristle.exports.tree import (
+    INTEGER,
+    REAL,
+    TRUTH,
+    VOID,
+    Array,
+    Assign,
+    Binary,
+    Compare,
+    Constant,
+    For,
+    Function,
+    Return,
+    Struct,
+    Unit,
+    Variable,
+    While,
+)
+
+X, N = Variable(REAL, "x"), Variable(INTEGER, "n")
+
+
+def whole(value):
+    return Constant(INTEGER, value)
+
+
+def function_of(*body, parameters=(X, N), result=VOID, name="f", description=""):
+    return Function(name, print, list(parameters), result, list(body), description)
+
+
+@pytest.mark.parametrize(
+    ("value", "is_wide"),
+    [
+        (whole(2**31 - 1), False),
+        (whole(2**31), True),
+        (whole(-(2**31) + 1), False),
+        (whole(-(2**31)), True),
+        (Constant(REAL, 1e12), False),
+        (Binary(INTEGER, "+", N, N), False),
+        (Binary(INTEGER, "%", N, N), False),
+        (Binary(INTEGER, "&", N, N), True),
+        (Binary(INTEGER, "^", N, N), True),
+        (Binary(INTEGER, ">>", N, N), True),
+    ],
+)
+def test_whole_numbers_beyond_31_bits_and_those_of_bits_are_wide(value, is_wide):
+    narrow = function_of(Return(whole(1)))
+    assert needs_wide_integers(Unit([narrow, function_of(Return(value))])) is is_wide
+
+
+class Inner(NamedTuple):
+    a: float
+
+
+class Outer(NamedTuple):
+    inner: Inner
+    b: float
+
+
+def test_a_tuple_stands_behind_those_that_it_holds_and_once():
+    inner = Struct(Inner, (("a", REAL),))
+    outer = Struct(Outer, (("inner", inner), ("b", REAL)))
+    assert structures_of([REAL, outer, inner, Array(3), outer]) == [inner, outer]
+    assert structures_of([inner, outer]) == [inner, outer]
+    assert structures_of([REAL, Array(2)]) == []
+
+
+def test_types_of_a_function_are_those_of_result_arguments_and_all_inside():
+    kinds = types_in(function_of(Return(Compare(TRUTH, "<", X, Constant(REAL, 0.0))), parameters=[N], result=TRUTH))
+    assert kinds == [TRUTH, INTEGER, TRUTH, REAL, REAL]
+
+
+def test_a_description_is_ascii_without_marks_of_typesetting_and_ends_no_comment():
+    assert described("the `force` at :math:`x` */ µ") == "the force at x  ?"
+
+
+@pytest.mark.parametrize(
+    ("line", "lines"),
+    [
+        ("x" * 110, ["x" * 110]),
+        ("a" * 50 + ", " + "b" * 58, ["a" * 50 + ", " + "b" * 58]),
+        ("a" * 50 + ", " + "b" * 59, ["a" * 50 + ",", "        " + "b" * 59]),
+        ("a" * 50 + " + " + "b" * 60, ["a" * 50, "        + " + "b" * 60]),
+        ("a" * 50 + ", " + "b" * 20 + " ? " + "c" * 60, ["a" * 50 + ", " + "b" * 20, "        ? " + "c" * 60]),
+        ("a" * 30 + ", " + "b" * 90, ["a" * 30 + ", " + "b" * 90]),  # in the first forty letters no line ends
+    ],
+)
+def test_a_line_of_more_than_110_letters_goes_on_behind_a_comma_or_before_an_operator(line, lines):
+    assert wrapped(line, "") == lines
+
+
+def test_a_line_goes_on_two_steps_farther_in_as_often_as_it_must():
+    long = "    f(" + ", ".join(["argument_of_a_function"] * 14) + ")"
+    lines = wrapped(long, "    ")
+    assert [len(line) - len(line.lstrip()) for line in lines] == [4, 12, 12, 12]
+    assert all(len(line) <= 110 for line in lines)
+    assert " ".join(line.strip() for line in lines) == long.strip()
+
+
+def test_a_name_that_is_used_has_the_first_number_from_two_on():
+    assert free_name("f", {"g"}) == "f"
+    assert free_name("f", {"f"}) == "f_2"
+    assert free_name("f", {"f", "f_2", "f_4"}) == "f_3"
+
+
+def test_letters_that_no_language_takes_are_told_by_their_number():
+    assert ascii_name("sigma_0") == "sigma_0"
+    assert ascii_name("μ_s") == "u03BC_s"
+
+
+def test_an_element_holds_its_text_and_then_those_inside():
+    made = element("a", "text", element("b"), " more", element("c", name="d"), size="3")
+    assert (made.tag, made.text, made.attrib) == ("a", "text more", {"size": "3"})
+    assert [(inner.tag, inner.attrib) for inner in made] == [("b", {}), ("c", {"name": "d"})]
+
+
+def test_rounds_of_loops_are_counted_where_they_are_known():
+    counted = For(N, whole(2), whole(7), [Assign(X, X)])
+    open_end, open_start = For(N, whole(0), N, []), For(N, N, whole(7), [])
+    until = While(Compare(TRUTH, "<", X, X), [counted])
+    unit = Unit([function_of(name="none"), function_of(until, open_end, open_start, name="many", description="of `x`")])
+    assert loops_of(unit, 21) == [
+        {"function": "many", "description": "of x", "most": "5, half of the turning points remembered"},
+        {"function": "many", "description": "of x", "most": "5"},
+        {"function": "many", "description": "of x", "most": "the number that it is handed"},
+        {"function": "many", "description": "of x", "most": "the number that it is handed"},
+    ]
