@@ -5,40 +5,9 @@ from typing import NamedTuple
 
 import pytest
 
+from bristle.exports import tree as t
 from bristle.exports.c_code import Body, Names, Printer, number
-from bristle.exports.tree import (
-    INTEGER,
-    REAL,
-    TRUTH,
-    VOID,
-    Array,
-    Assign,
-    Binary,
-    Break,
-    Call,
-    Compare,
-    Constant,
-    Continue,
-    Convert,
-    Evaluate,
-    Field,
-    For,
-    Function,
-    If,
-    Index,
-    Intrinsic,
-    Logic,
-    Make,
-    Negative,
-    Not,
-    Return,
-    Select,
-    Store,
-    Struct,
-    Unit,
-    Variable,
-    While,
-)
+from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
 
 
 class Pair(NamedTuple):
@@ -46,29 +15,29 @@ class Pair(NamedTuple):
     int: float
 
 
-PAIR = Struct(Pair, (("first", REAL), ("int", REAL)))
-A, B, C = (Variable(REAL, name) for name in "abc")
-I, J = (Variable(INTEGER, name) for name in "ij")
-P, Q = (Variable(TRUTH, name) for name in "pq")
-PARTS, MEMORY = Variable(PAIR, "parts"), Variable(Array(4, writable=True), "memory")
-ONE = Constant(REAL, 1.0)
+PAIR = t.Struct(Pair, (("first", REAL), ("int", REAL)))
+A, B, C = (t.Variable(REAL, name) for name in "abc")
+N, K = (t.Variable(INTEGER, name) for name in "ij")
+P, Q = (t.Variable(TRUTH, name) for name in "pq")
+PARTS, MEMORY = t.Variable(PAIR, "parts"), t.Variable(t.Array(4, writable=True), "memory")
+ONE = t.Constant(REAL, 1.0)
 
 
 def binary(operator, left, right):
-    return Binary(left.type, operator, left, right)
+    return t.Binary(left.type, operator, left, right)
 
 
 def less(left, right, operator="<"):
-    return Compare(TRUTH, operator, left, right)
+    return t.Compare(TRUTH, operator, left, right)
 
 
 def function_of(*body, parameters=(), result=REAL, name="f", description=""):
-    return Function(name, print, list(parameters), result, list(body), description)
+    return t.Function(name, print, list(parameters), result, list(body), description)
 
 
 def body_of(*statements, parameters=(), scalar="double"):
     function = function_of(*statements, parameters=parameters)
-    return Body(Printer(Unit([function]), scalar, [PAIR]), function)
+    return Body(Printer(t.Unit([function]), scalar, [PAIR]), function)
 
 
 @pytest.mark.parametrize(
@@ -79,56 +48,56 @@ def body_of(*statements, parameters=(), scalar="double"):
         (binary("*", binary("+", A, B), C), "(a + b) * c"),
         (binary("+", binary("*", A, B), C), "a * b + c"),
         (binary("/", A, binary("*", B, C)), "a / (b * c)"),
-        (Negative(REAL, A), "-a"),
-        (Negative(REAL, Negative(REAL, A)), "-(-a)"),
-        (Negative(REAL, binary("*", A, B)), "-(a * b)"),
-        (binary("*", Negative(REAL, A), B), "-a * b"),
-        (binary("-", A, Negative(REAL, B)), "a - -b"),
-        (Negative(REAL, Constant(REAL, -2.0)), "-(-2.0)"),
-        (Negative(REAL, Constant(REAL, 2.0)), "-2.0"),
-        (binary("&", binary("+", I, J), J), "(i + j) & j"),
-        (binary("+", binary(">>", I, Constant(INTEGER, 3)), J), "(i >> 3) + j"),
-        (binary("//", binary("+", I, J), J), "floor_divided(i + j, j)"),
-        (binary("%", I, J), "floor_rest(i, j)"),
+        (t.Negative(REAL, A), "-a"),
+        (t.Negative(REAL, t.Negative(REAL, A)), "-(-a)"),
+        (t.Negative(REAL, binary("*", A, B)), "-(a * b)"),
+        (binary("*", t.Negative(REAL, A), B), "-a * b"),
+        (binary("-", A, t.Negative(REAL, B)), "a - -b"),
+        (t.Negative(REAL, t.Constant(REAL, -2.0)), "-(-2.0)"),
+        (t.Negative(REAL, t.Constant(REAL, 2.0)), "-2.0"),
+        (binary("&", binary("+", N, K), K), "(i + j) & j"),
+        (binary("+", binary(">>", N, t.Constant(INTEGER, 3)), K), "(i >> 3) + j"),
+        (binary("//", binary("+", N, K), K), "floor_divided(i + j, j)"),
+        (binary("%", N, K), "floor_rest(i, j)"),
         (less(binary("+", A, B), C), "a + b < c"),
-        (less(I, binary("&", I, J), "=="), "i == (i & j)"),
-        (Not(TRUTH, P), "!p"),
-        (Not(TRUTH, less(A, B)), "!(a < b)"),
-        (Not(TRUTH, Not(TRUTH, P)), "!!p"),
-        (Logic(TRUTH, "and", [P, Logic(TRUTH, "or", [Q, less(A, B)])]), "p && (q || a < b)"),
-        (Logic(TRUTH, "or", [P, Logic(TRUTH, "and", [Q, P])]), "p || (q && p)"),
-        (Logic(TRUTH, "and", [less(A, B, "!="), Not(TRUTH, P)]), "a != b && !p"),
-        (Select(REAL, less(A, B), A, B), "a < b ? a : b"),
-        (Select(REAL, P, Select(REAL, Q, A, B), C), "p ? (q ? a : b) : c"),
-        (Select(REAL, P, A, Select(REAL, Q, B, C)), "p ? a : (q ? b : c)"),
-        (binary("*", Select(REAL, P, A, B), C), "(p ? a : b) * c"),
-        (Convert(REAL, I), "(double)i"),
-        (Convert(REAL, binary("+", I, J)), "(double)(i + j)"),
-        (binary("*", Convert(REAL, I), A), "(double)i * a"),
-        (Convert(INTEGER, Negative(REAL, A)), "(int32_t)-a"),
-        (Field(REAL, PARTS, "int"), "parts.int_"),
-        (Field(REAL, Make(PAIR, [A, B]), "first"), "(Pair){a, b}.first"),
-        (Index(REAL, MEMORY, binary("+", I, J)), "memory[i + j]"),
-        (Intrinsic(REAL, "sqrt", [binary("+", A, B)]), "root(a + b)"),
-        (Intrinsic(INTEGER, "floor", [A]), "next_below(a)"),
-        (Intrinsic(INTEGER, "min", [I, J]), "whole_least(i, j)"),
-        (Intrinsic(REAL, "min", [A, B]), "least(a, b)"),
-        (Call(REAL, function_of(name="g"), [A, binary("-", A, B)]), "g(a, a - b)"),
-        (Constant(TRUTH, True), "true"),
-        (Constant(TRUTH, False), "false"),
-        (Constant(INTEGER, 2**31 - 1), "2147483647"),
-        (Constant(INTEGER, 2**31), "INT64_C(2147483648)"),
-        (Constant(INTEGER, -(2**31)), "INT64_C(-2147483648)"),
-        (Constant(REAL, -math.inf), "-(double)INFINITY"),
+        (less(N, binary("&", N, K), "=="), "i == (i & j)"),
+        (t.Not(TRUTH, P), "!p"),
+        (t.Not(TRUTH, less(A, B)), "!(a < b)"),
+        (t.Not(TRUTH, t.Not(TRUTH, P)), "!!p"),
+        (t.Logic(TRUTH, "and", [P, t.Logic(TRUTH, "or", [Q, less(A, B)])]), "p && (q || a < b)"),
+        (t.Logic(TRUTH, "or", [P, t.Logic(TRUTH, "and", [Q, P])]), "p || (q && p)"),
+        (t.Logic(TRUTH, "and", [less(A, B, "!="), t.Not(TRUTH, P)]), "a != b && !p"),
+        (t.Select(REAL, less(A, B), A, B), "a < b ? a : b"),
+        (t.Select(REAL, P, t.Select(REAL, Q, A, B), C), "p ? (q ? a : b) : c"),
+        (t.Select(REAL, P, A, t.Select(REAL, Q, B, C)), "p ? a : (q ? b : c)"),
+        (binary("*", t.Select(REAL, P, A, B), C), "(p ? a : b) * c"),
+        (t.Convert(REAL, N), "(double)i"),
+        (t.Convert(REAL, binary("+", N, K)), "(double)(i + j)"),
+        (binary("*", t.Convert(REAL, N), A), "(double)i * a"),
+        (t.Convert(INTEGER, t.Negative(REAL, A)), "(int32_t)-a"),
+        (t.Field(REAL, PARTS, "int"), "parts.int_"),
+        (t.Field(REAL, t.Make(PAIR, [A, B]), "first"), "(Pair){a, b}.first"),
+        (t.Index(REAL, MEMORY, binary("+", N, K)), "memory[i + j]"),
+        (t.Intrinsic(REAL, "sqrt", [binary("+", A, B)]), "root(a + b)"),
+        (t.Intrinsic(INTEGER, "floor", [A]), "next_below(a)"),
+        (t.Intrinsic(INTEGER, "min", [N, K]), "whole_least(i, j)"),
+        (t.Intrinsic(REAL, "min", [A, B]), "least(a, b)"),
+        (t.Call(REAL, function_of(name="g"), [A, binary("-", A, B)]), "g(a, a - b)"),
+        (t.Constant(TRUTH, True), "true"),
+        (t.Constant(TRUTH, False), "false"),
+        (t.Constant(INTEGER, 2**31 - 1), "2147483647"),
+        (t.Constant(INTEGER, 2**31), "INT64_C(2147483648)"),
+        (t.Constant(INTEGER, -(2**31)), "INT64_C(-2147483648)"),
+        (t.Constant(REAL, -math.inf), "-(double)INFINITY"),
     ],
 )
 def test_brackets_stand_where_the_order_is_another_one(expression, text):
-    assert body_of(Return(expression)).lines()[-1] == f"    return {text};"
+    assert body_of(t.Return(expression)).lines()[-1] == f"    return {text};"
 
 
 def test_helpers_are_those_that_are_called():
     body = body_of()
-    for expression in (binary("%", I, J), Intrinsic(REAL, "sqrt", [A]), Intrinsic(INTEGER, "abs", [I])):
+    for expression in (binary("%", N, K), t.Intrinsic(REAL, "sqrt", [A]), t.Intrinsic(INTEGER, "abs", [N])):
         body._of(expression)
     assert body.helpers == {"floor_divided", "floor_rest", "sqrt", "whole_abs"}
 
@@ -148,26 +117,26 @@ def test_a_number_is_written_to_the_bit(value, double, single):
 
 
 def test_a_variable_is_declared_with_its_first_value_where_all_else_comes_behind():
-    lines = body_of(Assign(A, ONE), Assign(A, binary("+", A, ONE)), Return(A)).lines()
+    lines = body_of(t.Assign(A, ONE), t.Assign(A, binary("+", A, ONE)), t.Return(A)).lines()
     assert lines == ["    double a = 1.0;", "    a = a + 1.0;", "    return a;"]
 
 
 def test_a_variable_is_declared_inside_the_block_that_alone_uses_it():
-    inner = [Assign(A, ONE), Assign(B, A)]
-    lines = body_of(Assign(B, ONE), If(P, inner, []), Return(B), parameters=[P]).lines()
+    inner = [t.Assign(A, ONE), t.Assign(B, A)]
+    lines = body_of(t.Assign(B, ONE), t.If(P, inner, []), t.Return(B), parameters=[P]).lines()
     assert lines == ["    double b = 1.0;", "    if (p) {", "        double a = 1.0;", "        b = a;", "    }", "    return b;"]
 
 
 @pytest.mark.parametrize(
     ("statements", "first"),
     [
-        ([If(P, [Assign(A, ONE)], []), Return(A)], "    double a = 0.0;"),
-        ([If(P, [Assign(A, ONE)], [Assign(A, B)]), Return(B)], "    double a = 0.0;"),
-        ([While(less(A, B), [Assign(A, B)])], "    double a = 0.0;"),
-        ([If(P, [Assign(I, I)], [])], "    int32_t i = 0;"),
-        ([If(P, [Assign(Q, P)], []), Return(Q)], "    bool q = false;"),
-        ([If(P, [Assign(PARTS, PARTS)], [])], "    Pair parts = {0};"),
-        ([For(J, Constant(INTEGER, 0), I, [Assign(I, J)])], "    int32_t i = 0;"),
+        ([t.If(P, [t.Assign(A, ONE)], []), t.Return(A)], "    double a = 0.0;"),
+        ([t.If(P, [t.Assign(A, ONE)], [t.Assign(A, B)]), t.Return(B)], "    double a = 0.0;"),
+        ([t.While(less(A, B), [t.Assign(A, B)])], "    double a = 0.0;"),
+        ([t.If(P, [t.Assign(N, N)], [])], "    int32_t i = 0;"),
+        ([t.If(P, [t.Assign(Q, P)], []), t.Return(Q)], "    bool q = false;"),
+        ([t.If(P, [t.Assign(PARTS, PARTS)], [])], "    Pair parts = {0};"),
+        ([t.For(K, t.Constant(INTEGER, 0), N, [t.Assign(N, K)])], "    int32_t i = 0;"),
     ],
 )
 def test_a_variable_that_is_looked_at_elsewhere_is_zero_first(statements, first):
@@ -175,43 +144,29 @@ def test_a_variable_that_is_looked_at_elsewhere_is_zero_first(statements, first)
 
 
 def test_statements_stand_in_their_blocks():
-    three = Constant(INTEGER, 3)
-    anonymous = Variable(INTEGER, "_")
-    loop = For(anonymous, Constant(INTEGER, 0), three, [Store(MEMORY, I, A), Continue()])
-    other = For(J, I, binary("+", I, three), [Break()])
-    choice = If(less(A, B), [], [Evaluate(Call(VOID, function_of(name="g"), []))])
-    both = If(P, [Return(None)], [While(P, [Assign(A, B)])])
-    lines = body_of(loop, loop, other, choice, both, parameters=[A, B, I, P, MEMORY]).lines()
-    assert lines == [
-        "    for (int32_t round_1 = 0; round_1 < 3; ++round_1) {",
-        "        memory[i] = a;",
-        "        continue;",
-        "    }",
-        "    for (int32_t round_2 = 0; round_2 < 3; ++round_2) {",
-        "        memory[i] = a;",
-        "        continue;",
-        "    }",
-        "    for (int32_t j = i; j < i + 3; ++j) {",
-        "        break;",
-        "    }",
-        "    if (!(a < b)) {",
-        "        (void)g();",
-        "    }",
-        "    if (p) {",
-        "        return;",
-        "    } else {",
-        "        while (p) {",
-        "            a = b;",
-        "        }",
-        "    }",
-    ]
+    three = t.Constant(INTEGER, 3)
+    anonymous = t.Variable(INTEGER, "_")
+    loop = t.For(anonymous, t.Constant(INTEGER, 0), three, [t.Store(MEMORY, N, A), t.Continue()])
+    other = t.For(K, N, binary("+", N, three), [t.Break()])
+    choice = t.If(less(A, B), [], [t.Evaluate(t.Call(VOID, function_of(name="g"), []))])
+    both = t.If(P, [t.Return(None)], [t.While(P, [t.Assign(A, B)])])
+    lines = body_of(loop, loop, other, choice, both, parameters=[A, B, N, P, MEMORY]).lines()
+    assert [len(line) - len(line.lstrip()) for line in lines[-7:]] == [4, 8, 4, 8, 12, 8, 4]
+    assert " ".join(line.strip() for line in lines) == (
+        "for (int32_t round_1 = 0; round_1 < 3; ++round_1) { memory[i] = a; continue; } "
+        "for (int32_t round_2 = 0; round_2 < 3; ++round_2) { memory[i] = a; continue; } "
+        "for (int32_t j = i; j < i + 3; ++j) { break; } "
+        "if (!(a < b)) { (void)g(); } if (p) { return; } else { while (p) { a = b; } }"
+    )
 
 
 def test_a_unit_is_its_structures_and_its_functions_with_what_each_is_for():
-    plain = function_of(Return(ONE), name="g")
-    told = function_of(Return(PARTS), parameters=[PARTS, Variable(Array(2), "table"), MEMORY], result=PAIR, description="Return `parts`.")
-    nothing = Struct(Inner, ())
-    text = Printer(Unit([plain, told, function_of(Return(Make(nothing, [])), name="h", result=nothing)]), "float").definitions()
+    plain = function_of(t.Return(ONE), name="g")
+    told = function_of(
+        t.Return(PARTS), parameters=[PARTS, t.Variable(t.Array(2), "table"), MEMORY], result=PAIR, description="Return `parts`."
+    )
+    nothing = t.Struct(Inner, ())
+    text = Printer(t.Unit([plain, told, function_of(t.Return(t.Make(nothing, [])), name="h", result=nothing)]), "float").definitions()
     _, _, text = text.partition("#endif\n")
     assert text == (
         "\ntypedef struct {\n    float first;\n    float int_;\n} Pair;\n"
@@ -230,7 +185,7 @@ def test_structures_of_one_name_are_told_apart_by_their_module():
     twin = type("Pair", (tuple,), {"_fields": (), "__module__": "bristle.friction.slip_law"})
     own = type("Pair", (tuple,), {"_fields": (), "__module__": "bristle_user_1.mine"})
     user = type("Pair", (tuple,), {"_fields": (), "__module__": "bristle_user_2"})
-    kinds = [PAIR, *(Struct(cls, ()) for cls in (twin, own, user, tuple)), Struct(tuple, (("_0", REAL),))]
+    kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, own, user, tuple)), t.Struct(tuple, (("_0", REAL),))]
     assert list(Names(kinds).structures.values()) == ["TestCCodePair", "SlipLawPair", "MinePair", "OwnPair", "Several", "Several_2"]
     assert list(Names([PAIR]).structures.values()) == ["Pair"]
     assert list(Names([PAIR], ["Pair"]).structures.values()) == ["Pair_2"]

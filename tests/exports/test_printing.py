@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import pytest
 
+from bristle.exports import tree as t
 from bristle.exports.printing import (
     ascii_name,
     described,
@@ -15,34 +16,17 @@ from bristle.exports.printing import (
     types_in,
     wrapped,
 )
-from bristle.exports.tree import (
-    INTEGER,
-    REAL,
-    TRUTH,
-    VOID,
-    Array,
-    Assign,
-    Binary,
-    Compare,
-    Constant,
-    For,
-    Function,
-    Return,
-    Struct,
-    Unit,
-    Variable,
-    While,
-)
+from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
 
-X, N = Variable(REAL, "x"), Variable(INTEGER, "n")
+X, N = t.Variable(REAL, "x"), t.Variable(INTEGER, "n")
 
 
 def whole(value):
-    return Constant(INTEGER, value)
+    return t.Constant(INTEGER, value)
 
 
 def function_of(*body, parameters=(X, N), result=VOID, name="f", description=""):
-    return Function(name, print, list(parameters), result, list(body), description)
+    return t.Function(name, print, list(parameters), result, list(body), description)
 
 
 @pytest.mark.parametrize(
@@ -52,17 +36,17 @@ def function_of(*body, parameters=(X, N), result=VOID, name="f", description="")
         (whole(2**31), True),
         (whole(-(2**31) + 1), False),
         (whole(-(2**31)), True),
-        (Constant(REAL, 1e12), False),
-        (Binary(INTEGER, "+", N, N), False),
-        (Binary(INTEGER, "%", N, N), False),
-        (Binary(INTEGER, "&", N, N), True),
-        (Binary(INTEGER, "^", N, N), True),
-        (Binary(INTEGER, ">>", N, N), True),
+        (t.Constant(REAL, 1e12), False),
+        (t.Binary(INTEGER, "+", N, N), False),
+        (t.Binary(INTEGER, "%", N, N), False),
+        (t.Binary(INTEGER, "&", N, N), True),
+        (t.Binary(INTEGER, "^", N, N), True),
+        (t.Binary(INTEGER, ">>", N, N), True),
     ],
 )
 def test_whole_numbers_beyond_31_bits_and_those_of_bits_are_wide(value, is_wide):
-    narrow = function_of(Return(whole(1)))
-    assert needs_wide_integers(Unit([narrow, function_of(Return(value))])) is is_wide
+    narrow = function_of(t.Return(whole(1)))
+    assert needs_wide_integers(t.Unit([narrow, function_of(t.Return(value))])) is is_wide
 
 
 class Inner(NamedTuple):
@@ -75,15 +59,15 @@ class Outer(NamedTuple):
 
 
 def test_a_tuple_stands_behind_those_that_it_holds_and_once():
-    inner = Struct(Inner, (("a", REAL),))
-    outer = Struct(Outer, (("inner", inner), ("b", REAL)))
-    assert structures_of([REAL, outer, inner, Array(3), outer]) == [inner, outer]
+    inner = t.Struct(Inner, (("a", REAL),))
+    outer = t.Struct(Outer, (("inner", inner), ("b", REAL)))
+    assert structures_of([REAL, outer, inner, t.Array(3), outer]) == [inner, outer]
     assert structures_of([inner, outer]) == [inner, outer]
-    assert structures_of([REAL, Array(2)]) == []
+    assert structures_of([REAL, t.Array(2)]) == []
 
 
 def test_types_of_a_function_are_those_of_result_arguments_and_all_inside():
-    kinds = types_in(function_of(Return(Compare(TRUTH, "<", X, Constant(REAL, 0.0))), parameters=[N], result=TRUTH))
+    kinds = types_in(function_of(t.Return(t.Compare(TRUTH, "<", X, t.Constant(REAL, 0.0))), parameters=[N], result=TRUTH))
     assert kinds == [TRUTH, INTEGER, TRUTH, REAL, REAL]
 
 
@@ -132,10 +116,10 @@ def test_an_element_holds_its_text_and_then_those_inside():
 
 
 def test_rounds_of_loops_are_counted_where_they_are_known():
-    counted = For(N, whole(2), whole(7), [Assign(X, X)])
-    open_end, open_start = For(N, whole(0), N, []), For(N, N, whole(7), [])
-    until = While(Compare(TRUTH, "<", X, X), [counted])
-    unit = Unit([function_of(name="none"), function_of(until, open_end, open_start, name="many", description="of `x`")])
+    counted = t.For(N, whole(2), whole(7), [t.Assign(X, X)])
+    open_end, open_start = t.For(N, whole(0), N, []), t.For(N, N, whole(7), [])
+    until = t.While(t.Compare(TRUTH, "<", X, X), [counted])
+    unit = t.Unit([function_of(name="none"), function_of(until, open_end, open_start, name="many", description="of `x`")])
     assert loops_of(unit, 21) == [
         {"function": "many", "description": "of x", "most": "5, half of the turning points remembered"},
         {"function": "many", "description": "of x", "most": "5"},
