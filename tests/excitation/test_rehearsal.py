@@ -124,6 +124,14 @@ def test_a_log_is_in_the_units_of_the_kind_of_axis(motion):
     assert log.segments == (slice(0, motion.time.size),)
 
 
+@pytest.mark.parametrize(("offset", "added"), [("identify", 0.0), (-2.5, -2.5)])
+def test_an_offset_of_the_effort_is_added_where_it_is_known(motion, offset, added):
+    prior = prior_of(AXIS, None, TRUTH)
+    log, _, _ = recorded(motion, replace(AXIS, offset=offset), prior)
+    exact, _, _ = recorded(motion, replace(AXIS, offset=0.0), prior)
+    assert log.effort.values - exact.effort.values == pytest.approx(np.full(motion.time.size, added))
+
+
 @pytest.mark.parametrize(("gain", "stable"), [(60.0, True), (6e4, False)])
 def test_a_log_is_one_of_the_loop_where_the_loop_is_stable(motion, gain, stable):
     axis = replace(AXIS, controller=cascade(k_p=gain, k_v=4e3), effort_limit=None)
