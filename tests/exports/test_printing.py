@@ -5,17 +5,7 @@ from typing import NamedTuple
 import pytest
 
 from bristle.exports import tree as t
-from bristle.exports.printing import (
-    ascii_name,
-    described,
-    element,
-    free_name,
-    loops_of,
-    needs_wide_integers,
-    structures_of,
-    types_in,
-    wrapped,
-)
+from bristle.exports.printing import element, free_name, loops_of, needs_wide_integers, structures_of, types_in, wrapped
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
 
 X, N = t.Variable(REAL, "x"), t.Variable(INTEGER, "n")
@@ -29,24 +19,11 @@ def function_of(*body, parameters=(X, N), result=VOID, name="f", description="")
     return t.Function(name, print, list(parameters), result, list(body), description)
 
 
-@pytest.mark.parametrize(
-    ("value", "is_wide"),
-    [
-        (whole(2**31 - 1), False),
-        (whole(2**31), True),
-        (whole(-(2**31) + 1), False),
-        (whole(-(2**31)), True),
-        (t.Constant(REAL, 1e12), False),
-        (t.Binary(INTEGER, "+", N, N), False),
-        (t.Binary(INTEGER, "%", N, N), False),
-        (t.Binary(INTEGER, "&", N, N), True),
-        (t.Binary(INTEGER, "^", N, N), True),
-        (t.Binary(INTEGER, ">>", N, N), True),
-    ],
-)
-def test_whole_numbers_beyond_31_bits_and_those_of_bits_are_wide(value, is_wide):
-    narrow = function_of(t.Return(whole(1)))
-    assert needs_wide_integers(t.Unit([narrow, function_of(t.Return(value))])) is is_wide
+def test_whole_numbers_beyond_31_bits_and_those_of_bits_are_wide():
+    narrow = [whole(2**31 - 1), whole(1 - 2**31), t.Constant(REAL, 1e12), *(t.Binary(INTEGER, operator, N, N) for operator in "+%")]
+    wide = [whole(2**31), whole(-(2**31)), *(t.Binary(INTEGER, operator, N, N) for operator in ("&", "^", ">>"))]
+    found = [[needs_wide_integers(t.Unit([function_of(), function_of(t.Return(e))])) for e in group] for group in (narrow, wide)]
+    assert found == [[False] * 5, [True] * 5]
 
 
 class Inner(NamedTuple):
@@ -71,10 +48,6 @@ def test_types_of_a_function_are_those_of_result_arguments_and_all_inside():
     assert kinds == [TRUTH, INTEGER, TRUTH, REAL, REAL]
 
 
-def test_a_description_is_ascii_without_marks_of_typesetting_and_ends_no_comment():
-    assert described("the `force` at :math:`x` */ µ") == "the force at x  ?"
-
-
 @pytest.mark.parametrize(
     ("line", "lines"),
     [
@@ -90,23 +63,10 @@ def test_a_line_of_more_than_110_letters_goes_on_behind_a_comma_or_before_an_ope
     assert wrapped(line, "") == lines
 
 
-def test_a_line_goes_on_two_steps_farther_in_as_often_as_it_must():
-    long = "    f(" + ", ".join(["argument_of_a_function"] * 14) + ")"
-    lines = wrapped(long, "    ")
-    assert [len(line) - len(line.lstrip()) for line in lines] == [4, 12, 12, 12]
-    assert all(len(line) <= 110 for line in lines)
-    assert " ".join(line.strip() for line in lines) == long.strip()
-
-
 def test_a_name_that_is_used_has_the_first_number_from_two_on():
     assert free_name("f", {"g"}) == "f"
     assert free_name("f", {"f"}) == "f_2"
     assert free_name("f", {"f", "f_2", "f_4"}) == "f_3"
-
-
-def test_letters_that_no_language_takes_are_told_by_their_number():
-    assert ascii_name("sigma_0") == "sigma_0"
-    assert ascii_name("μ_s") == "u03BC_s"
 
 
 def test_an_element_holds_its_text_and_then_those_inside():

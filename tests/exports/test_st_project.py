@@ -2,7 +2,6 @@
 
 import math
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import bristle as br
 from bristle.exports.st_code import Printer
 from bristle.exports.st_parts import LREAL, Names, Pou, Record, Variable, part_text, used_of
 from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_project import Judged, Tuned, bounds, commented_facts, interface, set_lines, total_of, walk_facts
+from bristle.exports.st_project import Judged, Tuned, bounds, set_lines, total_of, walk_facts
 from bristle.exports.subject import Walk
 from bristle.exports.tree import Unit, type_of
 from bristle.exports.tunable import tunable_of
@@ -103,18 +102,6 @@ def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
     names = {single: [variable.name for variable in Judged("axis", outputs, single).variables()] for single in (False, True)}
     assert set(names[True]) - set(names[False]) == {"worst", "expected"}
     assert set(names[False]) - set(names[True]) == {"total", "lost", "added"}
-
-
-def test_a_block_has_a_command_where_units_of_a_drive_are_known():
-    units = SimpleNamespace(effort=SimpleNamespace(name="% of rated"))
-    own, more = ([(item.name, item.section) for item in interface("anew", "force", "f", of)] for of in (None, units))
-    assert own == [(n, "VAR_INPUT") for n in ("restart", "clear")] + [(n, "VAR_OUTPUT") for n in ("force", "refused", "overflow")]
-    assert more[3] == ("command", "VAR_OUTPUT")
-
-
-def test_no_text_of_a_block_begins_or_ends_a_comment():
-    facts = commented_facts({"description": "a (* b", "facts": ["*) c"], "name": "(*"})
-    assert facts == {"description": "a ( * b", "facts": ["* ) c"], "name": "(*"}
 
 
 def test_types_that_something_is_of_stay_with_those_that_they_hold():
