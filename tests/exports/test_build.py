@@ -219,6 +219,9 @@ P = Values(2, True, 3.5, np.array([1.0, -2.0]))
 TYPES = [REAL, INTEGER, Array(3, writable=True), type_of(P)]
 
 
+HEAD = "def refused(x, n, memory, p):\n    "
+
+
 def python_and_tree(function, entry, x, n, p, of_entry):
     """Return what Python and the tree give for the same arguments, and what both leave in the memory."""
     memories = [np.array([0.5, -1.5, 2.5]) for _ in range(2)]
@@ -261,12 +264,26 @@ def test_functions_stand_behind_those_that_they_call_with_what_they_are_for():
     assert (other.name, len(builder.unit.functions)) == ("test_build_pair_2", 4)
 
 
+@pytest.mark.parametrize(
+    ("line", "held"),
+    [
+        ("memory[0], memory[1] = x, 2.0 * x", 0),
+        ("memory[0], memory[1] = memory[1], x", 2),
+        ("a, b = memory[0], memory[1]", 0),
+        ("a, b = x, a", 2),
+        ("x, b = 2.0, x", 2),
+        ("b, x = x, 2.0", 0),
+    ],
+)
+def test_values_are_held_where_one_looks_at_what_was_written_before_it(line, held):
+    scope = {"__name__": __name__}
+    entry = Builder().function(defined("refused", f"{HEAD}a = 1.0\n    {line}\n    return x\n", scope), TYPES)
+    assert sum(isinstance(s, tree.Assign) and s.variable.name.startswith("held") for s in entry.body) == held
+
+
 def test_a_constant_that_single_precision_has_otherwise_is_put_in_by_name_and_value():
     entry = Builder(constants={("SHARE", 0.25): 0.75, ("SHARE", 0.5): 9.0}).function(pair, [REAL, INTEGER])
     assert computed(entry, [1.0, 2]) == (1.75, 2)
-
-
-HEAD = "def refused(x, n, memory, p):\n    "
 
 
 @pytest.mark.parametrize(
