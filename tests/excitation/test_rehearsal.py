@@ -44,6 +44,7 @@ def test_without_slow_loops_stiffness_is_not_found():
     lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH, draws=0)
     status = {estimate.name: estimate.status for estimate in lost.rehearsal.identification.best.estimates}
     assert status["sigma_0"] != "identified" or status["sigma_1"] != "identified"
+    assert lost.rehearsal.lag == 0.0
 
 
 @pytest.mark.slow
