@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ class Ended(Exception):  # noqa: N818
     """A block ends before its last line: by a return, a break or a continue."""
 
 
-def computed(function, arguments):
+def computed(function, arguments) -> Any:
     """Return what a function of the tree gives for some arguments, whose arrays it writes."""
     names = {parameter.name: value for parameter, value in zip(function.parameters, arguments, strict=True)}
     try:
@@ -68,7 +68,7 @@ def goes_on(body, names):
     return True
 
 
-def value(e, names):
+def value(e, names) -> Any:
     """Return the value of an expression, of the type that the tree says it has."""
     match e:
         case tree.Constant():
@@ -76,6 +76,7 @@ def value(e, names):
         case tree.Variable():
             result = names[e.name]
         case tree.Field():
+            assert isinstance(e.of.type, tree.Struct)
             result = value(e.of, names)[e.of.type.place(e.name)]
         case tree.Index():
             result = value(e.array, names)[value(e.at, names)]
@@ -91,13 +92,15 @@ def value(e, names):
         case tree.Select():
             result = value(e.first if value(e.test, names) else e.second, names)
         case tree.Convert():
-            result = {REAL: float, INTEGER: int}[e.type](value(e.of, names))
+            result = (float if e.type == REAL else int)(value(e.of, names))
         case tree.Call():
             result = computed(e.function, [value(argument, names) for argument in e.arguments])
         case tree.Intrinsic():
             result = EXACT[e.name](*(value(argument, names) for argument in e.arguments))
         case tree.Make():
             result = tuple(value(part, names) for part in e.parts)
+        case _:
+            raise AssertionError(e)
     assert not isinstance(e.type, tree.Scalar) or e.type == VOID or type(result) in NUMBERS[e.type], (e, result)
     return result
 

@@ -10,6 +10,7 @@ from bristle.exports import tree as t
 from bristle.exports.c_code import Names, number
 from bristle.exports.scope import NotExportableError
 from bristle.exports.st_code import is_safe
+from bristle.exports.st_parts import Record
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
 
 
@@ -38,7 +39,7 @@ def less(left, right, operator="<"):
     return t.Compare(TRUTH, operator, left, right)
 
 
-def function_of(*body, parameters=(), result=REAL, name="value", description=""):
+def function_of(*body, parameters=(), result: t.Type = REAL, name="value", description=""):
     return t.Function(name, print, list(parameters), result, list(body), description)
 
 
@@ -53,7 +54,7 @@ def in_c(*statements, parameters=(), scalar="double"):
     return " ".join(line.strip() for line in lines)
 
 
-def in_st(*statements, parameters=(), result=REAL, scalar="LREAL"):
+def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
     """Return the body of a function in Structured Text in one line."""
     function = function_of(*statements, parameters=parameters, result=result)
     pou = st_code.Body(st_code.Printer(t.Unit([function]), "axis", (PAIR,), scalar), function).pou()
@@ -268,7 +269,8 @@ def test_a_unit_is_its_structures_and_its_functions_with_what_each_is_for():
         ("axis_Numbers_2", 2),
         ("axis_Numbers_4", 4),
     ]
-    assert [[(field.name, field.type) for field in part.fields] for part in types[3:]] == [
+    records = [part for part in types if isinstance(part, Record)]
+    assert [[(field.name, field.type) for field in part.fields] for part in records] == [
         [("first", "LREAL"), ("second", "LREAL")],
         [("nothing", "BOOL")],
     ]

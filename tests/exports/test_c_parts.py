@@ -11,11 +11,11 @@ from bristle.exports.c_code import Printer
 from bristle.exports.c_parts import array_text, constant_text, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
-from bristle.exports.tree import INTEGER, REAL, Unit, type_of
+from bristle.exports.tree import INTEGER, REAL, Unit, struct_type
 from bristle.exports.tunable import tunable_of
 
 SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
-KIND = type_of(SLIP.parameters)
+KIND = struct_type(SLIP.parameters)
 
 
 def printer(scalar="double"):
@@ -37,7 +37,7 @@ def test_numbers_in_bits_are_those_of_the_format():
     for scalar, kind, bits in (("double", np.float64, np.uint64), ("float", np.float32, np.uint32)):
         text, info = helpers_text(["power_of_two", "mantissa", "exponent", "copysign"], scalar, "int32_t"), np.finfo(kind)
         masks = {int(mask, 16) for mask in re.findall(r"_C\((0x[0-9A-F]+)\)", text)}
-        place = re.search(r"\{k \+ ([0-9.]+)", text)[1]
+        (place,) = re.findall(r"\{k \+ ([0-9.]+)", text)
         # The sign, the fraction, the bits of 1, and those of the number whose last place is 1; k and the bias beside it.
         rounder = kind(1.5 * 2.0**info.nmant)
         assert masks == {1 << (info.bits - 1), (1 << info.nmant) - 1, int(kind(1.0).view(bits)), int(rounder.view(bits))}
@@ -64,7 +64,7 @@ def test_parameters_that_may_be_changed_are_checked_by_their_ranges():
     offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=-0.5)
     tuned = tunable_of(offset)
     text = parameters_text(
-        offset.parameters, type_of(offset.parameters), Printer(Unit([]), "float", [type_of(offset.parameters)]), "axis", tuned
+        offset.parameters, struct_type(offset.parameters), Printer(Unit([]), "float", [struct_type(offset.parameters)]), "axis", tuned
     )
     assert "bool within_ranges(const axis_parameters *given)" in text
     assert "given->offset >= -FLT_MAX && given->offset <= FLT_MAX" in text

@@ -1,5 +1,7 @@
 """What an export is asked for where nobody says more, and which numbers it takes."""
 
+from typing import Any
+
 import pytest
 
 import bristle as br
@@ -49,13 +51,14 @@ def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(asked, tmp_path
 
 
 def test_files_that_a_person_types_for_are_those_of_the_export(asked):
-    options = {"name": None, "step": None, "rest": None, "accept_harm": False}
+    options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})
     assert [(request.name, request.dt, request.rest, harm) for _, request, harm in asked] == [
         ("axis_x", 5e-4, "", False),
         ("mine", 2e-3, "held", True),
     ]
+    wrong: dict[str, Any]
     for wrong in ({"step": "0 s"}, {"rest": "moving"}, {"name": "int"}):
         with pytest.raises(br.core.InputError):
             face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | wrong)

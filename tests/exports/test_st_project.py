@@ -12,21 +12,21 @@ from bristle.exports.st_parts import LREAL, Names, Pou, Record, Variable, part_t
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_project import Judged, Tuned, bounds, set_lines, total_of, walk_facts
 from bristle.exports.subject import Walk
-from bristle.exports.tree import Unit, type_of
+from bristle.exports.tree import Unit, struct_type
 from bristle.exports.tunable import tunable_of
 
 SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
 
 
 def printer(scalar=LREAL):
-    return Printer(Unit([]), "axis", (type_of(SLIP.parameters),), scalar)
+    return Printer(Unit([]), "axis", (struct_type(SLIP.parameters),), scalar)
 
 
 def test_each_number_of_an_array_is_an_input_that_counts_from_one():
     tuned = Tuned.of(tunable_of(SLIP), Names(["nu_i_2"]))
     inputs = {variable.name: variable.initial for variable in tuned.inputs(printer())}
     assert inputs == {"F_C": "4.0", "k_i_1": "100000.0", "k_i_2": "200000.0", "nu_i_1": "0.25", "nu_i_2_2": "0.75", "sigma_2": "0.0"}
-    lines = list(tuned.lines("parameters", type_of(SLIP.parameters), printer()))
+    lines = list(tuned.lines("parameters", struct_type(SLIP.parameters), printer()))
     assert "parameters.nu_i[1] := nu_i_2_2;" in lines
     assert "parameters.F_C := F_C;" in lines
 
@@ -40,13 +40,13 @@ def test_an_input_without_ends_is_compared_with_a_number_that_stays_finite(scala
 
 
 def test_a_structure_is_set_number_by_number_but_for_what_is_skipped():
-    lines = list(set_lines("p", SLIP.parameters, type_of(SLIP.parameters), printer(), skipped=[("F_C",)]))
+    lines = list(set_lines("p", SLIP.parameters, struct_type(SLIP.parameters), printer(), skipped=[("F_C",)]))
     assert not any("F_C" in line for line in lines)
     assert [line for line in lines if "nu_i" in line] == ["p.nu_i[0] := 0.25;", "p.nu_i[1] := 0.75;"]
     truths = br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
         F_C_pos=1.0, F_C_neg=2.0, F_S_pos=1.0, F_S_neg=2.0, v_S=1.0, sigma_0=1e5
     ).parameters
-    nested = list(set_lines("p", truths, type_of(truths), Printer(Unit([]), "axis", (type_of(truths),))))
+    nested = list(set_lines("p", truths, struct_type(truths), Printer(Unit([]), "axis", (struct_type(truths),))))
     assert any(line.count(".") > 1 and line.startswith("p.") and ":= 2.0;" in line for line in nested)
 
 

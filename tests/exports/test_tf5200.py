@@ -69,7 +69,7 @@ def test_the_current_leads_a_reversal_by_four_cycles_at_most(monkeypatch, ahead,
     monkeypatch.setattr(tf5200, "samples_ahead", lambda loop: ahead)
     product = write(request_for(br.friction.coulomb(F_C=8.0)))
     assert rows_of(product)["reversal_lookahead"] == written
-    assert f"leads a reversal; {ahead} are needed, and its range ends at 4." in product.files["axis_x.txt"]
+    assert f"leads a reversal; {ahead} are needed, and its range ends at 4." in str(product.files["axis_x.txt"])
 
 
 @pytest.mark.parametrize(("count", "is_refused"), [(20, False), (21, True)])
