@@ -126,7 +126,7 @@ def test_a_log_is_in_the_units_of_the_kind_of_axis(motion):
 
 
 @pytest.mark.parametrize(("offset", "added"), [("identify", 0.0), (-2.5, -2.5)])
-def test_an_offset_of_the_effort_is_added_where_it_is_known(motion, offset, added):
+def test_a_known_offset_of_the_effort_is_added(motion, offset, added):
     prior = prior_of(AXIS, None, TRUTH)
     log, _, _ = recorded(motion, replace(AXIS, offset=offset), prior)
     exact, _, _ = recorded(motion, replace(AXIS, offset=0.0), prior)

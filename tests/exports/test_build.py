@@ -190,8 +190,8 @@ def swapped(x, n, memory, p):
     memory[0], memory[1] = memory[1], memory[0] + first
     memory[n % 3] -= second
     memory[-1] = memory[2] + p.table[-1] + p.table[0]
-    one, _ = pair(x, n)
-    return one + first * second + memory[0]
+    shared, _ = pair(x, n)
+    return shared + first * second + memory[0]
 
 
 @kernel
@@ -232,7 +232,7 @@ def python_and_tree(function, entry, x, n, p, of_entry):
 
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
-def test_a_tree_gives_what_its_kernel_gives(function):
+def test_a_tree_computes_the_numbers_of_the_kernel(function):
     entry = Builder().function(function, TYPES)
     for x in (-3.25, -1.0, -0.5, 0.0, 0.3, 1.0, 2.0, 2.75, 9.5):
         for n in range(7):
@@ -243,7 +243,7 @@ def test_a_tree_gives_what_its_kernel_gives(function):
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
 @pytest.mark.parametrize("p", [P, P._replace(kind=9, is_even=False)])
-def test_a_tree_with_parameters_that_are_settled_gives_the_same(function, p):
+def test_a_tree_with_settled_parameters_computes_the_numbers_of_the_kernel(function, p):
     builder = Builder()
     entry = builder.function(function, TYPES)
     _, (left,) = settled(builder.unit, [entry], {"p": fact_of(p, TYPES[3])})
@@ -254,7 +254,7 @@ def test_a_tree_with_parameters_that_are_settled_gives_the_same(function, p):
             assert found == expected
 
 
-def test_functions_stand_behind_those_that_they_call_with_what_they_are_for():
+def test_called_functions_stand_before_the_callers_with_descriptions():
     builder = Builder()
     entry = builder.function(tuples, TYPES)
     names = [function.name for function in builder.unit.functions]
@@ -278,13 +278,13 @@ def test_functions_stand_behind_those_that_they_call_with_what_they_are_for():
         ("b, x = x, 2.0", 0),
     ],
 )
-def test_values_are_held_where_one_looks_at_what_was_written_before_it(line, held):
+def test_values_are_held_where_another_value_reads_a_written_place(line, held):
     scope = {"__name__": __name__}
     entry = Builder().function(defined("refused", f"{HEAD}a = 1.0\n    {line}\n    return x\n", scope), TYPES)
     assert sum(isinstance(s, tree.Assign) and s.variable.name.startswith("held") for s in entry.body) == held
 
 
-def test_a_constant_that_single_precision_has_otherwise_is_put_in_by_name_and_value():
+def test_a_constant_of_single_precision_is_put_in_by_name_and_value():
     entry = Builder(constants={("SHARE", 0.25): 0.75, ("SHARE", 0.5): 9.0}).function(pair, [REAL, INTEGER])
     assert computed(entry, [1.0, 2]) == (1.75, 2)
 
@@ -340,7 +340,7 @@ def test_a_constant_that_single_precision_has_otherwise_is_put_in_by_name_and_va
         ("return refused(x, n, memory, p)", "calls itself"),
     ],
 )
-def test_what_other_targets_do_not_have_is_refused(lines, reason):
+def test_python_beyond_the_subset_is_refused_with_the_reason(lines, reason):
     scope = {"math": math, "pair": pair, "written": written, "Part": Part, "__name__": __name__}
     function = kernel(defined("refused", HEAD + lines + "\n", scope))
     with pytest.raises(NotExportableError, match=reason):

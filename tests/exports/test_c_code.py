@@ -1,4 +1,4 @@
-"""The tree as C and as Structured Text: brackets where the order is another one, and what stands before a value."""
+"""The tree as C and as Structured Text: brackets where the order differs, and statements before a value."""
 
 import math
 from typing import NamedTuple
@@ -117,12 +117,12 @@ def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
         (t.Make(NOTHING, []), "(Inner){0}", None),
     ],
 )
-def test_brackets_stand_where_the_order_is_another_one(expression, c, st):
+def test_brackets_stand_where_the_order_differs(expression, c, st):
     assert in_c(t.Return(expression)) == f"return {c};"
     assert st is None or in_st(t.Return(expression), result=expression.type) == f"axis_value := {st or c};"
 
 
-def test_a_choice_is_an_expression_in_c_and_stands_before_it_in_structured_text():
+def test_a_choice_is_an_expression_in_c_and_a_statement_in_structured_text():
     chosen = t.Select(REAL, P, A, t.Select(REAL, Q, B, C))
     assert in_c(t.Return(binary("*", chosen, C))) == "return (open ? alpha : (closed ? beta : gamma)) * gamma;"
     assert in_st(t.Return(binary("*", chosen, C))) == (
@@ -135,7 +135,7 @@ def test_a_choice_is_an_expression_in_c_and_stands_before_it_in_structured_text(
 
 
 @pytest.mark.parametrize(("operator", "asked"), [("and", "aside_1"), ("or", "NOT aside_1")])
-def test_truths_that_may_trap_are_computed_as_far_as_they_are_needed(operator, asked):
+def test_truths_that_may_trap_are_computed_as_far_as_needed(operator, asked):
     assert in_st(t.Return(t.Logic(TRUTH, operator, [P, DIVIDED, Q])), result=TRUTH) == (
         f"aside_1 := open; IF {asked} THEN aside_1 := alpha / beta < gamma; "
         f"IF {asked} THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;"
@@ -144,7 +144,7 @@ def test_truths_that_may_trap_are_computed_as_far_as_they_are_needed(operator, a
     assert first == f"axis_value := (alpha / beta < gamma) {operator.upper()} open;"
 
 
-def test_a_tuple_is_written_in_place_but_where_it_is_made_of_itself():
+def test_a_tuple_is_written_in_place_unless_made_of_itself():
     swapped = t.Make(PAIR, [t.Field(REAL, PARTS, "second"), t.Field(REAL, PARTS, "first")])
     assert in_c(t.Return(t.Field(REAL, swapped, "first"))) == "return (Pair){parts.second, parts.first}.first;"
     assert in_st(t.Assign(PARTS, t.Make(PAIR, [A, B]))) == "parts.first := alpha; parts.second := beta;"
@@ -253,17 +253,17 @@ def test_a_number_is_written_to_the_bit(value, double, single):
     assert (number(value), number(value, "float"), number(math.nan)) == (double, single, "(double)NAN")
 
 
-def test_a_unit_is_its_structures_and_its_functions_with_what_each_is_for():
+def test_a_unit_is_structures_and_functions_with_descriptions():
     table = t.Variable(t.Array(2), "table")
-    plain, told = function_of(t.Return(ONE), name="g"), function_of(t.Return(PARTS), parameters=[PARTS, table, MEMORY], result=PAIR)
-    told.description = "Return `parts`."
-    text = c_code.Printer(t.Unit([plain, told]), "float", [NOTHING]).definitions().partition("#endif\n")[2]
+    plain, described = function_of(t.Return(ONE), name="g"), function_of(t.Return(PARTS), parameters=[PARTS, table, MEMORY], result=PAIR)
+    described.description = "Return `parts`."
+    text = c_code.Printer(t.Unit([plain, described]), "float", [NOTHING]).definitions().partition("#endif\n")[2]
     assert text == (
         "\ntypedef struct {\n    float first;\n    float second;\n} Pair;\n\ntypedef struct {\n    char nothing;\n} Inner;\n"
         "\nstatic inline float g(void)\n{\n    return 1.0f;\n}\n"
         "\n/* Return parts. */\nstatic inline Pair value(Pair parts, const float *table, float *memory)\n{\n    return parts;\n}\n"
     )
-    types, (_, pou) = st_code.Printer(t.Unit([plain, told]), "axis", (NOTHING, t.Array(0))).parts()
+    types, (_, pou) = st_code.Printer(t.Unit([plain, described]), "axis", (NOTHING, t.Array(0))).parts()
     assert [(part.name, getattr(part, "size", None)) for part in types[:3]] == [
         ("axis_Numbers_0", 1),
         ("axis_Numbers_2", 2),
@@ -277,7 +277,7 @@ def test_a_unit_is_its_structures_and_its_functions_with_what_each_is_for():
     assert (pou.kind, pou.returns, {variable.section for variable in pou.variables}) == ("FUNCTION", "BOOL", {"VAR_IN_OUT"})
 
 
-def test_names_of_c_are_told_apart_and_none_is_a_word_of_the_language():
+def test_names_of_c_differ_and_are_no_words_of_the_language():
     twin, own = (type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.friction.slip_law", "bristle_user_2"))
     kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, own, tuple)), t.Struct(tuple, (("_0", REAL),))]
     assert list(Names(kinds).structures.values()) == ["TestCCodePair", "SlipLawPair", "OwnPair", "Several", "Several_2"]
@@ -300,7 +300,7 @@ def test_names_of_c_are_told_apart_and_none_is_a_word_of_the_language():
         (less(t.Convert(REAL, N), A), False),
     ],
 )
-def test_what_may_trap_or_needs_a_statement_is_computed_only_where_it_is_needed(expression, safe):
+def test_an_expression_that_may_trap_or_needs_a_statement_is_not_safe(expression, safe):
     assert is_safe(expression) is safe
 
 

@@ -22,7 +22,7 @@ def printer(scalar="double"):
     return Printer(Unit([]), scalar, [KIND])
 
 
-def test_helpers_are_those_that_are_called_and_bits_where_one_needs_them():
+def test_helpers_are_written_where_called_and_bits_where_needed():
     assert helpers_text(["min"], "double", "int32_t") == (
         "static inline double least(double a, double b)\n{\n    return b < a ? b : a;\n}\n"
     )
@@ -33,7 +33,7 @@ def test_helpers_are_those_that_are_called_and_bits_where_one_needs_them():
     assert helpers_text([], "double", "int32_t") == ""
 
 
-def test_numbers_in_bits_are_those_of_the_format():
+def test_masks_and_shifts_follow_from_the_format():
     for scalar, kind, bits in (("double", np.float64, np.uint64), ("float", np.float32, np.uint32)):
         text, info = helpers_text(["power_of_two", "mantissa", "exponent", "copysign"], scalar, "int32_t"), np.finfo(kind)
         masks = {int(mask, 16) for mask in re.findall(r"_C\((0x[0-9A-F]+)\)", text)}
@@ -52,7 +52,7 @@ def test_parameters_that_stay_are_a_constant_with_arrays_of_their_own():
     assert parameters_text(SLIP.parameters, KIND, printer(), "axis_x", None) == text
 
 
-def test_seven_numbers_take_two_lines_and_no_number_one_place():
+def test_seven_numbers_take_two_lines_and_an_empty_array_a_single_place():
     assert array_text("table", np.arange(7.0), printer("float")) == (
         "static const float table[7] = {\n    0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f,\n    6.0f\n};"
     )
@@ -76,7 +76,7 @@ def test_parameters_that_may_be_changed_are_checked_by_their_ranges():
 
 
 @pytest.mark.parametrize(("scalar", "widened", "narrowed"), [("double", "", ""), ("float", "(double)", "(float)")])
-def test_what_is_saved_has_eight_bytes_each_behind_its_layout_and_its_marks(scalar, widened, narrowed):
+def test_saved_numbers_have_eight_bytes_each_behind_layout_and_marks(scalar, widened, narrowed):
     fields = [("z", REAL, "", 0.0), ("depth", INTEGER, "", 0)]
     facts = saved_facts(printer(scalar), ("position", "force"), fields, 20, "layout")
     # The layout, position, force, marks, z, depth, twenty numbers and the checksum.
@@ -92,7 +92,7 @@ def test_what_is_saved_has_eight_bytes_each_behind_its_layout_and_its_marks(scal
 
 
 @pytest.mark.parametrize(("dt", "cycles", "period", "every"), [(1e-3, 1000, "1", 100), (0.4, 2, "0.8", 1), (3.0, 2, "6", 1)])
-def test_an_example_runs_a_second_and_tells_ten_numbers_of_it(dt, cycles, period, every):
+def test_an_example_runs_a_second_and_prints_ten_numbers(dt, cycles, period, every):
     coulomb = br.friction.coulomb(F_C=1.0)
     facts = CFiles(subject_of(coulomb), Request(coulomb, "axis_x", dt))._facts()
     assert (facts["cycles"], facts["period"], facts["every"], facts["drive"]) == (cycles, period, every, None)

@@ -1,4 +1,4 @@
-"""What an export is asked for where nobody says more, and which numbers it takes."""
+"""An export without options, and the numbers that options take."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ COULOMB = br.friction.coulomb(F_C=1.0)
 
 @pytest.fixture
 def asked(monkeypatch):
-    """What is asked for of a target: itself, the request, and whether harm is accepted."""
+    """Targets with the request, and whether harm is accepted."""
     seen = []
 
     def files(target, request, *, accept_harm):
@@ -25,7 +25,7 @@ def asked(monkeypatch):
     return seen
 
 
-def test_an_export_that_nobody_describes_further_is_a_fixed_model_of_half_a_millisecond_that_may_do_no_harm(asked, tmp_path):
+def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_may_do_no_harm(asked, tmp_path):
     result = br.export(COULOMB, "c", tmp_path / "out")
     ((target, request, accept_harm),) = asked
     assert (target, request.model, request.name, request.dt) == ("c", COULOMB, "axis_x", 5e-4)
@@ -50,7 +50,7 @@ def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(asked, tmp_path
             br.export(COULOMB, "table", tmp_path / "out", points=points)
 
 
-def test_files_that_a_person_types_for_are_those_of_the_export(asked):
+def test_typed_options_and_missing_options_make_the_request_of_an_export(asked):
     options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})

@@ -19,7 +19,7 @@ def function_of(*body, parameters=(X, N), result=VOID, name="f", description="")
     return t.Function(name, print, list(parameters), result, list(body), description)
 
 
-def test_whole_numbers_beyond_31_bits_and_those_of_bits_are_wide():
+def test_whole_numbers_beyond_31_bits_and_bitwise_operations_are_wide():
     narrow = [whole(2**31 - 1), whole(1 - 2**31), t.Constant(REAL, 1e12), *(t.Binary(INTEGER, operator, N, N) for operator in "+%")]
     wide = [whole(2**31), whole(-(2**31)), *(t.Binary(INTEGER, operator, N, N) for operator in ("&", "^", ">>"))]
     found = [[needs_wide_integers(t.Unit([function_of(), function_of(t.Return(e))])) for e in group] for group in (narrow, wide)]
@@ -35,7 +35,7 @@ class Outer(NamedTuple):
     b: float
 
 
-def test_a_tuple_stands_behind_those_that_it_holds_and_once():
+def test_a_tuple_stands_behind_the_tuples_inside_and_once():
     inner = t.Struct(Inner, (("a", REAL),))
     outer = t.Struct(Outer, (("inner", inner), ("b", REAL)))
     assert structures_of([REAL, outer, inner, t.Array(3), outer]) == [inner, outer]
@@ -43,7 +43,7 @@ def test_a_tuple_stands_behind_those_that_it_holds_and_once():
     assert structures_of([REAL, t.Array(2)]) == []
 
 
-def test_types_of_a_function_are_those_of_result_arguments_and_all_inside():
+def test_types_of_a_function_come_from_result_arguments_and_body():
     kinds = types_in(function_of(t.Return(t.Compare(TRUTH, "<", X, t.Constant(REAL, 0.0))), parameters=[N], result=TRUTH))
     assert kinds == [TRUTH, INTEGER, TRUTH, REAL, REAL]
 
@@ -69,13 +69,13 @@ def test_a_name_that_is_used_has_the_first_number_from_two_on():
     assert free_name("f", {"f", "f_2", "f_4"}) == "f_3"
 
 
-def test_an_element_holds_its_text_and_then_those_inside():
+def test_an_element_holds_text_and_then_further_elements():
     made = element("a", "text", element("b"), " more", element("c", name="d"), size="3")
     assert (made.tag, made.text, made.attrib) == ("a", "text more", {"size": "3"})
     assert [(inner.tag, inner.attrib) for inner in made] == [("b", {}), ("c", {"name": "d"})]
 
 
-def test_rounds_of_loops_are_counted_where_they_are_known():
+def test_known_rounds_of_loops_are_counted():
     counted = t.For(N, whole(2), whole(7), [t.Assign(X, X)])
     open_end, open_start = t.For(N, whole(0), N, []), t.For(N, N, whole(7), [])
     until = t.While(t.Compare(TRUTH, "<", X, X), [counted])

@@ -39,7 +39,7 @@ def test_an_input_without_ends_is_compared_with_a_number_that_stays_finite(scala
     assert of_offset == f"(offset >= -{farthest}) AND (offset <= {farthest})"
 
 
-def test_a_structure_is_set_number_by_number_but_for_what_is_skipped():
+def test_a_structure_is_set_number_by_number_but_for_skipped_paths():
     lines = list(set_lines("p", SLIP.parameters, struct_type(SLIP.parameters), printer(), skipped=[("F_C",)]))
     assert not any("F_C" in line for line in lines)
     assert [line for line in lines if "nu_i" in line] == ["p.nu_i[0] := 0.25;", "p.nu_i[1] := 0.75;"]
@@ -50,8 +50,8 @@ def test_a_structure_is_set_number_by_number_but_for_what_is_skipped():
     assert any(line.count(".") > 1 and line.startswith("p.") and ":= 2.0;" in line for line in nested)
 
 
-def test_what_comes_in_is_held_where_a_format_holds_its_squares():
-    double, single = ({name: float(text or 0.0) for name, text in bounds(single=one, farthest=1e5).items()} for one in (False, True))
+def test_inputs_are_held_where_a_format_holds_the_squares():
+    double, single = ({name: float(text or 0.0) for name, text in bounds(single=narrow, farthest=1e5).items()} for narrow in (False, True))
     assert double["farthest"] == double["beyond"] == single["beyond"] == 1e30
     assert (single["farthest"], double["fastest"]) == (1e5, 0.0)
     assert np.isfinite(np.float32(single["fastest"] / 1e-10) ** 2)  # a velocity over the smallest of Stribeck
@@ -82,7 +82,7 @@ def test_the_walk_of_a_program_is_that_of_the_self_test():
     assert (facts["dt"], facts["per_cycle"], lines[4]) == ("0.001", 20, "END_IF;")
 
 
-def test_a_sum_and_what_rounding_took_are_the_exact_sum_together():
+def test_a_sum_and_the_loss_of_rounding_are_the_exact_sum_together():
     numbers = [1e16, 1.0, -1e16, 3e-5, 0.1, -7.25e9]
     total, lost = total_of(numbers)
     assert total == sum(numbers)
@@ -104,7 +104,7 @@ def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
     assert set(names[False]) - set(names[True]) == {"total", "lost", "added"}
 
 
-def test_types_that_something_is_of_stay_with_those_that_they_hold():
+def test_types_in_use_stay_with_the_types_inside():
     array, inner = ArrayPart("numbers", 3, LREAL), Record("inner", (Variable("a", "numbers"),))
     outer, idle = Record("outer", (Variable("b", "inner"),)), Record("idle", (Variable("c", "numbers"),))
     pou = Pou("FUNCTION", "f", "BOOL", (Variable("x", "outer"),), ("f := TRUE;",), "what (* it does")

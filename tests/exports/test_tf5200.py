@@ -114,7 +114,7 @@ def test_the_control_interpolates_between_entries_by_the_commanded_velocity():
     assert force_along([25.0, 100.0], scaling_factor=500) == pytest.approx([1.5, 3.0])
 
 
-def test_through_a_stop_without_a_reversal_the_current_stays():
+def test_the_current_stays_through_a_stop_without_a_reversal():
     assert force_along([0.0, 25.0, 0.0, 25.0, 0.0, -25.0, 0.0]) == pytest.approx([0.0, 3.0, 2.0, 3.0, 2.0, -3.0, -2.0])
 
 

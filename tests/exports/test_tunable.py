@@ -61,7 +61,7 @@ def test_single_precision_is_compared_every_so_many_steps():
     assert single_note("force").endswith("the self-test allows 0.001 of the largest force")
 
 
-def test_numbers_of_single_precision_are_those_of_its_format():
+def test_numbers_of_single_precision_follow_from_the_format():
     single, info = {name: number for (name, _), number in CONSTANTS.items()}, np.finfo(np.float32)
     assert (single["NORMAL_MIN"], single["LARGEST"]) == (float(info.tiny), float(info.max))
     assert single["LOG_OF_MIN"] == pytest.approx(math.log(float(info.tiny)), rel=1e-12)

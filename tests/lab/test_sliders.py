@@ -105,7 +105,7 @@ def test_elements_are_drawn_of_models_that_have_some():
     assert elements_of(dahl(F_C=8.0, sigma_0=4e5), 2) is None
 
 
-def test_a_row_of_a_parameter_has_a_slider_for_each_number_and_what_is_known_of_it():
+def test_a_row_of_a_parameter_has_a_slider_for_each_number_and_the_known_interval():
     placed = find("coulomb+position")(F_C=1.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=0.0, a_2=0.0)
     known = {"F_C": {"interval": (0.9, 1.2), "status": "identified"}}
     rows = {row["name"]: row for row in variables_of(placed, {"F_C"}, 28.0, known)}

@@ -112,7 +112,7 @@ def test_it_predicts_with_what_it_knows_itself(columns, result, folder):
     assert doubts, "three times as fast as what was fitted, and nothing is said of it"
 
 
-def test_the_table_of_an_identification_is_the_one_that_is_handed_out(result, monkeypatch):
+def test_the_table_of_an_identification_has_the_entries_of_the_table_by_call(result, monkeypatch):
     requested = []
     monkeypatch.setattr("bristle.report.identified.drive_table", lambda best, entries: requested.append(entries) or [])
     monkeypatch.setattr("bristle.prediction.drive_table", lambda best, entries: requested.append(entries) or [])
