@@ -7,7 +7,7 @@ import pytest
 from tests.certificates.ballscrew import F_C, F_S, SLIDING, STIFFNESS, V_S, composite, gms, lugre
 
 from bristle import friction
-from bristle.certificates import check, needed_damping
+from bristle.certificates import check, needed_damping, passive
 from bristle.core.contracts import Motion
 from bristle.core.variable import unit_of
 from bristle.files.user_model import load_code
@@ -155,3 +155,21 @@ def test_reformed_dahl_gives_more_than_it_took_and_for_ever():
 def test_nothing_is_claimed_where_no_condition_is_known():
     of_a_user = load_code(EXAMPLE)
     assert not passive_of(of_a_user(**of_a_user.example)).applies
+
+
+@pytest.mark.parametrize(
+    ("summit", "height"),
+    [
+        ((0.123456, 0.654321), 0.0),
+        ((-0.9, -1.3), 0.0),
+        ((passive.DECADES[1] + 1.0, 0.5), -1.0),  # at the ends of the speeds and of the forces
+        ((0.2, 5.0), -9.0),
+        ((0.2, -5.0), -9.0),
+    ],
+)
+def test_a_summit_is_closed_in_on_from_its_neighbourhood_and_lies_within_the_ends(summit, height):
+    def hill(x, q):
+        return -((x - summit[0]) ** 2) - (q - summit[1]) ** 2
+
+    start = (min(summit[0], passive.DECADES[1]) + 0.3, min(max(summit[1], -2.0), 2.0) - 0.2)
+    assert passive._summit(hill, start, (0.5, 0.5), 2.0) == pytest.approx(height, abs=1e-12)

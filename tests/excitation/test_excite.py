@@ -340,3 +340,34 @@ def test_loops_that_the_controller_does_not_follow_are_planned_again():
     )
     assert followed(1.4e-6, planned(purposes="break-away"))[0].notes == planned(purposes="break-away").notes
     assert followed(1.4e-6)[0] is None
+
+
+def test_a_motion_is_rehearsed_with_a_hundred_logs_where_no_number_is_given(monkeypatch):
+    requested = []
+
+    def rehearsed(motion, axis, prior, *, draws, progress):
+        requested.append(draws)
+        return SimpleNamespace(loop=False, lag=0.0)
+
+    monkeypatch.setitem(_in_time.__globals__, "rehearse", rehearsed)
+    assert excite(STAGE, purposes="break-away").rehearsal.lag == 0.0
+    assert excite(STAGE, purposes="break-away", draws=20).rehearsal is not None
+    assert excite(STAGE, purposes="break-away", rehearsed=False).rehearsal is None
+    assert requested == [100, 20]
+
+
+def test_a_rehearsal_that_is_refused_is_noted_and_the_motion_stays(monkeypatch):
+    def refused(*passed, **options):
+        raise InputError("too short", path="log")
+
+    monkeypatch.setitem(_in_time.__globals__, "rehearse", refused)
+    result = excite(STAGE, purposes="break-away")
+    assert result.rehearsal is None
+    assert result.notes[-1].startswith("it could not be rehearsed: log: too short")
+    assert result.notes[:-1] == planned(purposes="break-away").notes
+
+
+@pytest.mark.parametrize("draws", [19, 100_001, 1])
+def test_a_number_of_logs_beyond_the_ends_is_refused(draws):
+    with pytest.raises(InputError, match="draws"):
+        excite(STAGE, purposes="break-away", draws=draws)

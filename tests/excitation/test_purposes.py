@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bristle.excitation import purposes
 from bristle.excitation.limits import MotionLimits
 from bristle.excitation.motion import length_of
 from bristle.excitation.purposes import PURPOSES
@@ -66,6 +67,19 @@ def test_a_conditioning_slide_of_four_presliding_amplitudes_takes_a_second_and_a
 def test_loops_grow_evenly_from_the_smallest_that_shows_to_almost_the_presliding_amplitude(changes, smallest):
     loops = [piece.amplitude for piece in pieces_of("presliding", **changes) if piece.name == "triangles"]
     assert loops == pytest.approx([smallest + k / 13.0 * (9.7e-6 - smallest) for k in range(14)])
+
+
+@pytest.mark.parametrize(
+    ("purpose", "name", "slowest"),
+    [
+        ("presliding", "triangles", 1e-3 * 2.0 * 9.7e-6 / 5.0),  # a thousandth of a longest leg in five seconds
+        ("break-away", "break-away ramp", 1e-2 * 2e-5 / (0.2 * 20.0)),  # a hundredth of a turn in a fifth of the time
+        ("stribeck", "constant velocity", 1e-2 * 10 / 20.0 * 2e-4),  # a hundredth of ten slides of 200 um in the time
+    ],
+)
+def test_no_time_is_so_long_that_a_motion_stands_still(monkeypatch, purpose, name, slowest):
+    monkeypatch.setattr(purposes, "in_time", lambda make, seconds, pace, low, high: make(low))
+    assert min(piece.speed for piece in pieces_of(purpose) if piece.name == name) == pytest.approx(slowest)
 
 
 def test_decaying_loops_end_at_a_seventh_of_the_largest_loop():

@@ -44,6 +44,7 @@ def test_without_slow_loops_stiffness_is_not_found():
     lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH, draws=0)
     status = {estimate.name: estimate.status for estimate in lost.rehearsal.identification.best.estimates}
     assert status["sigma_0"] != "identified" or status["sigma_1"] != "identified"
+    assert lost.rehearsal.lag == 0.0
 
 
 @pytest.mark.slow
@@ -122,6 +123,14 @@ def test_a_log_is_in_the_units_of_the_kind_of_axis(motion):
     log, _, _ = recorded(motion, AXIS, prior_of(AXIS, None, TRUTH))
     assert [getattr(log, name).unit for name in ("time", "position", "effort", "reference")] == ["s", "m", "N", "m"]
     assert log.segments == (slice(0, motion.time.size),)
+
+
+@pytest.mark.parametrize(("offset", "added"), [("identify", 0.0), (-2.5, -2.5)])
+def test_a_known_offset_of_the_effort_is_added(motion, offset, added):
+    prior = prior_of(AXIS, None, TRUTH)
+    log, _, _ = recorded(motion, replace(AXIS, offset=offset), prior)
+    exact, _, _ = recorded(motion, replace(AXIS, offset=0.0), prior)
+    assert log.effort.values - exact.effort.values == pytest.approx(np.full(motion.time.size, added))
 
 
 @pytest.mark.parametrize(("gain", "stable"), [(60.0, True), (6e4, False)])

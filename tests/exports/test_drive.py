@@ -141,3 +141,26 @@ def test_a_table_is_read_back_whichever_way_the_columns_of_the_log_run(against):
     rows = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if not line.startswith("#")][1:]
     velocities = [float(velocity) for velocity, _ in rows]
     assert velocities == sorted(velocities)
+
+
+@pytest.mark.parametrize(("points", "taken"), [(2, False), (4, True), (2000, True), (2001, False)])
+def test_a_table_has_two_to_a_thousand_entries_for_each_direction(points, taken):
+    request = Request(br.friction.coulomb(F_C=2.0), "axis_x", 1e-3, speed=0.1, points=points, rest="held")
+    if taken:
+        assert "axis_x.csv" in write(request).files
+        assert len(side_of(request.model, 1.0, 0.1, points // 2).entries) == 2
+    else:
+        with pytest.raises(br.core.InputError, match=r"points: out of range; found '?\d+'?, allowed 3 to 2000"):
+            write(request)
+
+
+@pytest.mark.parametrize("points", [1, 1001])
+def test_a_direction_has_two_to_a_thousand_entries(points):
+    with pytest.raises(br.core.InputError, match="allowed 2 to 1000"):
+        side_of(br.friction.coulomb(F_C=2.0), 1.0, 0.1, points)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.inf])
+def test_a_table_ends_at_a_speed_above_zero(speed):
+    with pytest.raises(br.core.InputError, match="how fast the axis moves"):
+        side_of(br.friction.coulomb(F_C=2.0), 1.0, speed, 4)

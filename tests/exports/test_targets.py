@@ -45,6 +45,12 @@ def test_each_target_has_its_functions_in_a_module_that_is_loaded_when_it_is_cal
         assert (target.reads is not None) == callable(getattr(module, "reads", None))
 
 
+def test_both_standards_of_fmi_are_targets_that_need_a_compiler():
+    assert [name for name, target in TARGETS.items() if target.needs] == ["fmu2", "fmu3"]
+    for fmi in (2, 3):
+        assert (TARGETS[f"fmu{fmi}"].title, f"FMI {fmi}.0" in TARGETS[f"fmu{fmi}"].description) == (f"FMU {fmi}", True)
+
+
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith("fmu")) for name in TARGETS])
 def test_each_target_meets_the_contract(name):
     assert [check for check in check_target(TARGETS[name]) if not check.passed] == []

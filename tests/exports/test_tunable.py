@@ -7,7 +7,7 @@ import pytest
 
 import bristle as br
 from bristle.core.errors import InputError
-from bristle.exports.tunable import bounds_of, checkpoints, refuse_beyond_single, single_note, tunable_of
+from bristle.exports.tunable import CONSTANTS, bounds_of, checkpoints, refuse_beyond_single, single_note, tunable_of
 
 LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6)
 SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
@@ -59,3 +59,22 @@ def test_single_precision_is_compared_every_so_many_steps():
     assert (near["largest"], near["every"], near["tolerance"]) == ("3.0", 25, "0.001")
     assert checkpoints(outputs, single=False)["tolerance"] == ""
     assert single_note("force").endswith("the self-test allows 0.001 of the largest force")
+
+
+def test_numbers_of_single_precision_follow_from_the_format():
+    single, info = {name: number for (name, _), number in CONSTANTS.items()}, np.finfo(np.float32)
+    assert (single["NORMAL_MIN"], single["LARGEST"]) == (float(info.tiny), float(info.max))
+    assert single["LOG_OF_MIN"] == pytest.approx(math.log(float(info.tiny)), rel=1e-12)
+    # The largest exponents whose exponential is a normal number, and its size there.
+    assert single["EXP_OF_MAX"] == pytest.approx(math.exp(single["EXP_MAX"]), rel=1e-12)
+    assert math.exp(single["EXP_MAX"]) < single["LARGEST"] < math.exp(single["EXP_MAX"] + 1.0)
+    assert math.exp(single["EXP_MIN"] - 1.0) < single["NORMAL_MIN"] < math.exp(single["EXP_MIN"])
+    # A number plus one and a half times 2^23 is whole; a tangent is 1 to the last place from there on.
+    assert np.float32(single["ROUNDER"]) + np.float32(0.7) - np.float32(single["ROUNDER"]) == 1.0
+    assert single["ROUNDER"] == 1.5 * 2.0**23
+    assert np.float32(math.tanh(single["TANH_MAX"])) == 1.0 > np.float32(math.tanh(0.5 * single["TANH_MAX"]))
+    # Parts of a few bits whose products with whole numbers are exact, and what is left.
+    assert single["LN2_HIGH"] + single["LN2_LOW"] == pytest.approx(math.log(2.0), abs=1e-14)
+    assert single["LN2_HIGH"] * 2.0**9 == round(single["LN2_HIGH"] * 2.0**9)
+    assert sum(single[f"HALF_PI_{part}"] for part in (1, 2, 3, 4)) == pytest.approx(math.pi / 2.0, abs=1e-15)
+    assert [single[f"HALF_PI_{part}"] * 2.0**bits % 1.0 for part, bits in ((1, 7), (2, 23))] == [0.0, 0.0]

@@ -5,9 +5,10 @@ import math
 import pytest
 
 from bristle.core.variable import Variable
+from bristle.exports.page.described import variables_of
 from bristle.exports.page.sliders import Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.exports.subject import subject_of
-from bristle.friction import coulomb, coulomb_viscous, dahl, maxwell_slip, stribeck, with_slots
+from bristle.friction import coulomb, coulomb_viscous, dahl, find, maxwell_slip, stribeck, with_slots
 
 FORCE = Variable("force", "some force", min=0.0)
 
@@ -102,3 +103,21 @@ def test_elements_are_drawn_of_models_that_have_some():
     assert drawn["limits"] == [{"times": ["nu_i", "F_C"], "over": ["k_i"]}] * 2
     assert elements_of(model, 0) is None
     assert elements_of(dahl(F_C=8.0, sigma_0=4e5), 2) is None
+
+
+def test_a_row_of_a_parameter_has_a_slider_for_each_number_and_the_known_interval():
+    placed = find("coulomb+position")(F_C=1.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=0.0, a_2=0.0)
+    known = {"F_C": {"interval": (0.9, 1.2), "status": "identified"}}
+    rows = {row["name"]: row for row in variables_of(placed, {"F_C"}, 28.0, known)}
+    # A force that is 0 goes as far as forces do, a length as far as such lengths do.
+    ends = {name: (row["sliders"][0]["low"], row["sliders"][0]["high"]) for name, row in rows.items()}
+    assert (ends["offset"], ends["a_1"], ends["x_0"], ends["F_C"]) == ((-28.0, 28.0), (-28.0, 28.0), (-1.0, 1.0), (0.01, 100.0))
+    assert {name: row["fixed"] for name, row in rows.items() if not row["fixed"]} == {"F_C": False}
+    assert [rows[name]["interval"] for name in ("F_C", "offset")] == [[0.9, 1.2], None]
+    assert [rows[name]["status"] for name in ("F_C", "offset")] == ["identified", ""]
+    assert [rows[name]["symbol"] for name in ("F_C", "offset")] == ["<i>F</i><sub>C</sub>", "offset"]
+    assert ("directional" in rows["F_C"], "directional" in rows["x_0"]) == (True, False)
+    shares = maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
+    rows = {row["name"]: row for row in variables_of(shares, (), 28.0, {"k_i": {"interval": (1.0, 2.0)}}, 10.0)}
+    assert (rows["k_i"]["array"], rows["k_i"]["interval"], rows["F_C"]["array"]) == (True, None, False)
+    assert [slider["high"] for slider in rows["k_i"]["sliders"]] == [1e6, 2e6]

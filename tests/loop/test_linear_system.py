@@ -160,6 +160,24 @@ def test_a_spring_at_the_motor_holds_both():
         assert positions(behind_a_screw(side, kept), 0.2, 2000)[-1] == pytest.approx(0.05, rel=1e-4)
 
 
+@pytest.mark.parametrize("side", ["motor", "load"])
+def test_springs_without_dampers_keep_their_energy_and_their_frequencies(side):
+    # 100 N m/rad of the screw between 1e-3 and 5e-5 kg m^2, each held by a spring of its own: 4 and 10 N m/rad.
+    held = behind_a_screw(side, LinearFriction(4.0, 0.0), LinearFriction(1e7, 0.0), d=0.0)
+    poles = np.linalg.eigvals(held.A)
+    turning = poles[np.abs(poles) > 0.5]
+    assert np.abs(turning) == pytest.approx(np.ones(4), abs=1e-9)
+    expected = np.sqrt(np.linalg.eigvals(np.array([[104.0 / 1e-3, -100.0 / 1e-3], [-100.0 / 5e-5, 110.0 / 5e-5]])))
+    assert np.sort(np.angle(turning) / DT)[2:] == pytest.approx(np.sort(expected), rel=2e-3)
+
+
+def test_a_spring_beside_a_mass_keeps_its_energy_and_its_frequency():
+    poles = np.linalg.eigvals(linear_plant(loop(run=Run(4.0, DT, substeps=20)), LARGE, LinearFriction(2e6, 0.0)).A)
+    turning = poles[np.abs(poles.imag) > 0.1]
+    assert np.abs(turning) == pytest.approx(np.ones(2), abs=1e-9)
+    assert np.abs(np.angle(turning)) / DT == pytest.approx(np.full(2, math.sqrt(2e6 / 20.0)), rel=1e-3)
+
+
 # --- friction -------------------------------------------------------------------------------------------------------
 
 

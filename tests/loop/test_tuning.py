@@ -3,13 +3,16 @@
 import math
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Annotated, NamedTuple
 
 import pytest
 from tests.loop.conftest import loop
 from tests.loop.laws import RADIAN, rig
 
 from bristle import controllers, sensors
+from bristle.core.contracts import Sensor
 from bristle.core.status import Status
+from bristle.core.variable import Variable
 from bristle.loop import Verdict, tuning
 from bristle.loop.tuning import GAINS, Delays, feeds_inertia, inertia_of, lagging, told_the_motion
 
@@ -57,6 +60,17 @@ def test_a_boundary_layer_holds_what_a_count_makes_of_the_surface():
     assert GAINS["sliding_mode"](300.0, law | {"phi": 1.0}, variant)["phi"] == 1.0
     exact = replace(variant, sensor=sensors.encoder(kind="rotational"))
     assert GAINS["sliding_mode"](300.0, law, exact)["phi"] == 0.0
+
+
+class Gain(NamedTuple):
+    gain: Annotated[float, Variable("1", "measured over moved")] = 1.0
+
+
+def test_a_sensor_without_counts_calls_up_no_effort_and_needs_no_layer():
+    exact = Sensor(name="exact", description="no counts", Parameters=Gain, State=Gain, step=lambda state, x, dt, p: (x, state))()
+    assert tuning.count_response(replace(loop(), sensor=exact)) == 0.0
+    law = {"J": 4e-4, "lambda_": 340.0, "K_1": 340.0, "K_2": 1.0, "cutoff": 400.0}
+    assert GAINS["sliding_mode"](300.0, law, replace(rig(1), sensor=exact))["phi"] == 0.0
 
 
 def test_delays_add_up():

@@ -84,6 +84,15 @@ def test_found_values_stand_beside_true_values():
 
 
 @pytest.mark.parametrize(
+    ("value", "put_in", "unit"),
+    [(0.0, 3e-3, "mN"), (0.0, 3.0, "N"), (0.0, 0.0, "N"), (0.0, None, "N"), (4e-3, 3.0, "mN"), (4.0, 3e-3, "N")],
+)
+def test_the_unit_is_that_of_the_found_value_or_of_the_true_value_beside_zero(value, put_in, unit):
+    table = outlook_table(excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in}))
+    assert dict(zip(table.heads, table.rows[0], strict=True))["Unit"] == unit
+
+
+@pytest.mark.parametrize(
     ("value", "half", "status", "misses"),
     [
         (5.34, 5.0, "identified", False),

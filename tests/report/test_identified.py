@@ -112,6 +112,15 @@ def test_it_predicts_with_what_it_knows_itself(columns, result, folder):
     assert doubts, "three times as fast as what was fitted, and nothing is said of it"
 
 
+def test_the_table_of_an_identification_has_the_entries_of_the_table_by_call(result, monkeypatch):
+    requested = []
+    monkeypatch.setattr("bristle.report.identified.drive_table", lambda best, entries: requested.append(entries) or [])
+    monkeypatch.setattr("bristle.prediction.drive_table", lambda best, entries: requested.append(entries) or [])
+    monkeypatch.setattr("bristle.certificates.check", lambda model: {})
+    assert result.outcome_with(loop=(None, None, None)).table == result.drive_table() == []
+    assert requested[0] == requested[1]
+
+
 def test_the_covariance_is_that_of_what_was_identified(columns, result):
     names, covariance = result.covariance_names, result.covariance
     assert set(names) == {name for name, item in result.parameters.items() if item.status == "identified"}

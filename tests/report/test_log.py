@@ -135,6 +135,8 @@ def test_facts_of_a_log_are_the_file_the_samples_and_the_channels():
         ("Position", "column x, 0.000 to 3.000 mm"),
         ("Effort", "column u, −2.000 to 3.000 N"),
     ]
+    odd = dict(log_facts(recorded(sample_time=1.23456e-3)))
+    assert (odd["Sample time"], odd["Duration"]) == ("1.235 ms (810.0 Hz)", "4.938 ms")
     facts = dict(log_facts(recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]))
     assert (facts["Samples"], facts["Further logs"]) == ("4 in 2 stretches", "a.csv, b.csv")
 

@@ -172,6 +172,8 @@ def test_the_table_for_a_drive_has_an_entry_for_either_side_of_rest():
     table = drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
     assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
+    odd = drive_rows([(0.0123456, 8.76543)], "translational")
+    assert odd.rows == [["1", "12.346", "8.765"]]
     assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
     in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]

@@ -117,3 +117,16 @@ def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
     assert rows["levels"] == "5 numbers, in the model file"
     report.operator_prediction_report(prediction, FITS[0].operator, RECORDED, name="axis")
     assert {row[0]: row[1] for row in seen["sections"][1].blocks[0].rows}["f_p"] == "150 N"
+
+
+@pytest.mark.parametrize(("count", "heading"), [(1, ""), (2, "Operators compared")])
+def test_operators_are_compared_where_there_are_two(monkeypatch, count, heading):
+    seen = {}
+    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
+    best = Some(**vars(FITS[0]) | {"prediction": prediction})
+    report.operator_report(Some(best=best, fits=FITS[:count], recorded=RECORDED, notes=("a note",)), name="axis")
+    compared = seen["sections"][0]
+    assert (compared.heading, compared.blocks[0] is not None) == (heading, count == 2)
+    assert compared.blocks[1].content == ("a note",)
+    assert seen["outputs"] == (1, 2)

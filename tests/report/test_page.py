@@ -118,6 +118,8 @@ def test_commands_are_code_and_markup_stays():
 def test_long_names_may_go_on_in_the_next_line():
     breakable = page._environment().filters["breakable"]
     assert breakable("short_name x") == "short_name x"
+    assert breakable("twelve_words") == "twelve_words"
+    assert breakable("thirteen_word") == "thirteen_<wbr>word"
     assert breakable("a_rather_long x_y") == "a_<wbr>rather_<wbr>long x_y"
     assert breakable("<" * 13) == "&lt;" * 13
     tests = page._environment().tests

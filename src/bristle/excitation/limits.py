@@ -69,6 +69,11 @@ class MotionLimits:
         return self.presliding or 0.0
 
     @property
+    def room(self) -> float:
+        """The distance within which the motion stays [m or rad]; 0 where nothing says it."""
+        return self.travel or 0.0
+
+    @property
     def fastest(self) -> float:
         """The largest velocity [m/s or rad/s], without end where nothing says it."""
         return self.velocity or math.inf

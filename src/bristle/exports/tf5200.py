@@ -107,6 +107,7 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
             if distance > 0.0:
                 reached = np.abs(x[turn:] - x[turn - 1]) / distance
                 built = int(np.argmax(reached >= 1.0)) if np.any(reached >= 1.0) else reached.size
+                weight[turn:] = 1.0  # where the reversal before is not over, it ends here
                 weight[turn : turn + built] = reached[:built]
         return way * weight * np.interp(np.abs(velocity), speeds, forces)
 

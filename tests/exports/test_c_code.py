@@ -1,0 +1,315 @@
+"""The tree as C and as Structured Text: brackets where the order differs, and statements before a value."""
+
+import math
+from typing import NamedTuple
+
+import pytest
+
+from bristle.exports import c_code, st_code
+from bristle.exports import tree as t
+from bristle.exports.c_code import Names, number
+from bristle.exports.scope import NotExportableError
+from bristle.exports.st_code import is_safe
+from bristle.exports.st_parts import Record
+from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
+
+
+class Pair(NamedTuple):
+    first: float
+    second: float
+
+
+class Inner(NamedTuple):
+    a: float
+
+
+PAIR, NOTHING = t.Struct(Pair, (("first", REAL), ("second", REAL))), t.Struct(Inner, ())
+A, B, C = (t.Variable(REAL, name) for name in ("alpha", "beta", "gamma"))
+N, K = (t.Variable(INTEGER, name) for name in ("place", "count"))
+P, Q = (t.Variable(TRUTH, name) for name in ("open", "closed"))
+PARTS, MEMORY = t.Variable(PAIR, "parts"), t.Variable(t.Array(4, writable=True), "memory")
+ONE, THREE = t.Constant(REAL, 1.0), t.Constant(INTEGER, 3)
+
+
+def binary(operator, left, right):
+    return t.Binary(left.type, operator, left, right)
+
+
+def less(left, right, operator="<"):
+    return t.Compare(TRUTH, operator, left, right)
+
+
+def function_of(*body, parameters=(), result: t.Type = REAL, name="value", description=""):
+    return t.Function(name, print, list(parameters), result, list(body), description)
+
+
+G, MADE = function_of(parameters=[A, MEMORY], name="inner"), function_of(parameters=[A], result=PAIR, name="made")
+DIVIDED = less(binary("/", A, B), C)
+
+
+def in_c(*statements, parameters=(), scalar="double"):
+    """Return the body of a function in C in one line."""
+    function = function_of(*statements, parameters=parameters)
+    lines = c_code.Body(c_code.Printer(t.Unit([function]), scalar, [PAIR, NOTHING]), function).lines()
+    return " ".join(line.strip() for line in lines)
+
+
+def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
+    """Return the body of a function in Structured Text in one line."""
+    function = function_of(*statements, parameters=parameters, result=result)
+    pou = st_code.Body(st_code.Printer(t.Unit([function]), "axis", (PAIR,), scalar), function).pou()
+    return " ".join(line.strip() for line in pou.body)
+
+
+@pytest.mark.parametrize(
+    ("expression", "c", "st"),
+    [
+        (binary("-", A, binary("-", B, C)), "alpha - (beta - gamma)", ""),
+        # What was rounded before stands in brackets in Structured Text.
+        (binary("-", binary("+", A, B), C), "alpha + beta - gamma", "(alpha + beta) - gamma"),
+        (binary("-", binary("-", A, B), C), "alpha - beta - gamma", ""),
+        (binary("-", binary("+", N, K), K), "place + count - count", ""),
+        (binary("+", binary("*", A, B), C), "alpha * beta + gamma", ""),
+        (binary("*", binary("+", A, B), C), "(alpha + beta) * gamma", ""),
+        (binary("/", A, binary("*", B, C)), "alpha / (beta * gamma)", ""),
+        (t.Negative(REAL, t.Negative(REAL, A)), "-(-alpha)", ""),
+        (t.Negative(REAL, binary("*", A, B)), "-(alpha * beta)", ""),
+        (binary("*", t.Negative(REAL, A), B), "-alpha * beta", "(-alpha) * beta"),
+        (binary("+", A, t.Constant(REAL, -2.0)), "alpha + -2.0", "alpha + (-2.0)"),
+        (t.Negative(REAL, t.Constant(REAL, -2.0)), "-(-2.0)", ""),
+        (binary(">>", N, THREE), "place >> 3", "axis_floor_divided(first := place, second := 8)"),
+        (binary("+", binary(">>", N, THREE), K), "(place >> 3) + count", "axis_floor_divided(first := place, second := 8) + count"),
+        (
+            binary("&", binary("+", N, K), K),
+            "(place + count) & count",
+            "LWORD_TO_LINT(LINT_TO_LWORD(place + count) AND LINT_TO_LWORD(count))",
+        ),
+        (binary("^", N, K), "place ^ count", "LWORD_TO_LINT(LINT_TO_LWORD(place) XOR LINT_TO_LWORD(count))"),
+        (binary("//", N, K), "floor_divided(place, count)", "axis_floor_divided(first := place, second := count)"),
+        (binary("%", N, K), "floor_rest(place, count)", "axis_floor_rest(first := place, second := count)"),
+        (less(binary("-", A, B), binary("*", A, B)), "alpha - beta < alpha * beta", ""),
+        (less(A, B, "=="), "alpha == beta", "alpha = beta"),
+        (less(A, B, "!="), "alpha != beta", "alpha <> beta"),
+        (t.Not(TRUTH, less(A, B)), "!(alpha < beta)", "NOT (alpha < beta)"),
+        (t.Not(TRUTH, t.Not(TRUTH, P)), "!!open", "NOT (NOT open)"),
+        (t.Logic(TRUTH, "and", [P, less(A, B)]), "open && alpha < beta", "open AND (alpha < beta)"),
+        (
+            t.Logic(TRUTH, "or", [t.Not(TRUTH, P), t.Logic(TRUTH, "and", [P, Q])]),
+            "!open || (open && closed)",
+            "NOT open OR (open AND closed)",
+        ),
+        (t.Convert(REAL, binary("+", N, K)), "(double)(place + count)", "DINT_TO_LREAL(place + count)"),
+        (t.Convert(INTEGER, t.Negative(REAL, A)), "(int32_t)-alpha", "axis_truncated(number := -alpha)"),
+        (t.Index(REAL, MEMORY, binary("+", N, K)), "memory[place + count]", ""),
+        (t.Field(REAL, PARTS, "second"), "parts.second", ""),
+        (t.Intrinsic(REAL, "sqrt", [binary("+", A, B)]), "root(alpha + beta)", "SQRT(alpha + beta)"),
+        (t.Intrinsic(REAL, "min", [A, B]), "least(alpha, beta)", "axis_min(first := alpha, second := beta)"),
+        (t.Intrinsic(INTEGER, "min", [N, K]), "whole_least(place, count)", "axis_whole_min(first := place, second := count)"),
+        (
+            t.Call(REAL, G, [binary("-", A, B), MEMORY]),
+            "inner(alpha - beta, memory)",
+            "axis_inner(alpha := alpha - beta, memory := memory)",
+        ),
+        (t.Constant(TRUTH, True), "true", "TRUE"),
+        (t.Constant(TRUTH, False), "false", "FALSE"),
+        (t.Constant(INTEGER, 2**31 - 1), "2147483647", ""),
+        (t.Constant(INTEGER, -(2**31)), "INT64_C(-2147483648)", "LINT#-2147483648"),
+        (t.Make(NOTHING, []), "(Inner){0}", None),
+    ],
+)
+def test_brackets_stand_where_the_order_differs(expression, c, st):
+    assert in_c(t.Return(expression)) == f"return {c};"
+    assert st is None or in_st(t.Return(expression), result=expression.type) == f"axis_value := {st or c};"
+
+
+def test_a_choice_is_an_expression_in_c_and_a_statement_in_structured_text():
+    chosen = t.Select(REAL, P, A, t.Select(REAL, Q, B, C))
+    assert in_c(t.Return(binary("*", chosen, C))) == "return (open ? alpha : (closed ? beta : gamma)) * gamma;"
+    assert in_st(t.Return(binary("*", chosen, C))) == (
+        "IF open THEN aside_1 := alpha; ELSIF closed THEN aside_1 := beta; ELSE aside_1 := gamma; END_IF; axis_value := aside_1 * gamma;"
+    )
+    late = t.Select(REAL, P, A, t.Select(REAL, DIVIDED, B, C))
+    assert "ELSE IF alpha / beta < gamma THEN alpha := beta; ELSE alpha := gamma; END_IF; END_IF;" in in_st(t.Assign(A, late))
+    assert in_st(t.Return(t.Convert(REAL, P))).startswith("IF open THEN aside_1 := 1.0; ELSE aside_1 := 0.0; END_IF;")
+    assert in_st(t.Return(t.Convert(INTEGER, P)), result=INTEGER).startswith("IF open THEN aside_1 := 1; ELSE aside_1 := 0; END_IF;")
+
+
+@pytest.mark.parametrize(("operator", "asked"), [("and", "aside_1"), ("or", "NOT aside_1")])
+def test_truths_that_may_trap_are_computed_as_far_as_needed(operator, asked):
+    assert in_st(t.Return(t.Logic(TRUTH, operator, [P, DIVIDED, Q])), result=TRUTH) == (
+        f"aside_1 := open; IF {asked} THEN aside_1 := alpha / beta < gamma; "
+        f"IF {asked} THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;"
+    )
+    first = in_st(t.Return(t.Logic(TRUTH, operator, [DIVIDED, P])), result=TRUTH)
+    assert first == f"axis_value := (alpha / beta < gamma) {operator.upper()} open;"
+
+
+def test_a_tuple_is_written_in_place_unless_made_of_itself():
+    swapped = t.Make(PAIR, [t.Field(REAL, PARTS, "second"), t.Field(REAL, PARTS, "first")])
+    assert in_c(t.Return(t.Field(REAL, swapped, "first"))) == "return (Pair){parts.second, parts.first}.first;"
+    assert in_st(t.Assign(PARTS, t.Make(PAIR, [A, B]))) == "parts.first := alpha; parts.second := beta;"
+    assert in_st(t.Assign(PARTS, swapped)) == "aside_1.first := parts.second; aside_1.second := parts.first; parts := aside_1;"
+    assert in_st(t.Assign(PARTS, t.Call(PAIR, MADE, [A]))) == "aside_1 := axis_made(alpha := alpha, given_back := parts);"
+    of_call = in_st(t.Return(t.Field(REAL, t.Call(PAIR, MADE, [A]), "first")))
+    assert of_call == "aside_2 := axis_made(alpha := alpha, given_back := aside_1); axis_value := aside_1.first;"
+    given_back = in_st(t.Return(t.Make(PAIR, [A, B])), result=PAIR)
+    assert given_back == "axis_value := TRUE; given_back.first := alpha; given_back.second := beta;"
+
+
+STEP = t.Assign(A, B)
+
+
+@pytest.mark.parametrize(
+    ("statement", "c", "st"),
+    [
+        (
+            t.For(N, t.Constant(INTEGER, 0), THREE, [t.Store(MEMORY, N, A), t.Continue()]),
+            "for (int32_t place = 0; place < 3; ++place) { memory[place] = alpha; continue; }",
+            "place := -1; WHILE place < 2 DO place := place + 1; memory[place] := alpha; CONTINUE; END_WHILE;",
+        ),
+        (
+            t.For(t.Variable(INTEGER, "_"), N, binary("+", N, K), [t.Break()]),
+            "for (int32_t round_1 = place; round_1 < place + count; ++round_1) { break; }",
+            "aside_2 := place + count - 1; aside_1 := place - 1; WHILE aside_1 < aside_2 DO aside_1 := aside_1 + 1; EXIT; END_WHILE;",
+        ),
+        (
+            t.While(less(A, B), [t.Assign(C, B)]),
+            "while (alpha < beta) { gamma = beta; }",
+            "WHILE alpha < beta DO gamma := beta; END_WHILE;",
+        ),
+        (
+            t.While(DIVIDED, [t.Break()]),
+            "while (alpha / beta < gamma) { break; }",
+            "WHILE TRUE DO IF NOT (alpha / beta < gamma) THEN EXIT; END_IF; EXIT; END_WHILE;",
+        ),
+        (t.If(P, [], [STEP]), "if (!open) { alpha = beta; }", "IF NOT open THEN alpha := beta; END_IF;"),
+        (
+            t.If(P, [STEP], [t.If(Q, [STEP], [STEP])]),
+            "if (open) { alpha = beta; } else { if (closed) { alpha = beta; } else { alpha = beta; } }",
+            "IF open THEN alpha := beta; ELSIF closed THEN alpha := beta; ELSE alpha := beta; END_IF;",
+        ),
+        (
+            t.If(P, [STEP], [t.If(Q, [], [STEP])]),
+            "if (open) { alpha = beta; } else { if (!closed) { alpha = beta; } }",
+            "IF open THEN alpha := beta; ELSE IF NOT closed THEN alpha := beta; END_IF; END_IF;",
+        ),
+        (
+            t.If(P, [STEP], [t.If(DIVIDED, [STEP], [])]),
+            "if (open) { alpha = beta; } else { if (alpha / beta < gamma) { alpha = beta; } }",
+            "IF open THEN alpha := beta; ELSE IF alpha / beta < gamma THEN alpha := beta; END_IF; END_IF;",
+        ),
+        (
+            t.If(P, [t.Return(A)], [t.Evaluate(t.Call(REAL, G, [A, MEMORY]))]),
+            "if (open) { return alpha; } else { (void)inner(alpha, memory); }",
+            "IF open THEN axis_value := alpha; RETURN; ELSE aside_1 := axis_inner(alpha := alpha, memory := memory); END_IF;",
+        ),
+    ],
+)
+def test_statements_stand_in_their_blocks(statement, c, st):
+    assert in_c(statement, parameters=[A, B, C, P, Q]).startswith(c)
+    # An argument that takes another value is copied first.
+    assert in_st(statement, parameters=[B, P, Q]) == st
+
+
+def test_an_argument_that_takes_another_value_is_copied_in_structured_text():
+    assert in_st(STEP, t.Return(A), parameters=[A, B]) == "alpha := alpha_given; alpha := beta; axis_value := alpha;"
+    called = function_of(STEP, parameters=[A, B], name="inner")
+    assert in_st(t.Return(t.Call(REAL, called, [C, ONE]))) == "axis_value := axis_inner(alpha_given := gamma, beta := 1.0);"
+    assert in_st(t.Return(None), result=VOID) == "axis_value := TRUE;"
+
+
+def test_places_beside_wide_numbers_are_narrow_and_shifts_are_known():
+    wide = binary("//", binary(">>", N, THREE), K)
+    assert in_st(t.Return(t.Index(REAL, MEMORY, wide))).startswith("axis_value := memory[LINT_TO_DINT(axis_floor_divided(first := ")
+    assert in_st(t.Return(t.Index(REAL, MEMORY, THREE)), t.Return(wide)).startswith("axis_value := memory[3];")
+    with pytest.raises(NotExportableError, match="a shift by what is not known here"):
+        in_st(t.Return(binary(">>", N, K)))
+
+
+@pytest.mark.parametrize(
+    ("statements", "text"),
+    [
+        ([t.Assign(A, ONE), t.Assign(A, binary("+", A, ONE)), t.Return(A)], "double alpha = 1.0; alpha = alpha + 1.0; return alpha;"),
+        ([t.Assign(C, ONE), t.If(P, [STEP, t.Assign(C, A)], [])], "double gamma = 1.0; if (open) { double alpha = beta; gamma = alpha; }"),
+        # Looked at elsewhere it is zero first.
+        ([t.If(P, [STEP], []), t.Return(A)], "double alpha = 0.0; if"),
+        ([t.If(P, [STEP], [STEP])], "double alpha = 0.0; if"),
+        ([t.While(less(A, B), [STEP])], "double alpha = 0.0; while"),
+        ([t.For(K, t.Constant(INTEGER, 0), N, [t.Assign(N, K)])], "int32_t place = 0; for"),
+        ([t.If(P, [t.Assign(N, N)], [])], "int32_t place = 0; if"),
+        ([t.If(P, [t.Assign(Q, P)], []), t.Return(Q)], "bool closed = false; if"),
+        ([t.If(P, [t.Assign(PARTS, PARTS)], [])], "Pair parts = {0}; if"),
+    ],
+)
+def test_a_variable_is_declared_with_its_first_value_where_all_else_comes_behind(statements, text):
+    assert in_c(*statements, parameters=[P, B]).startswith(text)
+
+
+@pytest.mark.parametrize(
+    ("value", "double", "single"),
+    [(-2.0, "-2.0", "-2.0f"), (math.inf, "(double)INFINITY", "(float)INFINITY"), (-math.inf, "-(double)INFINITY", "-(float)INFINITY")],
+)
+def test_a_number_is_written_to_the_bit(value, double, single):
+    assert (number(value), number(value, "float"), number(math.nan)) == (double, single, "(double)NAN")
+
+
+def test_a_unit_is_structures_and_functions_with_descriptions():
+    table = t.Variable(t.Array(2), "table")
+    plain, described = function_of(t.Return(ONE), name="g"), function_of(t.Return(PARTS), parameters=[PARTS, table, MEMORY], result=PAIR)
+    described.description = "Return `parts`."
+    text = c_code.Printer(t.Unit([plain, described]), "float", [NOTHING]).definitions().partition("#endif\n")[2]
+    assert text == (
+        "\ntypedef struct {\n    float first;\n    float second;\n} Pair;\n\ntypedef struct {\n    char nothing;\n} Inner;\n"
+        "\nstatic inline float g(void)\n{\n    return 1.0f;\n}\n"
+        "\n/* Return parts. */\nstatic inline Pair value(Pair parts, const float *table, float *memory)\n{\n    return parts;\n}\n"
+    )
+    types, (_, pou) = st_code.Printer(t.Unit([plain, described]), "axis", (NOTHING, t.Array(0))).parts()
+    assert [(part.name, getattr(part, "size", None)) for part in types[:3]] == [
+        ("axis_Numbers_0", 1),
+        ("axis_Numbers_2", 2),
+        ("axis_Numbers_4", 4),
+    ]
+    records = [part for part in types if isinstance(part, Record)]
+    assert [[(field.name, field.type) for field in part.fields] for part in records] == [
+        [("first", "LREAL"), ("second", "LREAL")],
+        [("nothing", "BOOL")],
+    ]
+    assert (pou.kind, pou.returns, {variable.section for variable in pou.variables}) == ("FUNCTION", "BOOL", {"VAR_IN_OUT"})
+
+
+def test_names_of_c_differ_and_are_no_words_of_the_language():
+    twin, own = (type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.friction.slip_law", "bristle_user_2"))
+    kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, own, tuple)), t.Struct(tuple, (("_0", REAL),))]
+    assert list(Names(kinds).structures.values()) == ["TestCCodePair", "SlipLawPair", "OwnPair", "Several", "Several_2"]
+    assert list(Names([PAIR], ["Pair"]).structures.values()) == ["Pair_2"]
+    names = ("int", "int_", "x", "_0", "root", "g", "DBL_MAX")
+    assert [Names([], ["g"]).variable(name) for name in names] == ["int_", "int__", "x", "part_0", "root_", "g_", "DBL_MAX_"]
+
+
+@pytest.mark.parametrize(
+    ("expression", "safe"),
+    [
+        (less(binary("*", A, B), binary("-", A, t.Negative(REAL, B))), True),
+        (less(t.Intrinsic(REAL, "abs", [A]), t.Field(REAL, PARTS, "first")), True),
+        (DIVIDED, False),
+        (less(binary("//", N, K), K), False),
+        (less(t.Intrinsic(REAL, "sqrt", [A]), B), False),
+        (less(t.Index(REAL, MEMORY, N), A), False),
+        (less(t.Call(REAL, G, [A, MEMORY]), A), False),
+        (less(t.Select(REAL, P, A, B), A), False),
+        (less(t.Convert(REAL, N), A), False),
+    ],
+)
+def test_an_expression_that_may_trap_or_needs_a_statement_is_not_safe(expression, safe):
+    assert is_safe(expression) is safe
+
+
+def test_a_limit_from_below_is_just_below_zero_and_numbers_cross_to_single_precision():
+    double, single = st_code.Printer(t.Unit([]), "axis"), st_code.Printer(t.Unit([]), "axis", scalar="REAL")
+    assert double.real(0.0) == "0.0"
+    assert -1e-30 < math.prod(float(part) for part in double.real(-0.0).strip("()").split(" * ")) < 0.0
+    assert [printer.narrowed("x") for printer in (double, single)] == ["x", "LREAL_TO_REAL(x)"]
+    assert [printer.widened("x") for printer in (double, single)] == ["x", "REAL_TO_LREAL(x)"]
+    assert (double.array(3), single.array(3), single.array(3, "LREAL")) == ("axis_Numbers_3", "axis_Singles_3", "axis_Numbers_3")
+    in_single = in_st(t.Return(t.Intrinsic(REAL, "min", [A, B])), scalar="REAL")
+    assert in_single == "axis_value := axis_single_min(first := alpha, second := beta);"

@@ -1,0 +1,64 @@
+"""An export without options, and the numbers that options take."""
+
+from typing import Any
+
+import pytest
+
+import bristle as br
+from bristle.exports import face
+from bristle.exports.described import Source
+from bristle.exports.targets import TARGETS, Product
+
+COULOMB = br.friction.coulomb(F_C=1.0)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Targets with the request, and whether harm is accepted."""
+    seen = []
+
+    def files(target, request, *, accept_harm):
+        seen.append((target, request, accept_harm))
+        return Product({"a.txt": "a"}, ("a note",))
+
+    monkeypatch.setattr(face, "files_for", files)
+    return seen
+
+
+def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_may_do_no_harm(asked, tmp_path):
+    result = br.export(COULOMB, "c", tmp_path / "out")
+    ((target, request, accept_harm),) = asked
+    assert (target, request.model, request.name, request.dt) == ("c", COULOMB, "axis_x", 5e-4)
+    assert (request.tunable, request.single, accept_harm) == (False, False, False)
+    assert (request.axis, request.plant, request.log, request.loop) == (None, None, None, None)
+    assert (request.speed, request.points, request.mass, request.rest, request.info) == (0.0, 20, 1.0, "", {})
+    assert (result.files, result.notes, result.effect) == (("a.txt",), ("a note",), None)
+    assert (tmp_path / "out" / "a.txt").read_text() == "a"
+    with pytest.raises(br.core.InputError):
+        br.export(COULOMB, "c", tmp_path / "out")
+    br.export(COULOMB, "c", tmp_path / "out", force=True, accept_harm=True, tunable=True, float32=True, rest="middle", mass="2 kg")
+    assert (asked[1][1].tunable, asked[1][1].single, asked[1][1].rest, asked[1][1].mass, asked[1][2]) == (True, True, "middle", 2.0, True)
+
+
+@pytest.mark.parametrize(("points", "taken"), [(1, False), (2, True), (1000, True), (1001, False)])
+def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(asked, tmp_path, points, taken):
+    if taken:
+        br.export(COULOMB, "table", tmp_path / "out", points=points)
+        assert asked[0][1].points == points
+    else:
+        with pytest.raises(br.core.InputError, match="points"):
+            br.export(COULOMB, "table", tmp_path / "out", points=points)
+
+
+def test_typed_options_and_missing_options_make_the_request_of_an_export(asked):
+    options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
+    face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
+    face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})
+    assert [(request.name, request.dt, request.rest, harm) for _, request, harm in asked] == [
+        ("axis_x", 5e-4, "", False),
+        ("mine", 2e-3, "held", True),
+    ]
+    wrong: dict[str, Any]
+    for wrong in ({"step": "0 s"}, {"rest": "moving"}, {"name": "int"}):
+        with pytest.raises(br.core.InputError):
+            face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | wrong)

@@ -1,0 +1,114 @@
+"""What function blocks share: inputs that are parameters, how a structure is set, the walk and the sum of a self-test."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.exports.st_code import Printer
+from bristle.exports.st_parts import LREAL, Names, Pou, Record, Variable, part_text, used_of
+from bristle.exports.st_parts import Array as ArrayPart
+from bristle.exports.st_project import Judged, Tuned, bounds, set_lines, total_of, walk_facts
+from bristle.exports.subject import Walk
+from bristle.exports.tree import Unit, struct_type
+from bristle.exports.tunable import tunable_of
+
+SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
+
+
+def printer(scalar=LREAL):
+    return Printer(Unit([]), "axis", (struct_type(SLIP.parameters),), scalar)
+
+
+def test_each_number_of_an_array_is_an_input_that_counts_from_one():
+    tuned = Tuned.of(tunable_of(SLIP), Names(["nu_i_2"]))
+    inputs = {variable.name: variable.initial for variable in tuned.inputs(printer())}
+    assert inputs == {"F_C": "4.0", "k_i_1": "100000.0", "k_i_2": "200000.0", "nu_i_1": "0.25", "nu_i_2_2": "0.75", "sigma_2": "0.0"}
+    lines = list(tuned.lines("parameters", struct_type(SLIP.parameters), printer()))
+    assert "parameters.nu_i[1] := nu_i_2_2;" in lines
+    assert "parameters.F_C := F_C;" in lines
+
+
+@pytest.mark.parametrize(("scalar", "farthest"), [("LREAL", "1.0E30"), ("REAL", "REAL#1.0E15")])
+def test_an_input_without_ends_is_compared_with_a_number_that_stays_finite(scalar, farthest):
+    offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=0.5)
+    of_force, of_offset = Tuned.of(tunable_of(offset), Names()).ranges(Printer(Unit([]), "axis", scalar=scalar))
+    assert of_force.startswith("(F_C >= ")
+    assert of_offset == f"(offset >= -{farthest}) AND (offset <= {farthest})"
+
+
+def test_a_structure_is_set_number_by_number_but_for_skipped_paths():
+    lines = list(set_lines("p", SLIP.parameters, struct_type(SLIP.parameters), printer(), skipped=[("F_C",)]))
+    assert not any("F_C" in line for line in lines)
+    assert [line for line in lines if "nu_i" in line] == ["p.nu_i[0] := 0.25;", "p.nu_i[1] := 0.75;"]
+    truths = br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
+        F_C_pos=1.0, F_C_neg=2.0, F_S_pos=1.0, F_S_neg=2.0, v_S=1.0, sigma_0=1e5
+    ).parameters
+    nested = list(set_lines("p", truths, struct_type(truths), Printer(Unit([]), "axis", (struct_type(truths),))))
+    assert any(line.count(".") > 1 and line.startswith("p.") and ":= 2.0;" in line for line in nested)
+
+
+def test_inputs_are_held_where_a_format_holds_the_squares():
+    double, single = ({name: float(text or 0.0) for name, text in bounds(single=narrow, farthest=1e5).items()} for narrow in (False, True))
+    assert double["farthest"] == double["beyond"] == single["beyond"] == 1e30
+    assert (single["farthest"], double["fastest"]) == (1e5, 0.0)
+    assert np.isfinite(np.float32(single["fastest"] / 1e-10) ** 2)  # a velocity over the smallest of Stribeck
+    assert [bound["shortest"] * bound["longest"] for bound in (double, single)] == pytest.approx([1.0, 1.0])
+    assert double["shortest"] < single["shortest"] <= 1e-6
+    assert bounds(single=False)["fastest"] == ""
+
+
+def test_the_walk_of_a_program_is_that_of_the_self_test():
+    walk = Walk((1e-9, 1e-7), 1e-3)
+    facts = walk_facts(walk, printer(), "count")
+    lines = [line.strip() for line in facts["step"]]
+    # The lines as Python reads them.
+    python = (
+        "\n".join(
+            line.replace(":=", "=").replace(";", "").replace("<>", "!=").replace("MOD", "%").replace("IF ", "if ").replace(" THEN", ":")
+            for line in (*lines[:3], f"    {lines[3]}")
+        )
+        .replace("axis_floor(number =", "math.floor(")
+        .replace("DINT_TO_LREAL", "float")
+    )
+    names = {"math": math, "bits": float(facts["seed"]), "walked": 0.0, "scales": [float(scale) for scale in facts["scales"]]}
+    expected, program = walk.positions(300), compile(python.replace("count / 125", "count // 125"), "walk", "exec")
+    for count in range(1, 300):
+        names["count"] = count
+        exec(program, names)
+        assert names["walked"] == expected[count]
+    assert (facts["dt"], facts["per_cycle"], lines[4]) == ("0.001", 20, "END_IF;")
+
+
+def test_a_sum_and_the_loss_of_rounding_are_the_exact_sum_together():
+    numbers = [1e16, 1.0, -1e16, 3e-5, 0.1, -7.25e9]
+    total, lost = total_of(numbers)
+    assert total == sum(numbers)
+    assert float(sum(map(Fraction, numbers))) == pytest.approx(total + lost, rel=1e-15)
+    assert lost != 0.0
+
+
+def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
+    outputs = np.linspace(-4.0, 2.0, 51)
+    facts = Judged("axis", outputs, single=True).facts()
+    assert (facts["tolerance"], facts["count"], facts["last"], facts["every"]) == ("0.004", 51, "2.0", 25)
+    assert [float(text) for text in facts["expected"]] == pytest.approx([-4.0, -1.0, 2.0])
+    walk = Walk((1.0, 2.0, 3.0), 1e-3)
+    arrays = {single: Judged("axis", outputs, single).arrays(walk, ArrayPart("more", 7, LREAL)) for single in (False, True)}
+    assert [(part.name, part.size) for part in arrays[True]] == [("axis_Scales", 3), ("more", 7), ("axis_Expected", 3)]
+    assert [part.name for part in arrays[False]] == ["axis_Scales", "more"]
+    names = {single: [variable.name for variable in Judged("axis", outputs, single).variables()] for single in (False, True)}
+    assert set(names[True]) - set(names[False]) == {"worst", "expected"}
+    assert set(names[False]) - set(names[True]) == {"total", "lost", "added"}
+
+
+def test_types_in_use_stay_with_the_types_inside():
+    array, inner = ArrayPart("numbers", 3, LREAL), Record("inner", (Variable("a", "numbers"),))
+    outer, idle = Record("outer", (Variable("b", "inner"),)), Record("idle", (Variable("c", "numbers"),))
+    pou = Pou("FUNCTION", "f", "BOOL", (Variable("x", "outer"),), ("f := TRUE;",), "what (* it does")
+    assert used_of([array, inner, outer, idle], [pou]) == [array, inner, outer]
+    assert used_of([array, inner, outer, idle], []) == []
+    assert part_text(array) == "TYPE\n    numbers : ARRAY[0..2] OF LREAL;\nEND_TYPE\n"
+    assert part_text(pou) == "(* what ( * it does *)\nFUNCTION f : BOOL\nVAR\n    x : outer;\nEND_VAR\n\nf := TRUE;\nEND_FUNCTION\n"
