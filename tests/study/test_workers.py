@@ -1,5 +1,6 @@
 """What hands out blocks: each comes back once, a fault is told where a person can read of it, and other software is refused."""
 
+import asyncio
 import hashlib
 import logging
 import threading
@@ -234,3 +235,74 @@ def test_a_crew_yields_the_blocks_that_were_simulated_and_ends_the_processes(mon
     arrived = dict(crew.results(BLOCKS))
     assert {block.first: columns["run"] for block, columns in arrived.items()} == {k: k for k in range(9) if k != 4}
     assert crew.processes == set()
+
+
+class Dask:
+    """A library whose scheduler and workers are there, or are not."""
+
+    class Security:
+        def get_connection_args(self, role):
+            return {"role": role}
+
+    def __init__(self, scheduler=None, workers=None):
+        self.scheduler, self.workers, self.calls = scheduler, workers, []
+        self.rpc = self.Client = self
+
+    def __call__(self, address, **options):
+        self.calls.append((address, options))
+        return self
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, *ends):
+        pass
+
+    async def identity(self):
+        if self.scheduler is not None:
+            raise self.scheduler
+
+    def wait_for_workers(self, count, timeout):
+        self.calls.append((count, {"timeout": timeout}))
+        if self.workers is not None:
+            raise self.workers
+
+    def close(self, timeout):
+        self.calls.append(("close", {"timeout": timeout}))
+
+
+def test_a_cluster_is_connected_to_for_a_while_and_left_again(cluster):
+    cluster._library = library = Dask()
+    with cluster._connected() as client:
+        assert client is library
+        assert [name for name, _ in library.calls] == ["tcp://a:1", "tcp://a:1", 1]
+        assert library.calls[0][1] == {"connection_args": {"role": "client"}}
+        assert library.calls[1][1]["set_as_default"] is False
+        assert library.calls[1][1]["timeout"] < library.calls[2][1]["timeout"]
+    assert library.calls[3][0] == "close"
+
+
+@pytest.mark.parametrize(
+    ("library", "words", "closed"),
+    [
+        (
+            Dask(scheduler=OSError("nobody")),
+            "--scheduler: no scheduler of Dask answers there.*nobody.*tcp://a:1.*dask worker tcp://a:1",
+            False,
+        ),
+        (Dask(workers=TimeoutError("late")), "--scheduler: it has no workers.*late.*tcp://a:1", True),
+    ],
+)
+def test_a_cluster_that_does_not_answer_is_reported_by_the_missing_part(cluster, library, words, closed):
+    cluster._library = library
+    with pytest.raises(InputError, match=words), cluster._connected():
+        pass
+    assert (library.calls[-1][0] == "close") is closed
+
+
+def test_a_scheduler_that_is_silent_is_given_up(cluster, monkeypatch):
+    cluster._library = Dask()
+    monkeypatch.setattr(cluster._library, "identity", lambda: asyncio.sleep(60.0))
+    monkeypatch.setattr(workers, "ANSWERS", 0.05)
+    with pytest.raises(InputError, match="no scheduler of Dask answers there"), cluster._connected():
+        pass
