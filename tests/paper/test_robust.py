@@ -5,6 +5,7 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from tests.cli.conftest import bristle  # noqa: F401
 from tests.report.pages import Page
 
 from bristle import friction
-from bristle.core import Axis, InputError
+from bristle.core import Axis, InputError, Status
 from bristle.core.content import content_of
 from bristle.core.motion import Motion
 from bristle.friction.uneven import uneven
+from bristle.paper.robust import loops
 from bristle.paper.robust import trial as trials
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
@@ -332,3 +334,75 @@ def test_fewer_steps_of_the_integration_tell_the_same():
         few, many = (interval([peak_to_peak(each, number) for number in range(20)]) for each in (coarse, fine))
         apart = abs(few.peak_to_peak - many.peak_to_peak)
         assert apart <= math.hypot(few.high - few.peak_to_peak, many.high - many.peak_to_peak)
+
+
+# --- loops of a trial -------------------------------------------------------------------------------------------
+
+
+def test_a_loop_of_a_trial_has_the_friction_and_the_compensator_and_is_run_once():
+    plain, fed = (setting("set_a")[name] for name in ("none", "feedforward"))
+    rig, model = truths_named(["lugre"])[0].friction, friction.coulomb(F_C=3.0)
+    for variant in (plain, fed):
+        made = loop(variant, rig, model)
+        assert (made.friction, made.run.substeps, made.run.seeds) == (rig, 4, 1)
+        assert made.run.sample_time == variant.run.sample_time
+    assert loop(plain, rig, model).feedforward == plain.feedforward
+    assert (loop(fed, rig, model).feedforward.friction, loop(fed, rig, model).feedforward.fitted_to) == (model, "")
+
+
+@pytest.mark.parametrize(("number", "status", "error"), [(0, Status.OK, 2e-6), (3, Status.OK, 2e-6), (1, Status.NOT_FINITE, math.inf)])
+def test_each_run_of_a_loop_has_other_scatter_and_noise(monkeypatch, number, status, error):
+    asked = []
+
+    def simulated(experiment):
+        asked.append(experiment.variants[0])
+        return SimpleNamespace(variants={asked[0].name: SimpleNamespace(status=status, following_error=SimpleNamespace(peak_to_peak=2e-6))})
+
+    monkeypatch.setattr(loops, "simulate", simulated)
+    variant = loop(setting("set_a")["none"], truths_named(["lugre"])[0].friction, None)
+    assert peak_to_peak(variant, number) == error
+    for model, now in ((variant.friction, asked[0].friction), (variant.sensor, asked[0].sensor)):
+        assert now.values == model.values | {"seed": model.values["seed"] + number}
+    del asked[:]
+    peak_to_peak(replace(variant, friction=friction.coulomb(F_C=3.0)), number)
+    assert asked[0].friction == friction.coulomb(F_C=3.0)  # nothing scatters
+
+
+@pytest.mark.parametrize(("family", "named"), [("lugre", "lugre"), ("printed", "preisach_lugre")])
+def test_a_family_is_fitted_without_intervals_and_the_printed_equations_lose_their_gate(monkeypatch, family, named):
+    model = friction.find("preisach_lugre")(**friction.find("preisach_lugre").example)
+    asked = []
+    monkeypatch.setattr(
+        loops, "identify", lambda log, name, **how: asked.append((name, how)) or SimpleNamespace(best=SimpleNamespace(friction=model))
+    )
+    result = loops.fitted(family, "log", "axis")
+    assert asked == [(named, {"axis": "axis", "blocks": 0, "draws": 0})]
+    assert (result.friction.values["transition"] == "paper") is (family == "printed")
+
+    def refused(*log, **how):
+        raise InputError("is too short")
+
+    monkeypatch.setattr(loops, "identify", refused)
+    assert loops.fitted(family, "log", "axis") == (None, "is too short")
+
+
+@pytest.mark.parametrize(
+    ("condition", "changes"),
+    [
+        (NOMINAL, {}),
+        ("level_0.7", {"level": 0.7}),
+        ("level_1.6", {"level": 1.6}),
+        ("scatter_10", {"unevenness": 0.1}),
+        ("position_wave", {"wave": 0.2, "wavelength": pytest.approx(5.1e-6)}),
+        ("creep", {"k_creep": pytest.approx(10.0 / 6.8e-6), "tau": 5.0}),
+    ],
+)
+def test_a_condition_changes_the_layer_around_a_truth_and_nothing_else(condition, changes):
+    def changed(truth):
+        now, before = under(condition, truth).values, truth.friction.values
+        return {name: value for name, value in now.items() if not np.array_equal(value, before[name])}
+
+    gms, sliders = truths_named(["gms", "thirty_sliders"])
+    assert changed(gms) == changes
+    assert (gms.friction.values["unevenness"], gms.friction.values["travel"]) == pytest.approx((0.05, 1.02e-6))
+    assert changed(sliders) == ({"scatter": 0.1} if condition == "scatter_10" else changes)  # which scatter by themselves
