@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bristle.core.content import NOWHERE
-from bristle.paper import following
+from bristle.paper import following, tracking
 from bristle.paper.following import figure_11, figure_13, figure_14
 from bristle.paper.tracking import BEFORE, CALIBRATED, PRINTED, WITH_CONSTANT, Sound, Tracked
 from bristle.simulation.result import Statistics
@@ -179,3 +179,40 @@ def test_pictures_show_what_happens_around_the_highest_point(monkeypatch):
     settle, resolution, ranges = drawn["error_distribution"]
     assert (settle, resolution, ranges["no compensator"]) == (2.0, 1e-7, (-0.4e-6, 1.0e-6))
     assert set(list(ranges.values())[1:]) == {(-0.2e-6, 0.49e-6)}
+
+
+def test_the_error_over_the_break_away_torque_is_drawn_in_micrometres_with_its_spread(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(tracking, "error_over", lambda *passed: drawn.append(passed))
+    spread = {"following_error": {"peak_to_peak": 0.1e-6}}
+    levels = [(0.04, Loop(statistics(0.7e-6), spread=spread)), (0.05, Loop(statistics(0.5e-6)))]
+    draw, *_ = tracking.break_away_extra(SimpleNamespace(at_levels=levels))
+    draw()
+    ((torques, found, reported, *_),) = drawn
+    assert torques == pytest.approx([40.0, 50.0])
+    assert found["found"] == pytest.approx(np.array([[0.7, 0.6, 0.8], [0.5, 0.5, 0.5]]))
+    assert reported == {"the paper reports": pytest.approx(0.69)}
+
+
+def test_margins_are_the_smallest_of_all_points_at_which_the_loop_crosses_over(monkeypatch):
+    def points(*margins):
+        return [SimpleNamespace(margins=SimpleNamespace(phase=phase, gain=gain)) for phase, gain in margins]
+
+    for listed, least in ((points((50.0, 4.0), (40.0, None), (None, 3.0)), (40.0, 3.0)), (points((None, None)), (math.inf, math.inf))):
+        monkeypatch.setattr(tracking, "assess", lambda variant, listed=listed: SimpleNamespace(points=listed))
+        assert tracking.least_margins(None) == least
+
+
+def test_loops_of_sound_margins_have_a_row_each_and_those_with_a_name_a_line(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(tracking, "tracking_error", lambda *passed: drawn.append(passed))
+    sound = Sound(tracked(mine=BETTER), tracked())
+    vars(sound)["margins"] = dict.fromkeys(sound.loop.result.variants, (45.6, 3.0)) | {"mine": (41.2, 3.456)}
+    rows = {row[0]: row[1:] for row in tracking.sound_table(sound).rows}
+    assert rows["mine"] == ("", "0.600", "0.600", "41.2", "3.46")
+    assert rows[BEFORE][:2] == ("no compensator", "1.460")
+    draw, _, caption = tracking.sound_extra(sound)
+    draw()
+    ((loops, settle),) = drawn
+    assert ("mine" in loops, len(loops), settle) == (False, 4, 2.0)
+    assert "phase margins of 41° and more" in caption

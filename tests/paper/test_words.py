@@ -336,3 +336,109 @@ def test_tips_of_loops_are_in_millinewton_metres_with_their_spread():
     records = [SimpleNamespace(torque=np.array([-0.1, torque])) for torque in (0.0041, 0.0043, 0.0046)]
     assert _tips(records, np.max) == "4.33 ± 0.25"
     assert _tips([SimpleNamespace(torque=np.array([-0.2, 0.1234]))], np.max) == "123.4"
+
+
+# --- figures of made-up walks ----------------------------------------------------------------------------------------
+
+
+class Bench(Told):
+    """An experiment on a bench, with contacts."""
+
+    origin, arm = None, ARM
+    operator = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.2e7, f_p=20.0)
+
+    def __init__(self, turns, **contacts):
+        super().__init__({("path", "turns"): np.array(turns), ("path", "speed"): 1e-6})
+        self.contacts = {name.replace("_", " "): model for name, model in contacts.items()}
+
+    def contact(self, name):
+        return self.contacts[name]
+
+
+def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a_factor_too_much(monkeypatch):
+    path = [-6e-6, 4e-6, -3e-6, 2e-6]
+    item = plane.figure_4(Bench(path))
+    torque, unit, signed = (
+        np.array(item.numbers[key]) for key in ("torque", "by_printed_sums_of_relays_0_and_1", "by_printed_sums_of_relays_of_both_signs")
+    )
+    half = ARM * response(Bench.operator, [-6e-6, 6e-6])[-1]
+    assert torque == pytest.approx(ARM * response(Bench.operator, path)[1:])
+    assert item.numbers["by_corrected_sums"] == pytest.approx(torque)
+    assert item.numbers["half_of_the_saturation_loop"] == pytest.approx(half)
+    assert unit == pytest.approx(torque + half)
+    assert signed == pytest.approx(0.5 * unit)
+    assert item.verdict == "found in part"
+    assert [row[:2] for row in item.tables[0].rows] == [("(a)", "(14)"), ("(b)", "(15)"), ("(c)", "(14)")]
+    assert [float(row[4].replace("−", "-")) for row in item.tables[0].rows] == pytest.approx(1e3 * half, abs=0.005)
+    assert item.found[0].endswith("at every stage, to rounding.")
+    assert f"miss by up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
+    drawn = []
+    monkeypatch.setattr(plane, "preisach_stages", lambda *passed: drawn.append(passed))
+    item.draw()
+    assert drawn == [(Bench.operator, -6e-6, path[1:], ARM, "rotational")]
+
+
+@pytest.mark.parametrize(
+    ("path", "fits"),
+    [
+        ([-6e-6, 4e-6], False),
+        ([-6e-6, 4e-6, -5.9e-6], True),
+        ([-6e-6, 4e-6, -6e-6], False),
+        ([-6e-6, 4e-6, 5e-6], False),
+        ([-6e-6, 6e-6, 1e-6], False),
+        ([-6e-6, 5.9e-6, 1e-6], True),
+        ([0.0, -1e-6, -0.5e-6], False),
+    ],
+)
+def test_4_a_path_begins_far_down_and_turns_inside_the_two_before(path, fits):
+    if fits:
+        assert len(plane.figure_4(Bench(path)).numbers["torque"]) == 2
+    else:
+        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must begin far down and turn inside"):
+            plane.figure_4(Bench(path))
+
+
+@pytest.mark.parametrize(("rig", "verdict"), [(0.019, "built in in part"), (-0.019, "built in in part"), (0.021, "refuted")])
+def test_1_lugre_misses_by_much_more_than_the_rig(monkeypatch, rig, verdict):
+    walks = {"LuGre": led(5.0, 10.0, 4.0), "virtual rig": led(5.0, 10.0, 5.0 + 10.0 * rig)}
+    monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: walks)
+    item = paths.figure_1(Bench([3e-6, 1e-6, 3e-6]))
+    assert item.verdict == verdict
+    assert item.numbers["missing_at_return"] == pytest.approx({"LuGre": -0.1, "virtual rig": rig})
+
+
+def on_bench(monkeypatch, walk_of):
+    """Let a contact that is led be this walk, and its sensor read it as it is."""
+    monkeypatch.setattr(
+        paths, "led", lambda setting, model, *path: SimpleNamespace(sensor=walk_of(model), friction=walk_of(model), sensed=None)
+    )
+    monkeypatch.setattr(paths, "repeated", lambda setting, model: [model, model])
+    monkeypatch.setattr(paths, "bench_of", lambda setting: None)
+    monkeypatch.setattr(paths, "sensor_numbers", lambda runs: {"runs": len(runs)})
+    monkeypatch.setattr(paths, "sensor_says", lambda bench, numbers, condition: f"{condition}: {numbers['runs']}")
+
+
+@pytest.mark.parametrize(("at", "verdict"), [(5.9, "refuted"), (6.0, "calibrated"), (8.0, "calibrated"), (8.1, "refuted")])
+def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict):
+    path = led(0.0, 0.94, 0.95, 1.0, x=[0.0, 1e-6, at * 1e-6, 2e-5])
+    on_bench(monkeypatch, lambda model: path)
+    monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: {"virtual rig": path, "other": path})
+    monkeypatch.setattr(paths, "holding_of", lambda model: SimpleNamespace(forward=model / ARM))
+    item = paths.figure_8(Bench([1e-5], virtual_rig=0.5, other=1.2))
+    assert item.verdict == verdict
+    assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}  # the larger of limit and top
+    assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
+    assert math.isnan(item.numbers["position_at_95_percent"]["other"])
+    with pytest.raises(InputError, match="must lead forward"):
+        paths.figure_8(Bench([0.0], virtual_rig=0.5))
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.099, "built in"), (-0.099, "built in"), (0.101, "refuted"), (-0.101, "refuted")])
+def test_9_no_run_misses_a_return_by_more_than_a_contact_that_scatters(monkeypatch, share, verdict):
+    walks = {"rig": led(10.0, 0.0, 5.0, 1.0, 5.0, 10.0), "other": led(8.0, 0.0, 5.0, 1.0, 5.0 + 10.0 * share, 8.0, 10.0, turns=range(6))}
+    on_bench(monkeypatch, walks.get)
+    item = paths.figure_9(Bench([6e-6, 0.0, 4e-6, 1e-6, 4e-6, 6e-6], virtual_rig="rig", other="other"))
+    assert item.verdict == verdict
+    assert item.numbers["missing_at_return"]["other"] == pytest.approx({"D": share, "B": 0.0})
+    assert [len(runs) for runs in item.numbers["missing_of_runs"].values()] == [2, 2]
+    assert item.found[-1] == "At this speed: 4"
