@@ -99,6 +99,13 @@ def test_a_move_is_a_rounded_trapezium(start, end):
     assert x.size * SAMPLE_TIME == pytest.approx(expected + 0.041, abs=2e-3)
 
 
+def test_a_move_has_its_acceleration_after_twenty_milliseconds():
+    x = axis_simulated._move(0.0, 0.1, 0.1, 2.0)
+    acceleration = np.diff(x, n=2, prepend=[0.0, 0.0]) / SAMPLE_TIME**2
+    assert acceleration[5:16] == pytest.approx(2.0 * np.arange(5, 16) / 20.0, abs=0.15)
+    assert acceleration[21:50] == pytest.approx(2.0, rel=0.05)
+
+
 def test_a_move_to_the_same_place_stands_still():
     assert axis_simulated._move(0.03, 0.03, 0.1, 2.0).tolist() == [0.03] * 41
 

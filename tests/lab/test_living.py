@@ -150,3 +150,13 @@ def test_a_policy_lets_run_what_it_names_and_nothing_else():
     )
     assert "'unsafe-inline'" not in text
     assert "style-src 'unsafe-inline';" in policy(["a"])
+
+
+def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
+    thinned = []
+    monkeypatch.setattr(living, "living_described", lambda *passed, **how: thinned.append((how["around"], how["thinned"])))
+    assert living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
+    ((around, envelope),) = thinned
+    assert around == 3.0
+    assert envelope(np.arange(4000.0)).size == 4000
+    assert envelope(np.arange(4001.0)).size < 4000
