@@ -226,6 +226,49 @@ def test_a_contact_is_repeated_with_other_seeds():
     assert economy.quiet(plain) == plain
 
 
+def test_branches_from_the_lower_end_are_judged_on_motions_that_were_not_measured(monkeypatch):
+    asked, told = [], []
+
+    class Read:
+        """What is read of a contact, by its seed."""
+
+        def __init__(self, seed):
+            self.x, self.torque = np.zeros(2), np.array([0.0, {1: 10.0, 2: 8.0}.get(seed // 100, 5.0)])
+
+        def since(self, turn):
+            assert turn == 2  # the way to the lower end is left out
+            return self
+
+    def measured(setting, model, turns, generator):
+        asked.append((model.values["seed"], [round(1e6 * turn, 9) for turn in turns]))
+        return Read(model.values["seed"])
+
+    def fit(record, arm):
+        assert (record.torque[1], arm) == (5.0, ARM)
+        return None if len(asked[-1][1]) == 5 else SimpleNamespace(torque=lambda x: np.array([0.0, 9.0]))
+
+    monkeypatch.setattr(economy, "measured", measured)
+    monkeypatch.setattr(economy, "WAYS", {"way": fit})
+    setting = Told({("measurement", "branches"): [1.0, 4.0], ("measurement", "extent"): 4e-6, ("measurement", "speed"): 2e-6})
+    setting.arm = ARM
+    item = economy.economy(setting, SCATTERING, 2, lambda share, text: told.append((share, text)))
+    unseen, branches = asked[:12], asked[12:]
+    assert [seed for seed, _ in unseen] == [seed + index for index in range(6) for seed in (100, 200)]
+    for (_, path), (_, again) in zip(unseen[::2], unseen[1::2], strict=True):
+        assert path == again
+        assert path[:3] == [-4.0, 4.0, -4.0]
+        assert len(path) == 27
+        assert 2.0 < max(map(abs, path[3:])) <= 3.6
+    assert len({tuple(path) for _, path in unseen}) == 6
+    many = [-4.0, 4.0, -4.0, 4.0, -4.0, 2.0, -4.0, 0.0, -4.0, -2.0, -4.0]
+    assert branches == [(seed, path) for path in (many[:5], many) for seed in (0, 1)]
+    assert told == [(k / 4.0, f"branches measured: {count}") for k, count in enumerate((1, 1, 4, 4))]
+    assert item.errors["way"] == pytest.approx(np.array([[math.nan] * 2, [100.0 * math.sqrt(0.5) / 10.0] * 2]), nan_ok=True)
+    # Two runs differ by the scatter of both.
+    assert item.floor == pytest.approx(100.0 * math.sqrt(2.0) / 8.0 / math.sqrt(2.0))
+    assert (item.counts, item.duration) == ([1, 4], pytest.approx(4.0))
+
+
 def test_an_error_is_a_root_mean_square_in_percent_of_the_largest_torque():
     assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
 
