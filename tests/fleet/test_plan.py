@@ -172,3 +172,16 @@ def test_axes_of_a_fleet_are_of_a_single_kind_and_plant(logs, axes, fits):
     else:
         with pytest.raises(InputError, match="describe axes of different kinds"):
             fleet_of([logs], axes=described)
+
+
+def test_fleets_differ_by_the_axes_and_not_by_their_order(logs):
+    def identity(*axes):
+        return fleet_of([logs], axes=axes).described["axes"]
+
+    heavy, light = Axis(mass=4.0), Axis(mass=3.0)
+    assert identity() == []
+    assert len(identity(light)) == len(identity(light, light, light)) == 1
+    assert identity(light) != identity(heavy)
+    assert identity(light, light, heavy) == identity(heavy, light, light)
+    read, written = (Axis(mass=3.0, text=text) for text in (b"mass = 3", b"mass = 3.0"))
+    assert identity(read) != identity(written)  # of two files each counts as it is written

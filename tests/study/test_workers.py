@@ -2,7 +2,12 @@
 
 import asyncio
 import hashlib
+import io
 import logging
+import pickle
+import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import CancelledError, Future
@@ -306,3 +311,59 @@ def test_a_scheduler_that_is_silent_is_given_up(cluster, monkeypatch):
     monkeypatch.setattr(workers, "ANSWERS", 0.05)
     with pytest.raises(InputError, match="no scheduler of Dask answers there"), cluster._connected():
         pass
+
+
+def test_a_process_is_asked_by_a_message_and_answers_by_another():
+    orders, crew = io.BytesIO(), Crew(None, 1)
+    process = Some(stdin=orders, stdout=io.BytesIO(pickle.dumps(("done", {"a": 1}))))
+    assert crew._asked(process, BLOCKS[3]) == ("done", {"a": 1})
+    assert pickle.loads(orders.getvalue()) == BLOCKS[3]
+    with pytest.raises(EOFError):
+        crew._asked(process, BLOCKS[3])
+
+
+def test_a_process_has_a_single_thread_for_linear_algebra_and_finds_the_same_modules(monkeypatch):
+    begun, asked, crew = [], [], Crew("study", 1, "make")
+    monkeypatch.setattr(workers.subprocess, "Popen", lambda command, **how: begun.append((command, how)) or Fake())
+    monkeypatch.setattr(crew, "_asked", lambda process, message: asked.append(message))
+    assert crew._process() is crew._process()
+    ((_, _, code), how), *others = begun
+    assert (len(others), asked) == (0, [("make", "study")])
+    assert repr(workers.sys.path) in code
+    assert code.endswith("serve()")
+    assert {how["env"][name] for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {"1"}
+    assert (how["stdin"], how["stdout"], how["stderr"]) == (subprocess.PIPE, subprocess.PIPE, subprocess.DEVNULL)
+
+
+def test_a_worker_answers_that_it_is_ready_and_then_each_block_in_turn(monkeypatch):
+    class Answers(io.BytesIO):
+        def flush(self):
+            if self.getvalue().count(b"failed"):
+                raise InterruptedError
+
+    def columns(block):
+        return {"run": [4, 5]} if block.first == 4 else 1 / 0
+
+    def thread(target, args, daemon):
+        def start():
+            with pytest.raises(SystemExit, match="0"):  # once the input ends
+                target(*args)
+
+        return Some(start=start)
+
+    answers, done = Answers(), []
+    messages = b"".join(map(pickle.dumps, ((workers.Simulator, "study"), Block(4, 6), Block(6, 7))))
+    monkeypatch.setattr(workers.Simulator, "__init__", lambda self, study: done.append(study))
+    monkeypatch.setattr(workers.Simulator, "columns", lambda self, block: columns(block))
+    calls = {"dup": lambda number: number, "dup2": lambda *passed: done.append(passed), "open": lambda *how: "nowhere"}
+    monkeypatch.setattr(workers, "os", Some(fdopen=lambda number, mode: answers, devnull="", O_WRONLY=1, _exit=sys.exit, **calls))
+    monkeypatch.setattr(workers, "threading", Some(Thread=thread))
+    monkeypatch.setattr(workers.sys, "stdin", Some(buffer=io.BytesIO(messages)))
+    monkeypatch.setattr(workers.signal, "signal", lambda *passed: done.append(passed))
+    with pytest.raises(InterruptedError):
+        workers.serve()
+    told = io.BytesIO(answers.getvalue())
+    assert [pickle.load(told), pickle.load(told)] == [("ready", None), ("done", {"run": [4, 5]})]
+    outcome, trace = pickle.load(told)
+    assert (outcome, "ZeroDivisionError" in trace) == ("failed", True)
+    assert {(signal.SIGINT, signal.SIG_IGN), ("nowhere", 1), "study"} <= set(done)
