@@ -1,5 +1,6 @@
 """Compensation on other truths: the layer of conditions, and what comes out."""
 
+import importlib
 import json
 import math
 import re
@@ -16,7 +17,9 @@ from bristle import friction
 from bristle.core import Axis, InputError, Status
 from bristle.core.content import content_of
 from bristle.core.motion import Motion
+from bristle.files import read_experiment
 from bristle.friction.uneven import uneven
+from bristle.paper import rig
 from bristle.paper.robust import loops
 from bristle.paper.robust import trial as trials
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
@@ -24,6 +27,7 @@ from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.trial import Cell, Plan, run_trial
 from bristle.paper.robust.truths import CONDITIONS, FOLDER, NOMINAL, SIMULATED, truths_named, under
 
+reproduce = importlib.import_module("bristle.paper.reproduce")
 ROOT = Path(__file__).parents[2]
 DT = 1e-3
 
@@ -406,3 +410,52 @@ def test_a_condition_changes_the_layer_around_a_truth_and_nothing_else(condition
     assert changed(gms) == changes
     assert (gms.friction.values["unevenness"], gms.friction.values["travel"]) == pytest.approx((0.05, 1.02e-6))
     assert changed(sliders) == ({"scatter": 0.1} if condition == "scatter_10" else changes)  # which scatter by themselves
+
+
+# --- the rig ----------------------------------------------------------------------------------------------------
+
+
+def test_elements_of_the_rig_slip_one_after_another_and_share_the_force():
+    shares, distances = rig.spectrum(30, 7e-6, 7)
+    assert shares.sum() == pytest.approx(1.0)
+    assert distances[[0, -1]] == pytest.approx([7e-6 * 0.15**1.6, 7e-6])
+    assert np.all(np.diff(distances) > 0.0)
+    assert rig.spectrum(30, 7e-6, 8)[0] != pytest.approx(shares)
+
+
+def test_friction_of_the_rig_is_that_of_the_screw_counted_at_the_table():
+    ratio = 2.0 * math.pi / 5e-3
+    values = rig.rig_friction(5e-3, 4e-4, 5e-3, 0.3).values
+    for side, share in (("pos", 1.3), ("neg", 0.7)):
+        assert values[f"F_C_{side}"] == pytest.approx(share * 34e-3 * ratio)
+        assert values[f"F_S_{side}"] == pytest.approx(share * 40e-3 * ratio)
+        assert values[f"sigma_2_{side}"] == pytest.approx(3e-3 * ratio**2)
+    shares, distances = rig.spectrum(30, 7e-6, 7)
+    assert values["k_i"] * distances == pytest.approx(shares * 40e-3 * ratio)  # where an element slips
+    assert (values["offset"], values["v_S"]) == pytest.approx((5e-3 * ratio, 0.5 / ratio))
+    assert values["sigma_1"] == pytest.approx(0.4 * math.sqrt(values["k_i"].sum() * 4e-4 * ratio**2))
+
+
+@pytest.mark.parametrize(("delay", "lag", "late"), [(0, 0.0, 0.0), (2, 0.0, 2.0), (1, 5e-4, 1.5)])
+def test_an_effort_is_logged_as_late_as_it_acts(monkeypatch, delay, lag, late):
+    described = read_experiment(loops.LOG)
+    variant = described.variants[0]
+    run = replace(variant.run, delay=delay, current_lag=lag, sample_time=1e-3)
+    described = replace(described, variants=(replace(variant, run=run),))
+    outcome = SimpleNamespace(command=10.0 * np.arange(9.0), time=1e-3 * np.arange(9.0), measured=np.arange(9.0))
+    monkeypatch.setattr(rig, "simulate", lambda experiment: SimpleNamespace(variants={variant.name: outcome}))
+    log = rig.logged(described)
+    assert log.effort.values[3:] == pytest.approx(10.0 * (np.arange(3.0, 9.0) - late))
+    assert (log.sample_time, log.segments, log.position.values.tolist()) == (1e-3, (slice(0, 9),), list(range(9)))
+    axis = rig.axis_of(described)
+    assert (axis.mass, axis.resolution) == (variant.plant.values["M"], variant.sensor.values["resolution"])
+    assert (axis.kind, axis.held, axis.cutoff, axis.decimation) == (described.kind, True, 15.0, 33)
+
+
+def test_a_part_of_the_work_reports_as_its_share_of_all():
+    told = []
+    part = reproduce._part_of(lambda *message: told.append(message), 0.5, 0.25, "figure 3")
+    part(0.5, "walking")
+    reproduce._part_of(part, 2.0 / 3.0, 1.0 / 3.0)(1.0, "")
+    reproduce._part_of(None, 0.0, 1.0)(1.0, "nobody listens")
+    assert told == [(0.625, "figure 3, walking"), (pytest.approx(0.75), "figure 3")]
