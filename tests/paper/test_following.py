@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bristle.core import Status
 from bristle.core.content import NOWHERE
 from bristle.paper import following, tracking
 from bristle.paper.following import figure_11, figure_13, figure_14
@@ -216,3 +217,16 @@ def test_loops_of_sound_margins_have_a_row_each_and_those_with_a_name_a_line(mon
     ((loops, settle),) = drawn
     assert ("mine" in loops, len(loops), settle) == (False, 4, 2.0)
     assert "phase margins of 41° and more" in caption
+
+
+def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(monkeypatch):
+    asked, loops = [], {BEFORE: SimpleNamespace(status=Status.OK), PRINTED: SimpleNamespace(status=Status.TOLERANCE_MISSED)}
+    monkeypatch.setattr(tracking, "simulate", lambda *passed: asked.append(passed) or SimpleNamespace(variants=loops))
+    item = Tracked("set_a.toml", report=print)
+    vars(item)["experiment"] = "described"
+    assert item.result.variants is item.result.variants is loops
+    assert asked == [("described", print)]
+    loops[PRINTED].status = Status.NOT_FINITE
+    del vars(item)["result"]
+    with pytest.raises(tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: "):
+        _ = item.result

@@ -9,124 +9,84 @@ from bristle.server.application import protocol_with_limits
 from bristle.server.gate import HAS_TOKEN
 from bristle.server.limits import Limits
 
-LIMITS = Limits(strangers=2, stranger_seconds=4.0, silence_seconds=20.0)
-PROTOCOL = protocol_with_limits(LIMITS)
-
-
-class Clock:
-    """A loop of events whose time is set, and which notes what is to be called later."""
-
-    def __init__(self):
-        self.now, self.later, self.cancelled = 0.0, [], 0
-
-    def time(self):
-        return self.now
-
-    def call_later(self, seconds, call):
-        self.later.append((seconds, call.__name__))
-        return Some(cancel=self._cancel)
-
-    def _cancel(self):
-        self.cancelled += 1
-
-
-class Transport:
-    """What a protocol writes to: it is closing once that is asked for, and notes that it was aborted."""
-
-    def __init__(self):
-        self.closing, self.aborted = False, False
-
-    def is_closing(self):
-        return self.closing
-
-    def abort(self):
-        self.aborted = True
+PROTOCOL = protocol_with_limits(Limits(strangers=2, stranger_seconds=4.0, silence_seconds=20.0))
 
 
 @pytest.fixture
-def clock(monkeypatch):
+def connected(monkeypatch):
+    """A function that returns a connection which begins at 100 s: without a request, or whose request had the token or had it not."""
+
+    def connect(token=None, connections=None):
+        protocol = object.__new__(PROTOCOL)
+        protocol.now, protocol.later, protocol.done = 100.0, [], []
+        timer = Some(cancel=lambda: protocol.done.append("cancelled"))
+        call_later = lambda seconds, call: protocol.later.append((call.__name__, seconds)) or timer  # noqa: E731
+        protocol.loop = Some(time=lambda: protocol.now, call_later=call_later)
+        protocol.transport = Some(is_closing=lambda: "closing" in protocol.done, abort=lambda: protocol.done.append("aborted"))
+        protocol.scope = None if token is None else {"state": {HAS_TOKEN: True} if token else {}}
+        protocol.cycle, protocol.connections = None, set() if connections is None else connections
+        protocol.connections.add(protocol)
+        protocol.connection_made(protocol.transport)
+        return protocol
+
     for name in ("connection_made", "connection_lost", "on_response_complete"):
         monkeypatch.setattr(H11Protocol, name, lambda self, *event: None)
-    return Clock()
-
-
-def connected(clock, connections=None, *, token=None, at=0.0):
-    """A connection, without a request or with one that had the token or had it not."""
-    protocol, clock.now = object.__new__(PROTOCOL), at
-    protocol.loop, protocol.transport, protocol.cycle = clock, Transport(), None
-    protocol.scope = None if token is None else {"state": {HAS_TOKEN: True} if token else {}}
-    protocol.connections = set() if connections is None else connections
-    protocol.connections.add(protocol)
-    protocol.connection_made(protocol.transport)
-    return protocol
+    return connect
 
 
 @pytest.mark.parametrize(
-    ("token", "seconds", "aborted"), [(None, 3.9, False), (None, 4.0, True), (False, 4.0, True), (True, 4.0, False), (True, 20.0, True)]
+    ("token", "seconds", "done"),
+    [(None, 3.9, []), (None, 4.0, ["aborted"]), (False, 4.0, ["aborted"]), (True, 4.0, []), (True, 20.0, ["aborted"])],
 )
-def test_a_silent_connection_is_ended_sooner_without_the_token(clock, token, seconds, aborted):
-    protocol = connected(clock, token=token, at=100.0)
-    clock.now = 100.0 + seconds
+def test_a_silent_connection_is_ended_sooner_without_the_token(connected, token, seconds, done):
+    protocol = connected(token)
+    protocol.now += seconds
     protocol._watch()
-    assert protocol.transport.aborted is aborted
+    assert protocol.done == done
 
 
 @pytest.mark.parametrize(("token", "seconds"), [(False, 1.0), (True, 5.0)])
-def test_four_looks_are_taken_while_a_connection_is_waited_for(clock, token, seconds):
-    connected(clock, token=token)
-    assert clock.later[0] == (seconds, "_watch")
+def test_four_looks_are_taken_while_a_connection_is_waited_for_and_room_is_made_once_it_was_read(connected, token, seconds):
+    assert connected(token).later == [("_watch", seconds), ("_make_room", 0.1)]
 
 
-def test_what_was_sent_with_a_connection_is_read_before_room_is_made(clock):
-    connected(clock)
-    assert [seconds for seconds, name in clock.later if name == "_make_room"] == [pytest.approx(0.1)]
-
-
-@pytest.mark.parametrize(("complete", "aborted"), [(False, False), (True, True)])
-def test_a_request_that_is_being_answered_is_no_silence(clock, complete, aborted):
-    protocol = connected(clock)
+@pytest.mark.parametrize(("complete", "done"), [(False, []), (True, ["aborted"])])
+def test_a_request_that_is_being_answered_is_no_silence(connected, complete, done):
+    protocol = connected()
     protocol.cycle = Some(response_complete=complete)
-    clock.now = 50.0
+    protocol.now += 50.0
     protocol._watch()
-    assert protocol.transport.aborted is aborted
+    assert protocol.done == done
 
 
-def test_silence_begins_anew_with_each_answer(clock):
-    protocol = connected(clock)
-    clock.now = 3.0
+def test_silence_begins_anew_with_each_answer(connected):
+    protocol = connected()
+    protocol.now = 103.0
     protocol.on_response_complete()
-    for now, aborted in ((6.9, False), (7.0, True)):
-        clock.now = now
+    for now, done in ((106.9, []), (107.0, ["aborted"])):
+        protocol.now = now
         protocol._watch()
-        assert protocol.transport.aborted is aborted
+        assert protocol.done == done
 
 
-def test_a_connection_that_is_closing_has_until_the_next_look(clock):
-    protocol = connected(clock)
-    protocol.transport.closing = True
+def test_a_connection_that_is_closing_has_until_the_next_look_and_a_lost_connection_none(connected):
+    protocol = connected()
+    protocol.done.append("closing")
     protocol._watch()
-    assert not protocol.transport.aborted
+    assert protocol.done == ["closing"]
     protocol._watch()
-    assert protocol.transport.aborted
-
-
-def test_a_lost_connection_is_looked_at_no_more(clock):
-    protocol = connected(clock)
+    assert protocol.done == ["closing", "aborted"]
     protocol.connection_lost(None)
-    assert clock.cancelled == 1
+    assert protocol.done[-1] == "cancelled"
 
 
-def test_the_oldest_connections_without_the_token_make_room(clock):
-    connections = set()
-    old, own, middle, young = (
-        connected(clock, connections, token=token, at=at) for token, at in ((False, 1.0), (True, 0.0), (None, 2.0), (None, 3.0))
-    )
-    connections.add("a connection of another protocol")
+def test_the_oldest_connections_without_the_token_make_room(connected):
+    connections = {"a connection of another protocol"}
+    own, old, middle, young = (connected(token, connections) for token in (True, False, None, None))
+    for age, protocol in enumerate((own, old, middle, young)):
+        protocol._connected_at = age
     young._make_room()
-    assert [item.transport.aborted for item in (old, own, middle, young)] == [True, False, False, False]
+    assert [item.done for item in (own, old, middle, young)] == [[], ["aborted"], [], []]
     connections.discard(old)
-    middle._make_room()
-    assert not middle.transport.aborted
-    connections.discard(middle)
     young._make_room()
-    assert not young.transport.aborted
+    assert middle.done == young.done == []
