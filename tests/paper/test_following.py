@@ -9,6 +9,7 @@ import pytest
 from bristle.core import Status
 from bristle.core.content import NOWHERE
 from bristle.paper import following, tracking
+from bristle.paper.bench import Bench
 from bristle.paper.following import figure_11, figure_13, figure_14
 from bristle.paper.tracking import BEFORE, CALIBRATED, PRINTED, WITH_CONSTANT, Sound, Tracked
 from bristle.simulation.result import Statistics
@@ -230,3 +231,27 @@ def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(mo
     del vars(item)["result"]
     with pytest.raises(tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: "):
         _ = item.result
+
+
+@pytest.mark.parametrize(("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")])
+def test_7_the_rig_and_the_loop_are_told_by_their_numbers(monkeypatch, fed, word):
+    drawn = []
+    monkeypatch.setattr(tracking, "rig_layout", lambda *passed: drawn.append(passed))
+    monkeypatch.setattr(tracking, "bench_of", lambda setting: Bench(4e-4, 2.5e-4, 200.0))
+    variant = SimpleNamespace(
+        name=PRINTED,
+        run=SimpleNamespace(sample_time=5e-4, delay=1),
+        sensor=SimpleNamespace(values={"resolution": 1.25e-7}),
+        controller=SimpleNamespace(name="sliding_mode"),
+        feedforward=SimpleNamespace(friction=fed),
+    )
+    item = tracked()
+    vars(item)["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant])
+    figure = tracking.figure_7(item, SimpleNamespace(arm=item.arm))
+    assert figure.found == [
+        "A screw with a lead of 5 mm. Of an inertia of 4 kg·cm² at the screw, which is 632 kg at the table, 2.5 kg·cm² is before the "
+        "torque sensor.",
+        f"A loop at 2.0 kHz with 1 sample of delay and an encoder of 0.125 µm; control is sliding mode, the compensator {word}.",
+    ]
+    figure.draw()
+    assert drawn == [(pytest.approx((5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7)), variant)]

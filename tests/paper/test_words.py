@@ -10,8 +10,8 @@ import pytest
 from bristle import friction, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine import response
-from bristle.paper import drift, economy, paths, plane, reproduced, tracking
-from bristle.paper.bench import Record, Walk
+from bristle.paper import drift, economy, loops, paths, plane, reproduced, tracking
+from bristle.paper.bench import Record, Sensed, Walk
 from bristle.paper.drift import Rippled, torque_of
 from bristle.paper.economy import Economy
 from bristle.paper.loops import _tips
@@ -485,3 +485,51 @@ def test_9_no_run_misses_a_return_by_more_than_a_contact_that_scatters(monkeypat
     assert item.numbers["missing_at_return"]["other"] == pytest.approx({"D": share, "B": 0.0})
     assert [len(runs) for runs in item.numbers["missing_of_runs"].values()] == [2, 2]
     assert item.found[-1] == "At this speed: 4"
+
+
+@pytest.mark.parametrize(("step", "verdict"), [(0.19e-6, "built in"), (-0.19e-6, "built in"), (0.21e-6, "refuted")])
+def test_3_an_orbit_is_closed_to_a_fiftieth_and_encloses_the_work_of_its_torque(monkeypatch, step, verdict):
+    run, width = rippled([step] * 4, 10e-6), 10e-6
+    side = np.sign(np.diff(run.x))
+    beside = np.where(np.arange(side.size) < 2, 6.0, 3.0)  # before the first cycle it is pushed over break-away
+    run = run._replace(cycles=run.cycles[1:], sensed=Sensed(2.0 * side, 2.0 * side, beside * side))
+    monkeypatch.setattr(drift, "rippled", lambda setting, model: run)
+    monkeypatch.setattr(drift, "bench_of", lambda setting: None)
+    monkeypatch.setattr(drift, "sensor_says", lambda *passed: "")
+    item = drift.figure_3(Bench([], virtual_rig="rig"))
+    assert item.verdict == verdict
+    assert item.numbers["share_of_the_orbit"]["virtual rig"] == pytest.approx(abs(step) / run.width)
+    # There and back, but for the step that stays.
+    assert item.numbers["work_of_friction"] == pytest.approx([2.0 * (2.0 * width - step) / ARM] * 2)
+    assert item.numbers["work_by_torque_sensor"] == pytest.approx([3.0 * (2.0 * width - step) / ARM] * 2)
+    assert [item.numbers[f"torque_sensor{part}"]["apart"] for part in ("", "_at_break_away")] == pytest.approx([0.5, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("bottom", "tops", "verdict"),
+    [
+        (-0.03, (0.04, 0.042), "built in"),
+        (-0.0395, (0.04, 0.042), "refuted"),
+        (-0.03, (0.04, 0.0405), "refuted"),
+        (-0.05, (0.04, 0.042), "built in"),
+    ],
+)
+def test_5_loops_of_the_rig_are_uneven_and_scatter_by_more_than_the_noise(monkeypatch, bottom, tops, verdict):
+    small, large = (SimpleNamespace(torque=np.array(ends)) for ends in ((-0.01, 0.01), (bottom, 0.04)))
+    again = [SimpleNamespace(torque=np.array([bottom, top])) for top in tops]
+    asked = []
+    monkeypatch.setattr(loops, "_loops", lambda setting, rounds: {1e-6: [small] * rounds, 4e-6: [large] * rounds})
+    monkeypatch.setattr(
+        loops, "measured_loop", lambda setting, model, amplitude, rounds, generator: asked.append((amplitude, rounds)) or again
+    )
+    monkeypatch.setattr(loops, "led", lambda setting, model, turns, speed: asked.append(turns) or SimpleNamespace(sensed=None))
+    for name in ("bench_of", "sensor_numbers"):
+        monkeypatch.setattr(loops, name, lambda passed: None)
+    monkeypatch.setattr(loops, "sensor_says", lambda *passed: "")
+    bench = Bench([], virtual_rig="rig")
+    bench |= {("measurement", "repeats"): 2.0, ("measurement", "noise"): 1e-4, ("measurement", "speed"): 1e-6}
+    item = loops.figure_5(bench)
+    assert (item.verdict, asked) == (verdict, [(4e-6, 2), [4e-6, -4e-6, 4e-6]])
+    assert item.numbers["largest_loop"] == [bottom, 0.04]
+    assert item.numbers["forward_tips"] == list(tops)
+    assert [row[:2] for row in item.tables[0].rows] == [("1.0", "2"), ("4.0", "2")]

@@ -99,8 +99,10 @@ def orders(monkeypatch):
     interrupted, ended = [], []
     monkeypatch.setattr("_thread.interrupt_main", lambda: interrupted.append(True))
     monkeypatch.setattr(worker, "os", Some(_exit=ended.append))
-    thread = Some(start=lambda: None)
-    monkeypatch.setattr(worker, "threading", Some(Thread=lambda **how: thread, Lock=threading.Lock, main_thread=threading.main_thread))
+    thread = Some(start=lambda: ended.append("begun"))
+    monkeypatch.setattr(
+        worker, "threading", Some(Thread=lambda target, daemon: thread, Lock=threading.Lock, main_thread=threading.main_thread)
+    )
     return interruption, interrupted, ended
 
 
@@ -111,7 +113,7 @@ def test_work_is_interrupted_once_for_a_cancellation(orders, text, count):
     with item.allowed():
         item._listen()
         assert len(interrupted) == count
-    assert ended == [1]  # with the server
+    assert ended == ["begun", 1]  # with the server
 
 
 def test_a_cancellation_before_the_work_interrupts_it_as_it_begins(orders):
