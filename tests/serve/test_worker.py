@@ -16,6 +16,15 @@ from bristle.server.worker import Interruption, main
 resource = pytest.importorskip("resource")
 
 
+class Output(io.StringIO):
+    """A stream of which the other side sees what was flushed."""
+
+    seen = ""
+
+    def flush(self):
+        self.seen = self.getvalue()
+
+
 @pytest.fixture
 def process(monkeypatch, tmp_path):
     """A function that lets a worker do a task: the code that it ends with, the events that it tells, and what else it did."""
@@ -30,9 +39,9 @@ def process(monkeypatch, tmp_path):
         monkeypatch.setattr(tasks, "TASKS", {"look": task})
         with pytest.raises((SystemExit, ValueError)) as ended:
             main()
-        return getattr(ended.value, "code", None), [json.loads(line) for line in output.getvalue().splitlines()], done
+        return getattr(ended.value, "code", None), [json.loads(line) for line in output.seen.splitlines()], done
 
-    done, output = [], io.StringIO()
+    done, output = [], Output()
     copied = {1: output}  # of the standard output alone
     calls = {"dup2": noted("dup2"), "chdir": noted("chdir"), "_exit": worker.sys.exit}
     monkeypatch.setattr(worker, "os", Some(dup=copied.__getitem__, fdopen=lambda stream, mode, encoding: stream, **calls))
