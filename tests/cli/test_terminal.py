@@ -40,3 +40,10 @@ def test_a_table_without_room_for_its_words_is_written_row_by_row(monkeypatch, c
         ]
     else:
         assert lines == ["Two models", "a", "  Value: 1.5", "b", "  Value: 2", f"  Note: {word}"]
+
+
+def test_letters_that_an_encoding_lacks_are_spelt_out_and_bytes_that_are_no_text_stay_an_error():
+    text, end = terminal._plain(UnicodeEncodeError("ascii", "5 µm", 2, 3, "no such letter"))
+    assert (text.isascii(), len(text) > 0, end) == (True, True, 3)
+    with pytest.raises(UnicodeDecodeError):
+        terminal._plain(UnicodeDecodeError("ascii", b"\xff", 0, 1, "no letter"))
