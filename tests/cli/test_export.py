@@ -10,6 +10,7 @@ import pytest
 from tests.cli.conftest import written_in
 
 import bristle as br
+from bristle.core import InputError
 from bristle.exports import fmu
 from bristle.files.operator import write_operator
 
@@ -164,3 +165,28 @@ def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, argum
     assert result.code == 2
     assert words in result.err.replace("\n", " ")
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c"),
+        ("export", "model.toml", "--to", "c", "--step", "1ms"),
+        ("predict", "model.toml", "log.csv", "--axis", "axis.toml"),
+        ("run", "experiment.toml"),
+        ("design", "experiment.toml"),
+        ("lab", "model.toml"),
+        ("paper", "--robust", "model.toml"),
+        ("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py"),
+        ("models", "own.py+asymmetry"),
+    ],
+)
+def test_friction_is_tried_by_each_command_that_takes_a_model(bristle, place, monkeypatch, command):
+    def refused(friction):
+        raise InputError("is not fit", path="own.py")
+
+    monkeypatch.setattr("bristle.testing.admit", refused)
+    monkeypatch.setattr("bristle.testing.admit_friction_of", refused)
+    ended = bristle(*command, *(() if command[0] == "models" else ("--out", "written")))
+    assert (ended.code, ended.err) == (2, "bristle: own.py: is not fit\n")
+    assert not Path("written").exists()

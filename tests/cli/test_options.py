@@ -7,8 +7,9 @@ from typing import Annotated
 
 import pytest
 import typer
+from tests.cli.conftest import USER_MODEL
 
-from bristle.cli import models, study
+from bristle.cli import models, options, study
 from bristle.cli.log import MOST_COLUMNS, _parts, _table
 from bristle.cli.options import (
     SIZE_SETTING,
@@ -254,3 +255,27 @@ def test_a_model_is_found_in_its_family():
     assert [member.name for member in models._selected("lugre+asymmetry")["friction"]] == ["lugre+asymmetry"]
     assert list(models._selected("inertia+gravity")) == ["plant"]
     assert list(models._families()) == ["friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"]
+
+
+def test_a_model_of_ones_own_is_tried_and_then_allowed(tmp_path, monkeypatch):
+    (tmp_path / "own.py").write_text(USER_MODEL)
+    order = []
+    monkeypatch.setattr("bristle.testing.admit", lambda model: order.append(model.name))
+    monkeypatch.setattr("bristle.files.allow", lambda content: order.append(content.source.name))
+    chosen = options.own_model(f"{tmp_path}/own.py+asymmetry", "NAME")
+    assert (chosen.name, order) == ("own+asymmetry", ["own+asymmetry", "own.py"])
+
+
+def test_a_model_that_an_experiment_identifies_is_told_with_the_error_or_as_identified_before(tmp_path, monkeypatch, capsys):
+    fit, asked = SimpleNamespace(name="lugre", error_percent=2.3456), []
+    prepared = [SimpleNamespace(name="axis", best=best, folder=Path("fit")) for best in (None, fit)]
+    monkeypatch.setattr("bristle.report.prepared.prepare", lambda content, **how: asked.append(how) or prepared)
+    monkeypatch.setattr("bristle.files.read_experiment", lambda content, **how: asked.append(how) or content.source.name)
+    (tmp_path / "a.toml").write_text("schema = 1")
+    assert options.experiment_in(tmp_path / "a.toml", allow_code=True, progress=print) == "a.toml"
+    assert capsys.readouterr().err.splitlines() == [
+        "bristle: axis: as identified before, fit",
+        "bristle: axis: identified (lugre, error 2.35 %); see fit/report.html",
+    ]
+    allowed = {"allow_code": True, "size_limit": size_limit()}
+    assert asked == [allowed | {"progress": print}, allowed]

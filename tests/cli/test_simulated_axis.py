@@ -1,5 +1,7 @@
 """The axis of the demonstration: its friction, its motion and its logs are what they are said to be."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -99,6 +101,13 @@ def test_a_move_is_a_rounded_trapezium(start, end):
     assert x.size * SAMPLE_TIME == pytest.approx(expected + 0.041, abs=2e-3)
 
 
+def test_a_move_has_its_acceleration_after_twenty_milliseconds():
+    x = axis_simulated._move(0.0, 0.1, 0.1, 2.0)
+    acceleration = np.diff(x, n=2, prepend=[0.0, 0.0]) / SAMPLE_TIME**2
+    assert acceleration[5:16] == pytest.approx(2.0 * np.arange(5, 16) / 20.0, abs=0.15)
+    assert acceleration[21:50] == pytest.approx(2.0, rel=0.05)
+
+
 def test_a_move_to_the_same_place_stands_still():
     assert axis_simulated._move(0.03, 0.03, 0.1, 2.0).tolist() == [0.03] * 41
 
@@ -126,6 +135,26 @@ def test_a_log_is_what_a_drive_would_record(tmp_path, monkeypatch):
     Recorded.status = Status.NOT_FINITE
     with pytest.raises(RuntimeError, match="the simulated axis did not run"):
         axis_simulated.write_log(tmp_path / "again.csv", 1)
+
+
+@pytest.mark.parametrize(("known", "used"), [((1e-7, 50.0), (1e-7, 50.0)), ((None, None), (0.0, np.inf))])
+def test_an_axis_that_names_neither_count_nor_limit_has_a_perfect_encoder_and_any_effort(tmp_path, monkeypatch, known, used):
+    asked = []
+
+    def run(plant, friction, law, sensor, desired, dt, **how):
+        asked.append((sensor.values["resolution"], how["limit"]))
+        velocity = np.gradient(desired[0], dt)
+        assert (desired[1].tolist(), desired[2].tolist()) == (velocity.tolist(), np.gradient(velocity, dt).tolist())
+        assert (dt, how["steps"], desired[3].any()) == (1e-3, 8, False)
+        raise InterruptedError
+
+    described = SimpleNamespace(controller=None, resolution=known[0], effort_limit=known[1])
+    monkeypatch.setattr(axis_simulated, "axis", lambda: described)
+    monkeypatch.setattr(axis_simulated, "run_closed_loop", run)
+    monkeypatch.setattr(axis_simulated, "motion", lambda seed: 1e-3 * np.arange(20.0) ** 2)
+    with pytest.raises(InterruptedError):
+        axis_simulated.write_log(tmp_path / "log.csv", 1)
+    assert asked == [used]
 
 
 def test_the_axis_follows_its_motion(tmp_path, monkeypatch):

@@ -22,3 +22,28 @@ def test_no_word_is_cut_off(width, monkeypatch, capsys):
     assert {word for text in (*HEADS[1:], *(cell for row in ROWS for cell in row)) for word in text.split()} <= words
     if any("───" in line for line in lines):
         assert max(len(line.rstrip()) for line in lines) <= width
+
+
+@pytest.mark.parametrize(("letters", "has_columns"), [(10, True), (11, False)])
+def test_a_table_without_room_for_its_words_is_written_row_by_row(monkeypatch, capsys, letters, has_columns):
+    monkeypatch.setattr(terminal, "PIPE_WIDTH", 30)
+    word = letters * "x"
+    # Two blanks and a line beside each of three columns leave 20 letters, of which Model and Value take ten.
+    terminal.show_table(Table("Two models", ("Model", "Value", "Note", "Empty"), [("a", "1.5", "", ""), ("b", "2", word, "")]))
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines() if line.strip()]
+    if has_columns:
+        assert [line.split() for line in (lines[0], lines[1], *lines[-2:])] == [
+            ["Two", "models"],
+            ["Model", "Value", "Note"],
+            ["a", "1.5"],
+            ["b", "2", word],
+        ]
+    else:
+        assert lines == ["Two models", "a", "  Value: 1.5", "b", "  Value: 2", f"  Note: {word}"]
+
+
+def test_letters_that_an_encoding_lacks_are_spelt_out_and_bytes_that_are_no_text_stay_an_error():
+    text, end = terminal._plain(UnicodeEncodeError("ascii", "5 µm", 2, 3, "no such letter"))
+    assert (text.isascii(), len(text) > 0, end) == (True, True, 3)
+    with pytest.raises(UnicodeDecodeError):
+        terminal._plain(UnicodeDecodeError("ascii", b"\xff", 0, 1, "no letter"))

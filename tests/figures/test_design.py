@@ -56,3 +56,18 @@ def test_the_scheme_of_the_rig_has_the_filter_of_the_controller_and_the_break_aw
     (axes,) = rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant).axes
     texts = {text.get_text() for text in axes.texts}
     assert {"cutoff = 400 Hz", "F_S_pos = 65.3 N", "F_S_neg = 35.2 N"} <= texts
+
+
+def test_loops_are_bars_in_the_units_of_each_quantity_and_margins_stand_beside_the_usual_least():
+    figure = loop_design.loops_proposed(["as it is", "wide"], [3e-6, None], [0.05, 0.04], [50.0, 20.0], 30.0, "rotational")
+    *_, phase = figure.axes
+    assert [axes.get_xlabel() for axes in figure.axes] == ["Error, p-p [µrad]", "Torque, rms [mN·m]", "Phase margin [°]"]
+    drawn = [[(bar.get_y() + 0.5 * bar.get_height(), bar.get_width(), bar.get_hatch()) for bar in axes.patches] for axes in figure.axes]
+    assert drawn[0] == [(0.0, pytest.approx(3.0), None)]
+    assert drawn[1] == [(0.0, pytest.approx(50.0), None), (1.0, pytest.approx(40.0), "////")]
+    assert [width for _, width, _ in drawn[2]] == [50.0, 20.0]
+    assert phase.get_lines()[0].get_xdata()[0] == 30.0
+    assert [axes.get_xlim() for axes in figure.axes] == [pytest.approx((0.0, 1.08 * most)) for most in (3.0, 50.0, 50.0)]
+    assert [axes.yaxis.label.get_visible() for axes in figure.axes] == [True, False, False]
+    empty = loop_design.loops_proposed(["alone"], [None], [None], [None], 30.0)
+    assert [axes.get_xlim()[1] for axes in empty.axes] == pytest.approx([1.08] * 3)

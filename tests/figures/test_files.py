@@ -105,6 +105,7 @@ def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
     with pytest.warns() as caught:
         files.figure_file(Lacking(), "png", "")
     assert [(item.category, str(item.message)[:7]) for item in caught] == [(DeprecationWarning, "another"), (InputWarning, "letters")]
+    assert caught[-1].filename == __file__
 
 
 def test_a_figure_of_very_many_panels_has_fewer_dots_an_inch_as_png(margins):

@@ -30,6 +30,23 @@ def test_friction_is_reported_apart_by_whether_the_axis_speeds_up():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Velocity [mm/s]", "Friction force [N]")
 
 
+@pytest.mark.parametrize(
+    ("measured", "modelled", "labels"),
+    [
+        ((2e-3, 0.02), (5e-3, 0.05), ("Velocity [mm/s]", "Friction force [mN]")),
+        ((2e-3, 0.02), (5e-3, 5.0), ("Velocity [mm/s]", "Friction force [N]")),
+        ((2e-3, 5.0), (5e-6, 0.05), ("Velocity [mm/s]", "Friction force [N]")),
+        ((2e-6, 0.02), (5e-6, 0.05), ("Velocity [µm/s]", "Friction force [mN]")),
+    ],
+)
+def test_units_of_the_first_page_are_those_of_the_larger_of_measured_and_modelled(measured, modelled, labels):
+    best = fit(PLAIN, "lugre")
+    best.traces.velocity, best.traces.friction = (np.array([-value, value]) for value in measured)
+    best.traces.acceleration = np.ones(2)
+    (axes,) = figures.first_page(best, [modelled]).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == labels
+
+
 def test_the_first_page_has_the_worst_reversal_where_a_loop_completed():
     best, curve = fit(PLAIN, "lugre"), [(-0.1, -9.0), (0.1, 9.0)]
     alone, beside = figures.first_page(best, curve), figures.first_page(best, curve, looped(PLAIN))

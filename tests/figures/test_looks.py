@@ -1,9 +1,11 @@
 """Every figure of the gallery looks as it was frozen: its panels, each line and mark with its numbers, and what stands at the axes."""
 
 import inspect
+from types import SimpleNamespace as Some
 
 import pytest
-from tests.figures.gallery import gallery
+from tests.figures import gallery as made_up
+from tests.figures.gallery import PLAIN, F, T, X, gallery, looped, simulated
 from tests.figures.looks import differences, frozen, look_of
 
 from bristle.figures import (
@@ -49,3 +51,86 @@ def test_the_gallery_draws_every_figure():
     }
     assert len(styled) > 25
     assert {name for name in styled if f"{name}(" not in inspect.getsource(gallery)} == set()
+
+
+def with_values(item, **values):
+    vars(item).update(values)
+    return item
+
+
+def loops_of(result, name, signals):
+    """A result whose two loops have these signals."""
+    for item, signal in zip((result if isinstance(result, dict) else result.variants).values(), signals, strict=True):
+        setattr(item, name, signal)
+    return result
+
+
+def compared(**values):
+    return comparison.comparison(with_values(made_up.compared(), **values)).axes
+
+
+def predicted(a, b):
+    signals = {"effort": a * F, "effort_predicted": b * F, "position": a * X, "position_predicted": b * X}
+    return fit.prediction(with_values(made_up.predicted(), half_width=None, **signals)).axes
+
+
+def turned(a, b):
+    return compared(turns=(Some(name="forward_to_backward", time=T[:90] - T[30], before=a * X[:90], after=b * X[:90]),))
+
+
+def fitted(a, b):
+    best = made_up.fit(PLAIN, "lugre")
+    with_values(best.traces, measured=a * F, predicted=b * F)
+    return fit.effort_over_time(best).axes
+
+
+def covered(a, b):
+    return recorded.recorded_curves([(a * X, a * F), (b * X, b * F)], [0.9 * a * F, 0.9 * b * F], "translational").axes
+
+
+def round_about(a, b):
+    circles = made_up.circles_of(PLAIN)
+    deviation = circles[1].deviation
+    made = [with_values(circle, deviation=1e3 * size * deviation) for circle, size in zip(circles, (a, b), strict=True)]
+    return loop_design.circles(made, "translational").axes
+
+
+def touched(a, b):
+    return small_multiples.minor_loops({"a": (a * X, a * F), "b": (b * X, b * F)}).axes
+
+
+FOLLOWED = inspect.getmodule(following_error)
+SMALLER = {"N": "mN", "mm": "µm", "N·m": "mN·m"}
+# Two signals, each so many times as large: the panel and the axis of it that both are drawn along, and its unit where one is large.
+UNITS = {
+    "effort of a log": (fitted, 0, "y", "N"),
+    "predicted effort": (predicted, 0, "y", "N"),
+    "predicted position": (predicted, 2, "y", "mm"),
+    "error over a cycle": (lambda a, b: compared(course=Some(time=T, motion=X, before=a * X, after=b * X)), 1, "y", "mm"),
+    "error at a turn": (turned, 2, "y", "mm"),
+    "friction at a speed": (lambda a, b: compared(friction_curve=[(0.01, Some(before=9.0 * a, after=9.0 * b))]), 3, "y", "N"),
+    "recorded input": (covered, 0, "x", "mm"),
+    "recorded output": (covered, 0, "y", "N"),
+    "difference of outputs": (covered, 1, "y", "N"),
+    "effort of an open loop": (lambda a, b: FOLLOWED.open_loop(loops_of(looped(PLAIN), "effort", (a * F, b * F))).axes, 3, "y", "N"),
+    "error of a loop": (lambda a, b: following_error(loops_of(looped(PLAIN), "measured", (X - a * X, X - b * X))).axes, 1, "y", "mm"),
+    "effort of a loop": (lambda a, b: following_error(loops_of(looped(PLAIN), "effort", (a * F, b * F))).axes, -1, "y", "N"),
+    "torque of a loop": (
+        lambda a, b: loop_rows.control_effort(loops_of(simulated(PLAIN), "effort", (a * F, b * F)), 0.5, (1.0, 2.0)).axes,
+        *(0, "y", "N·m"),
+    ),
+    "motion of a loop": (
+        lambda a, b: loop_rows.tracking_error(loops_of(simulated(PLAIN), "reference", (a * X, b * X)), 0.5).axes,
+        *(0, "y", "mm"),
+    ),
+    "position of a contact": (touched, 0, "x", "mm"),
+    "force of a contact": (touched, 0, "y", "N"),
+    "deviation of a circle": (round_about, 1, "y", "mm"),
+}
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_units_are_those_in_which_the_largest_signal_is_read_whichever_it_is(name):
+    draw, panel, side, unit = UNITS[name]
+    labels = [getattr(draw(*sizes)[panel], f"get_{side}label")() for sizes in ((1.0, 1e-3), (1e-3, 1.0), (1e-3, 1e-3))]
+    assert [label.partition(" [")[2] for label in labels] == [f"{unit}]", f"{unit}]", f"{SMALLER[unit]}]"]

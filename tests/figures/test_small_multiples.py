@@ -95,6 +95,14 @@ def test_turns_have_their_letters_away_from_the_middle():
     assert letters(blank) == [("a", "right")]  # the same letter at the same place is written once
 
 
+@pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 2), (4, 2)])
+def test_marked_paths_stand_in_rows_of_two(count, columns):
+    traces, turns = dict.fromkeys("abcd"[:count], (UP, FORCE)), {name: [0, 20, 41] for name in "abcd"[:count]}
+    figure = marked_path(traces, turns, "xyz", dict.fromkeys("abcd", ""))
+    assert len({round(axes.get_position().x0, 6) for axes in figure.axes}) == columns
+    assert [bool(axes.get_ylabel()) for axes in figure.axes] == [True, False, True, False][:count]
+
+
 def test_a_letter_is_written_twice_where_the_points_part():
     axes = Figure().add_subplot()
     axes.set_ylim(0.0, 100.0)

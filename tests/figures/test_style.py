@@ -363,3 +363,12 @@ def test_a_function_of_figures_draws_with_the_common_look():
 
     assert isinstance(drawn(3.0, rows=1), Drawing)
     assert drawn.__doc__ == "Words."
+
+
+def test_axes_and_grids_are_no_wider_than_any_line_and_lie_below_them():
+    narrowest = min(look["linewidth"] for look in (*style.LINES, style.REST, style.AID))
+    _, ((axes,),) = style.panels(2.0)
+    spines, grid = [axes.spines[side] for side in ("left", "bottom", "right", "top")], axes.xaxis.get_gridlines()[0]
+    assert [spine.get_visible() for spine in spines] == [True, True, False, False]
+    assert 0.0 < grid.get_linewidth() < spines[0].get_linewidth() <= narrowest
+    assert (axes.get_axisbelow(), grid.get_visible()) == (True, True)

@@ -5,7 +5,7 @@ from types import SimpleNamespace as Some
 
 import pytest
 
-from bristle.core import InputError
+from bristle.core import Axis, InputError
 from bristle.fleet.identify import Identifier, _of_estimate, fleet_of
 from bristle.fleet.plan import OF_FIT, RUN, Fleet
 from bristle.identification import models_of
@@ -150,3 +150,38 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
         Identifier(fleet(log("a")))._numbers(log("a", "1"))
     with pytest.raises(InputError, match="is translational, and this fleet is rotational"):
         Identifier(fleet(log("a"), kind="rotational"))._numbers(log("a"))
+
+
+@pytest.mark.parametrize(
+    ("axes", "fits"),
+    [
+        ([{}], True),
+        ([{}, {}, {}], True),
+        ([{}, {"gravity": True}, {}], False),
+        ([{}, {"kind": "rotational"}, {}], False),
+        ([{"plant": "oscillator"}] * 3, True),
+        ([{}, {}, {"plant": "oscillator"}], False),
+        ([{"mass": 3.0}, {"mass": 4.0}, {}], True),
+    ],
+)
+def test_axes_of_a_fleet_are_of_a_single_kind_and_plant(logs, axes, fits):
+    described = [Axis(**axis) for axis in axes]
+    if fits:
+        item = fleet_of([logs], axes=described)
+        assert [log.axis for log in item.logs] == ([0, 0, 0] if len(axes) == 1 else [0, 1, 2])
+    else:
+        with pytest.raises(InputError, match="describe axes of different kinds"):
+            fleet_of([logs], axes=described)
+
+
+def test_fleets_differ_by_the_axes_and_not_by_their_order(logs):
+    def identity(*axes):
+        return fleet_of([logs], axes=axes).described["axes"]
+
+    heavy, light = Axis(mass=4.0), Axis(mass=3.0)
+    assert identity() == []
+    assert len(identity(light)) == len(identity(light, light, light)) == 1
+    assert identity(light) != identity(heavy)
+    assert identity(light, light, heavy) == identity(heavy, light, light)
+    read, written = (Axis(mass=3.0, text=text) for text in (b"mass = 3", b"mass = 3.0"))
+    assert identity(read) != identity(written)  # of two files each counts as it is written

@@ -5,10 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bristle import friction
 from bristle.core.status import Status
 from bristle.exports.page import loop as page_loop
 from bristle.exports.page.loop import followed_described
-from bristle.lab import living
+from bristle.lab import living, page
 from bristle.lab.living import living_part, uncertainty_of
 from bristle.lab.page import hash_of, joined, policy
 from bristle.simulation import COMPENSATED
@@ -150,3 +151,26 @@ def test_a_policy_lets_run_what_it_names_and_nothing_else():
     )
     assert "'unsafe-inline'" not in text
     assert "style-src 'unsafe-inline';" in policy(["a"])
+
+
+def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
+    thinned = []
+    monkeypatch.setattr(living, "living_described", lambda *passed, **how: thinned.append((how["around"], how["thinned"])))
+    assert living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
+    ((around, envelope),) = thinned
+    assert around == 3.0
+    assert envelope(np.arange(4000.0)).size == 4000
+    assert envelope(np.arange(4001.0)).size < 4000
+
+
+def test_a_page_is_told_of_the_model_what_is_known_and_nothing_else(monkeypatch):
+    told, model = [], friction.coulomb(F_C=3.0)
+    monkeypatch.setattr(page, "paper_loop", lambda: "loop")
+    monkeypatch.setattr(page, "lab_described", lambda *passed, **options: told.append((*passed, options)) or {})
+    page.lab_page()
+    page.lab_page(model)
+    text = page.lab_page(model, mass=2.0, fastest=0.5, source="a.toml", uncertainty={}, provenance={"model": "a <file>"})
+    assert "a &lt;file&gt;" in text
+    unknown = {"uncertainty": None, "mass": None, "fastest": 0.0, "named": ""}
+    known = {"uncertainty": {}, "mass": 2.0, "fastest": 0.5, "named": "coulomb of a.toml"}
+    assert told == [("preisach_lugre", "loop", unknown), (model, "loop", unknown), (model, "loop", known)]

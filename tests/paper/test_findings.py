@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bristle.core.content import NOWHERE
-from bristle.paper.robust import findings
+from bristle.paper.robust import findings, page
 from bristle.paper.robust.findings import Claim, Interval, best_family, claims, error_of, interval, no_better, numbers, share_left
 from bristle.paper.robust.trial import Cell, Plan, Trial
 from bristle.paper.robust.truths import NOMINAL, Truth
@@ -146,3 +146,72 @@ def test_tables_have_a_row_for_each_case(trial):
 def test_margins_are_told_of_loops_without_a_model():
     table = findings.margin_table({"set_c": {"none": {"phase_deg": 45.678, "gain": 3.4567}}})
     assert table.rows == [("Set C", "nothing", "45.7", "3.46")]
+
+
+# --- the report -----------------------------------------------------------------------------------------------------
+
+
+def test_sentences_have_what_goes_and_what_is_left_by_truth(trial):
+    feedforward, both = page.words_of(trial)
+    assert feedforward == "Set A: a model, fed forward takes 60 % off, by truth, and leaves 0.60 µm."
+    assert both == "Set A: both take 73 % off, by truth, and leave 0.40 µm."
+    trial.errors[Cell("set_a", "lugre", NOMINAL, "observer_feedforward", "maxwell_slip")] = 1e-6 * np.array([0.49, 0.5, 0.51])
+    for name, size in (("thirty_sliders", 0.75), ("lugre", 3.0)):
+        trial.errors[Cell("set_a", name, NOMINAL, "feedforward", "printed")] = np.array([size * 1e-6])
+    _, printed, both, alone = page.words_of(trial)
+    assert printed == "Set A: equations (5)–(7) as printed, fed forward, take −100 to 50 % off, by truth, and leave 0.75 to 3.00 µm."
+    assert both == "Set A: both take 67 to 73 % off, by truth, and leave 0.40 to 0.50 µm."
+    assert alone == "Set A: on 1 of 2 truths the observer alone does as well as both: lugre."
+    trial.errors.clear()
+    assert page.words_of(trial) == []
+
+
+@pytest.mark.parametrize(
+    ("sliders", "other", "level", "reasons"),
+    [
+        (0.44, 0.5, "usable", ()),
+        (0.44, 0.52, "with_care", ("Set A, above 0.50 µm: lugre 0.52 µm",)),
+        (0.46, 0.5, "with_care", ("Set A, above 0.45 µm: level_1.6 0.46 µm",)),
+        (0.46, 0.52, "no", ("Set A, above 0.45 µm: level_1.6 0.46 µm", "Set A, above 0.50 µm: lugre 0.52 µm")),
+    ],
+)
+def test_the_verdict_has_each_claim_that_was_missed_and_on_which_case(trial, sliders, other, level, reasons):
+    for name, condition, size in (("thirty_sliders", "level_1.6", sliders), ("lugre", NOMINAL, other)):
+        trial.errors[Cell("set_a", name, condition, "observer_feedforward", "maxwell_slip")] = 1e-6 * np.full(3, size)
+    ruling = page.ruling_of(trial)
+    assert (ruling.level, ruling.reasons) == (level, reasons)
+
+
+def test_the_picture_has_mean_interval_and_range_under_all_conditions(trial, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(page, "errors_by_truth", lambda *passed: drawn.append(passed))
+    monkeypatch.setattr(page, "picture", lambda name, draw, *words, **published: draw())
+    trial.errors[Cell("set_a", "lugre", "level_1.6", "none", "")] = np.array([math.inf])
+    del trial.errors[Cell("set_a", "lugre", NOMINAL, "observer", "")]
+    page._picture(trial)
+    ((errors, limit, axis, word),) = drawn
+    assert (limit, axis, word) == (0.5, "Following error [µm]", "0.5 µm")
+    assert list(errors["Set A"]) == ["thirty sliders", "lugre"]
+    loops = errors["Set A"]["thirty sliders"]
+    assert list(loops) == ["nothing", "a model, fed forward", "an observer", "both"]
+    half = 4.302653 * 0.005 / math.sqrt(3.0)  # Student's factor of two degrees of freedom
+    assert loops["an observer"] == pytest.approx((0.5, 0.5 - half, 0.5 + half, 0.5, 0.6))
+    assert errors["Set A"]["lugre"]["nothing"][3:] == pytest.approx((1.5, 1.5))
+    assert errors["Set A"]["lugre"]["an observer"] == pytest.approx((math.nan, math.nan, math.nan, 0.6, 0.6), nan_ok=True)
+
+
+def test_the_report_has_conditions_tables_and_families_that_could_not_be_fitted(trial, monkeypatch):
+    shown = {}
+    monkeypatch.setattr(page, "render", lambda name, **parts: shown.update(parts))
+    monkeypatch.setattr(page, "_front", lambda trial: None)
+    monkeypatch.setattr(findings, "margins_of_sets", lambda sets: {name: {"none": {"phase_deg": 45.0, "gain": 3.0}} for name in sets})
+    for key, fit in trial.fits.items():
+        fit.friction, fit.reason = (None, "no rest in it") if key == ("lugre", "gms") else ("a model", "")
+    page.robust_report(trial, command="c", provenance={})
+    assert shown["unfitted"] == ["gms on lugre: no rest in it"]
+    assert [row[0] for row in shown["conditions"].rows] == [NOMINAL, "level_1.6"]
+    assert [len(shown[name]) for name in ("tables", "families")] == [1, 1]
+    assert [row[0] for row in shown["margins"].rows] == ["Set A"]
+    summary = page.robust_summary(trial, provenance={"a": "b"})
+    assert (summary["sentences"], summary["verdict"]["level"]) == (page.words_of(trial), "with_care")
+    assert (summary["chosen_family"], summary["provenance"]) == ("maxwell_slip", {"a": "b"})

@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bristle.core import Status
 from bristle.core.content import NOWHERE
-from bristle.paper import following
+from bristle.paper import following, tracking
+from bristle.paper.bench import Bench
 from bristle.paper.following import figure_11, figure_13, figure_14
 from bristle.paper.tracking import BEFORE, CALIBRATED, PRINTED, WITH_CONSTANT, Sound, Tracked
 from bristle.simulation.result import Statistics
@@ -179,3 +181,77 @@ def test_pictures_show_what_happens_around_the_highest_point(monkeypatch):
     settle, resolution, ranges = drawn["error_distribution"]
     assert (settle, resolution, ranges["no compensator"]) == (2.0, 1e-7, (-0.4e-6, 1.0e-6))
     assert set(list(ranges.values())[1:]) == {(-0.2e-6, 0.49e-6)}
+
+
+def test_the_error_over_the_break_away_torque_is_drawn_in_micrometres_with_its_spread(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(tracking, "error_over", lambda *passed: drawn.append(passed))
+    spread = {"following_error": {"peak_to_peak": 0.1e-6}}
+    levels = [(0.04, Loop(statistics(0.7e-6), spread=spread)), (0.05, Loop(statistics(0.5e-6)))]
+    draw, *_ = tracking.break_away_extra(SimpleNamespace(at_levels=levels))
+    draw()
+    ((torques, found, reported, *_),) = drawn
+    assert torques == pytest.approx([40.0, 50.0])
+    assert found["found"] == pytest.approx(np.array([[0.7, 0.6, 0.8], [0.5, 0.5, 0.5]]))
+    assert reported == {"the paper reports": pytest.approx(0.69)}
+
+
+def test_margins_are_the_smallest_of_all_points_at_which_the_loop_crosses_over(monkeypatch):
+    def points(*margins):
+        return [SimpleNamespace(margins=SimpleNamespace(phase=phase, gain=gain)) for phase, gain in margins]
+
+    for listed, least in ((points((50.0, 4.0), (40.0, None), (None, 3.0)), (40.0, 3.0)), (points((None, None)), (math.inf, math.inf))):
+        monkeypatch.setattr(tracking, "assess", lambda variant, listed=listed: SimpleNamespace(points=listed))
+        assert tracking.least_margins(None) == least
+
+
+def test_loops_of_sound_margins_have_a_row_each_and_those_with_a_name_a_line(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(tracking, "tracking_error", lambda *passed: drawn.append(passed))
+    sound = Sound(tracked(mine=BETTER), tracked())
+    vars(sound)["margins"] = dict.fromkeys(sound.loop.result.variants, (45.6, 3.0)) | {"mine": (41.2, 3.456)}
+    rows = {row[0]: row[1:] for row in tracking.sound_table(sound).rows}
+    assert rows["mine"] == ("", "0.600", "0.600", "41.2", "3.46")
+    assert rows[BEFORE][:2] == ("no compensator", "1.460")
+    draw, _, caption = tracking.sound_extra(sound)
+    draw()
+    ((loops, settle),) = drawn
+    assert ("mine" in loops, len(loops), settle) == (False, 4, 2.0)
+    assert "phase margins of 41° and more" in caption
+
+
+def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(monkeypatch):
+    asked, loops = [], {BEFORE: SimpleNamespace(status=Status.OK), PRINTED: SimpleNamespace(status=Status.TOLERANCE_MISSED)}
+    monkeypatch.setattr(tracking, "simulate", lambda *passed: asked.append(passed) or SimpleNamespace(variants=loops))
+    item = Tracked("set_a.toml", report=print)
+    vars(item)["experiment"] = "described"
+    assert item.result.variants is item.result.variants is loops
+    assert asked == [("described", print)]
+    loops[PRINTED].status = Status.NOT_FINITE
+    del vars(item)["result"]
+    with pytest.raises(tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: "):
+        _ = item.result
+
+
+@pytest.mark.parametrize(("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")])
+def test_7_the_rig_and_the_loop_are_told_by_their_numbers(monkeypatch, fed, word):
+    drawn = []
+    monkeypatch.setattr(tracking, "rig_layout", lambda *passed: drawn.append(passed))
+    monkeypatch.setattr(tracking, "bench_of", lambda setting: Bench(4e-4, 2.5e-4, 200.0))
+    variant = SimpleNamespace(
+        name=PRINTED,
+        run=SimpleNamespace(sample_time=5e-4, delay=1),
+        sensor=SimpleNamespace(values={"resolution": 1.25e-7}),
+        controller=SimpleNamespace(name="sliding_mode"),
+        feedforward=SimpleNamespace(friction=fed),
+    )
+    item = tracked()
+    vars(item)["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant])
+    figure = tracking.figure_7(item, SimpleNamespace(arm=item.arm))
+    assert figure.found == [
+        "A screw with a lead of 5 mm. Of an inertia of 4 kg·cm² at the screw, which is 632 kg at the table, 2.5 kg·cm² is before the "
+        "torque sensor.",
+        f"A loop at 2.0 kHz with 1 sample of delay and an encoder of 0.125 µm; control is sliding mode, the compensator {word}.",
+    ]
+    figure.draw()
+    assert drawn == [(pytest.approx((5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7)), variant)]

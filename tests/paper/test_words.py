@@ -10,8 +10,8 @@ import pytest
 from bristle import friction, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine import response
-from bristle.paper import drift, economy, paths, plane, reproduced, tracking
-from bristle.paper.bench import Record, Walk
+from bristle.paper import drift, economy, loops, paths, plane, reproduced, tracking
+from bristle.paper.bench import Record, Sensed, Walk
 from bristle.paper.drift import Rippled, torque_of
 from bristle.paper.economy import Economy
 from bristle.paper.loops import _tips
@@ -226,6 +226,49 @@ def test_a_contact_is_repeated_with_other_seeds():
     assert economy.quiet(plain) == plain
 
 
+def test_branches_from_the_lower_end_are_judged_on_motions_that_were_not_measured(monkeypatch):
+    asked, told = [], []
+
+    class Read:
+        """What is read of a contact, by its seed."""
+
+        def __init__(self, seed):
+            self.x, self.torque = np.zeros(2), np.array([0.0, {1: 10.0, 2: 8.0}.get(seed // 100, 5.0)])
+
+        def since(self, turn):
+            assert turn == 2  # the way to the lower end is left out
+            return self
+
+    def measured(setting, model, turns, generator):
+        asked.append((model.values["seed"], [round(1e6 * turn, 9) for turn in turns]))
+        return Read(model.values["seed"])
+
+    def fit(record, arm):
+        assert (record.torque[1], arm) == (5.0, ARM)
+        return None if len(asked[-1][1]) == 5 else SimpleNamespace(torque=lambda x: np.array([0.0, 9.0]))
+
+    monkeypatch.setattr(economy, "measured", measured)
+    monkeypatch.setattr(economy, "WAYS", {"way": fit})
+    setting = Told({("measurement", "branches"): [1.0, 4.0], ("measurement", "extent"): 4e-6, ("measurement", "speed"): 2e-6})
+    setting.arm = ARM
+    item = economy.economy(setting, SCATTERING, 2, lambda share, text: told.append((share, text)))
+    unseen, branches = asked[:12], asked[12:]
+    assert [seed for seed, _ in unseen] == [seed + index for index in range(6) for seed in (100, 200)]
+    for (_, path), (_, again) in zip(unseen[::2], unseen[1::2], strict=True):
+        assert path == again
+        assert path[:3] == [-4.0, 4.0, -4.0]
+        assert len(path) == 27
+        assert 2.0 < max(map(abs, path[3:])) <= 3.6
+    assert len({tuple(path) for _, path in unseen}) == 6
+    many = [-4.0, 4.0, -4.0, 4.0, -4.0, 2.0, -4.0, 0.0, -4.0, -2.0, -4.0]
+    assert branches == [(seed, path) for path in (many[:5], many) for seed in (0, 1)]
+    assert told == [(k / 4.0, f"branches measured: {count}") for k, count in enumerate((1, 1, 4, 4))]
+    assert item.errors["way"] == pytest.approx(np.array([[math.nan] * 2, [100.0 * math.sqrt(0.5) / 10.0] * 2]), nan_ok=True)
+    # Two runs differ by the scatter of both.
+    assert item.floor == pytest.approx(100.0 * math.sqrt(2.0) / 8.0 / math.sqrt(2.0))
+    assert (item.counts, item.duration) == ([1, 4], pytest.approx(4.0))
+
+
 def test_an_error_is_a_root_mean_square_in_percent_of_the_largest_torque():
     assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
 
@@ -336,3 +379,157 @@ def test_tips_of_loops_are_in_millinewton_metres_with_their_spread():
     records = [SimpleNamespace(torque=np.array([-0.1, torque])) for torque in (0.0041, 0.0043, 0.0046)]
     assert _tips(records, np.max) == "4.33 ± 0.25"
     assert _tips([SimpleNamespace(torque=np.array([-0.2, 0.1234]))], np.max) == "123.4"
+
+
+# --- figures of made-up walks ----------------------------------------------------------------------------------------
+
+
+class Bench(Told):
+    """An experiment on a bench, with contacts."""
+
+    origin, arm = None, ARM
+    operator = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.2e7, f_p=20.0)
+
+    def __init__(self, turns, **contacts):
+        super().__init__({("path", "turns"): np.array(turns), ("path", "speed"): 1e-6})
+        self.contacts = {name.replace("_", " "): model for name, model in contacts.items()}
+
+    def contact(self, name):
+        return self.contacts[name]
+
+
+def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a_factor_too_much(monkeypatch):
+    path = [-6e-6, 4e-6, -3e-6, 2e-6]
+    item = plane.figure_4(Bench(path))
+    torque, unit, signed = (
+        np.array(item.numbers[key]) for key in ("torque", "by_printed_sums_of_relays_0_and_1", "by_printed_sums_of_relays_of_both_signs")
+    )
+    half = ARM * response(Bench.operator, [-6e-6, 6e-6])[-1]
+    assert torque == pytest.approx(ARM * response(Bench.operator, path)[1:])
+    assert item.numbers["by_corrected_sums"] == pytest.approx(torque)
+    assert item.numbers["half_of_the_saturation_loop"] == pytest.approx(half)
+    assert unit == pytest.approx(torque + half)
+    assert signed == pytest.approx(0.5 * unit)
+    assert item.verdict == "found in part"
+    assert [row[:2] for row in item.tables[0].rows] == [("(a)", "(14)"), ("(b)", "(15)"), ("(c)", "(14)")]
+    assert [float(row[4].replace("−", "-")) for row in item.tables[0].rows] == pytest.approx([1e3 * half] * 3, abs=0.006)
+    assert item.found[0].endswith("at every stage, to rounding.")
+    assert f"miss by up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
+    drawn = []
+    monkeypatch.setattr(plane, "preisach_stages", lambda *passed: drawn.append(passed))
+    item.draw()
+    assert drawn == [(Bench.operator, -6e-6, path[1:], ARM, "rotational")]
+
+
+@pytest.mark.parametrize(
+    ("path", "fits"),
+    [
+        ([-6e-6, 4e-6], False),
+        ([-6e-6, 4e-6, -5.9e-6], True),
+        ([-6e-6, 4e-6, -6e-6], False),
+        ([-6e-6, 4e-6, 5e-6], False),
+        ([-6e-6, 6e-6, 1e-6], False),
+        ([-6e-6, 5.9e-6, 1e-6], True),
+        ([0.0, -1e-6, -0.5e-6], False),
+    ],
+)
+def test_4_a_path_begins_far_down_and_turns_inside_the_two_before(path, fits):
+    if fits:
+        assert len(plane.figure_4(Bench(path)).numbers["torque"]) == 2
+    else:
+        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must begin far down and turn inside"):
+            plane.figure_4(Bench(path))
+
+
+@pytest.mark.parametrize(("rig", "verdict"), [(0.019, "built in in part"), (-0.019, "built in in part"), (0.021, "refuted")])
+def test_1_lugre_misses_by_much_more_than_the_rig(monkeypatch, rig, verdict):
+    walks = {"LuGre": led(5.0, 10.0, 4.0), "virtual rig": led(5.0, 10.0, 5.0 + 10.0 * rig)}
+    monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: walks)
+    item = paths.figure_1(Bench([3e-6, 1e-6, 3e-6]))
+    assert item.verdict == verdict
+    assert item.numbers["missing_at_return"] == pytest.approx({"LuGre": -0.1, "virtual rig": rig})
+
+
+def on_bench(monkeypatch, walk_of):
+    """Let a contact that is led be this walk, and its sensor read it as it is."""
+    monkeypatch.setattr(
+        paths, "led", lambda setting, model, *path: SimpleNamespace(sensor=walk_of(model), friction=walk_of(model), sensed=None)
+    )
+    monkeypatch.setattr(paths, "repeated", lambda setting, model: [model, model])
+    monkeypatch.setattr(paths, "bench_of", lambda setting: None)
+    monkeypatch.setattr(paths, "sensor_numbers", lambda runs: {"runs": len(runs)})
+    monkeypatch.setattr(paths, "sensor_says", lambda bench, numbers, condition: f"{condition}: {numbers['runs']}")
+
+
+@pytest.mark.parametrize(("at", "verdict"), [(5.9, "refuted"), (6.0, "calibrated"), (8.0, "calibrated"), (8.1, "refuted")])
+def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict):
+    path = led(0.0, 0.94, 0.95, 1.0, x=[0.0, 1e-6, at * 1e-6, 2e-5])
+    on_bench(monkeypatch, lambda model: path)
+    monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: {"virtual rig": path, "other": path})
+    monkeypatch.setattr(paths, "holding_of", lambda model: SimpleNamespace(forward=model / ARM))
+    item = paths.figure_8(Bench([1e-5], virtual_rig=0.5, other=1.2))
+    assert item.verdict == verdict
+    assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}  # the larger of limit and top
+    assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
+    assert math.isnan(item.numbers["position_at_95_percent"]["other"])
+    with pytest.raises(InputError, match="must lead forward"):
+        paths.figure_8(Bench([0.0], virtual_rig=0.5))
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.099, "built in"), (-0.099, "built in"), (0.101, "refuted"), (-0.101, "refuted")])
+def test_9_no_run_misses_a_return_by_more_than_a_contact_that_scatters(monkeypatch, share, verdict):
+    walks = {"rig": led(10.0, 0.0, 5.0, 1.0, 5.0, 10.0), "other": led(8.0, 0.0, 5.0, 1.0, 5.0 + 10.0 * share, 8.0, 10.0, turns=range(6))}
+    on_bench(monkeypatch, walks.get)
+    item = paths.figure_9(Bench([6e-6, 0.0, 4e-6, 1e-6, 4e-6, 6e-6], virtual_rig="rig", other="other"))
+    assert item.verdict == verdict
+    assert item.numbers["missing_at_return"]["other"] == pytest.approx({"D": share, "B": 0.0})
+    assert [len(runs) for runs in item.numbers["missing_of_runs"].values()] == [2, 2]
+    assert item.found[-1] == "At this speed: 4"
+
+
+@pytest.mark.parametrize(("step", "verdict"), [(0.19e-6, "built in"), (-0.19e-6, "built in"), (0.21e-6, "refuted")])
+def test_3_an_orbit_is_closed_to_a_fiftieth_and_encloses_the_work_of_its_torque(monkeypatch, step, verdict):
+    run, width = rippled([step] * 4, 10e-6), 10e-6
+    side = np.sign(np.diff(run.x))
+    beside = np.where(np.arange(side.size) < 2, 6.0, 3.0)  # before the first cycle it is pushed over break-away
+    run = run._replace(cycles=run.cycles[1:], sensed=Sensed(2.0 * side, 2.0 * side, beside * side))
+    monkeypatch.setattr(drift, "rippled", lambda setting, model: run)
+    monkeypatch.setattr(drift, "bench_of", lambda setting: None)
+    monkeypatch.setattr(drift, "sensor_says", lambda *passed: "")
+    item = drift.figure_3(Bench([], virtual_rig="rig"))
+    assert item.verdict == verdict
+    assert item.numbers["share_of_the_orbit"]["virtual rig"] == pytest.approx(abs(step) / run.width)
+    # There and back, but for the step that stays.
+    assert item.numbers["work_of_friction"] == pytest.approx([2.0 * (2.0 * width - step) / ARM] * 2)
+    assert item.numbers["work_by_torque_sensor"] == pytest.approx([3.0 * (2.0 * width - step) / ARM] * 2)
+    assert [item.numbers[f"torque_sensor{part}"]["apart"] for part in ("", "_at_break_away")] == pytest.approx([0.5, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("bottom", "tops", "verdict"),
+    [
+        (-0.03, (0.04, 0.042), "built in"),
+        (-0.0395, (0.04, 0.042), "refuted"),
+        (-0.03, (0.04, 0.0405), "refuted"),
+        (-0.05, (0.04, 0.042), "built in"),
+    ],
+)
+def test_5_loops_of_the_rig_are_uneven_and_scatter_by_more_than_the_noise(monkeypatch, bottom, tops, verdict):
+    small, large = (SimpleNamespace(torque=np.array(ends)) for ends in ((-0.01, 0.01), (bottom, 0.04)))
+    again = [SimpleNamespace(torque=np.array([bottom, top])) for top in tops]
+    asked = []
+    monkeypatch.setattr(loops, "_loops", lambda setting, rounds: {1e-6: [small] * rounds, 4e-6: [large] * rounds})
+    monkeypatch.setattr(
+        loops, "measured_loop", lambda setting, model, amplitude, rounds, generator: asked.append((amplitude, rounds)) or again
+    )
+    monkeypatch.setattr(loops, "led", lambda setting, model, turns, speed: asked.append(turns) or SimpleNamespace(sensed=None))
+    for name in ("bench_of", "sensor_numbers"):
+        monkeypatch.setattr(loops, name, lambda passed: None)
+    monkeypatch.setattr(loops, "sensor_says", lambda *passed: "")
+    bench = Bench([], virtual_rig="rig")
+    bench |= {("measurement", "repeats"): 2.0, ("measurement", "noise"): 1e-4, ("measurement", "speed"): 1e-6}
+    item = loops.figure_5(bench)
+    assert (item.verdict, asked) == (verdict, [(4e-6, 2), [4e-6, -4e-6, 4e-6]])
+    assert item.numbers["largest_loop"] == [bottom, 0.04]
+    assert item.numbers["forward_tips"] == list(tops)
+    assert [row[:2] for row in item.tables[0].rows] == [("1.0", "2"), ("4.0", "2")]

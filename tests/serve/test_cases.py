@@ -4,9 +4,10 @@ import asyncio
 import time
 
 import pytest
+from starlette.requests import ClientDisconnect
 
 from bristle.core.errors import InputError
-from bristle.server.cases import Case, Cases, Job, Part, RefusedRequestError, StoredFile, _last_of, label_of
+from bristle.server.cases import Case, Cases, Job, Part, RefusedRequestError, StoredFile, _last_of, announced_by, json_of, label_of, stored
 from bristle.server.limits import Limits
 
 
@@ -299,3 +300,63 @@ def test_a_label_is_short_and_keeps_its_ending():
     assert len(label) == 104
     assert label_of("log." + "y" * 30) == "log." + "y" * 10
     assert label_of("a%20b.csv") == "a b.csv"
+
+
+# --- bodies of requests ---------------------------------------------------------------------------------------------
+
+
+class Request:
+    """A request whose body comes in pieces; a piece may be an error, or seconds to wait."""
+
+    def __init__(self, *pieces, size=None):
+        self.pieces, self.headers = pieces, {} if size is None else {"content-length": str(size)}
+
+    async def stream(self):
+        for piece in self.pieces:
+            if isinstance(piece, Exception):
+                raise piece
+            if isinstance(piece, float):
+                await asyncio.sleep(piece)
+            else:
+                yield piece
+
+
+@pytest.mark.parametrize("size", [None, 5])
+def test_a_body_is_stored_whole_and_its_size_is_returned(tmp_path, size):
+    assert asyncio.run(stored(Request(b"ab", b"", b"cde", size=size), tmp_path / "log", 5, 1.0)) == 5
+    assert (tmp_path / "log").read_bytes() == b"abcde"
+    assert asyncio.run(stored(Request(), tmp_path / "empty", 5, 1.0)) == 0
+
+
+@pytest.mark.parametrize(
+    ("request_", "status", "words"),
+    [
+        (Request(b"abc", b"def"), 413, "is larger than is taken.*up to 5 B"),
+        (Request(b"ab", size=6), 413, "is larger than is taken"),
+        (Request(b"ab", 5.0, b"c"), 408, "has said nothing for 0.02 s"),
+        (Request(b"ab", ClientDisconnect()), 400, "was broken off"),
+    ],
+)
+def test_a_body_that_is_refused_leaves_no_file(tmp_path, request_, status, words):
+    with pytest.raises(RefusedRequestError, match=words) as refused:
+        asyncio.run(stored(request_, tmp_path / "log", 5, 0.02))
+    assert refused.value.status == status
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_there_is_not_written_over(tmp_path):
+    (tmp_path / "log").write_bytes(b"mine")
+    with pytest.raises(FileExistsError):
+        asyncio.run(stored(Request(b"ab"), tmp_path / "log", 5, 1.0))
+
+
+def test_a_message_is_a_json_object_and_nothing_else():
+    assert asyncio.run(json_of(Request(b'{"task":', b' "look"}'), 100, 1.0)) == {"task": "look"}
+    for text in (b"[1]", b"{", b"\xff", b"null", b"[" * 99_999):
+        with pytest.raises(RefusedRequestError, match="must be a JSON object") as refused:
+            asyncio.run(json_of(Request(text), 100_000, 1.0))
+        assert refused.value.status == 400
+
+
+def test_a_head_that_is_silent_on_the_size_states_none():
+    assert (announced_by(Request()), announced_by(Request(size=7))) == (0, 7)

@@ -65,6 +65,7 @@ def test_a_short_curve_keeps_all_of_its_points():
     assert [len(row) for row in rows] == 3 * [2 * BUCKETS]
     assert rows[0] == time.tolist()
     assert rows[2] == pytest.approx(2.0 * signal, rel=1e-7)
+    assert [len(thinned(np.arange(float(count)), np.arange(float(count)))[0]) for count in (3000, 3001)] == [3000, 3000]
 
 
 def test_a_long_curve_keeps_its_ends_and_every_extreme():

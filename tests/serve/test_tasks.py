@@ -218,3 +218,27 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
     shutil.rmtree(errand([]).folder / "motion")
     tasks.excite(errand([]))
     assert (requested[1]["duration"], requested[1]["travel"], requested[1]["purposes"]) == ("60 s", None, None)
+
+
+@pytest.mark.parametrize(
+    ("level", "fits", "table", "shown"),
+    [("usable", 1, None, set()), ("with_care", 2, "table", {"comparison", "drive"}), ("measure_again", 1, "table", {"drive"})],
+)
+def test_findings_are_those_of_the_best_fit(monkeypatch, level, fits, table, shown):
+    from bristle.report.table import Table
+
+    for module, name in (("model_tables", "parameter_table"), ("model_tables", "comparison_table"), ("model_tables", "drive_rows")):
+        monkeypatch.setattr(f"bristle.report.{module}.{name}", lambda *passed, name=name: Table(name, ("A",), [("1",)]))
+    judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
+    monkeypatch.setattr("bristle.report.judgement.judged", lambda *passed: judgement)
+    monkeypatch.setattr("bristle.report.identification.answers", lambda *passed, usable: {"usable": usable})
+    monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ["doubtful"])
+    signals = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(("time", "measured", "predicted", "velocity", "friction"))}
+    best = SimpleNamespace(plant=SimpleNamespace(kind="rotational"), traces=SimpleNamespace(**signals, residual=np.ones(3)))
+    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", notes=["a note"], fits=[best] * fits)
+    data = tasks._findings(identified, SimpleNamespace(following=None, simulation=None, table=table, command="bristle identify"))
+    assert data["answers"] == {"usable": level != "measure_again"}
+    assert {name for name in ("comparison", "drive") if data[name] is not None} == shown
+    assert (data["kind"], data["warnings"], data["notes"], data["verdict"]) == ("rotational", ["doubtful"], ["a note"], {"level": level})
+    assert data["time"] == [[0.0, 1.0, 2.0], [10.0, 11.0, 12.0], [20.0, 21.0, 22.0]]
+    assert data["velocity"] == [[30.0, 31.0, 32.0], [40.0, 41.0, 42.0], [39.0, 40.0, 41.0]]

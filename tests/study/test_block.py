@@ -152,3 +152,16 @@ def test_a_fed_forward_model_and_another_variant_are_placed_apart(bench):
     assert "friction" not in plain
     assert stiff["friction"] == {"compare.stiff.friction.F_C": "F_C"}
     assert "controller" not in stiff  # whose gain is its own
+
+
+@pytest.mark.parametrize(("number", "is_direct"), [(0, False), (5, True), (11, False)])
+def test_the_first_and_the_last_run_decide_whether_values_are_set_directly(bench, monkeypatch, number, is_direct):
+    study = bench.study()
+    changed = row_of(study.values(Block(number, number + 1)), 0)
+    models = Varied.models
+
+    def heavier(self, values, *further):
+        return models(self, values | {"plant.M": 2.0 * values["plant.M"]} if values == changed else values, *further)
+
+    monkeypatch.setattr(Varied, "models", heavier)
+    assert Varied(study).is_direct is is_direct

@@ -155,6 +155,7 @@ def test_columns_have_their_role_and_unit():
     assert [columns[name]["role"] for name in ("run", "friction.K[1]", "plant.b", "motion.rms")] == ["run", "drawn", "grid", "metric"]
     assert [columns[name]["unit"] for name in ("run", "friction.K[1]", "plant.b", "motion.rms")] == ["", "N/m", "kg", "m"]
     assert columns["motion.rms"]["description"] == "position, rms"
+    assert study(rows=1, block=99).columns == columns
 
 
 def test_steps_are_those_of_all_variants():

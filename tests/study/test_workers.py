@@ -1,7 +1,13 @@
 """What hands out blocks: each comes back once, a fault is told where a person can read of it, and other software is refused."""
 
+import asyncio
 import hashlib
+import io
 import logging
+import pickle
+import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import CancelledError, Future
@@ -234,3 +240,130 @@ def test_a_crew_yields_the_blocks_that_were_simulated_and_ends_the_processes(mon
     arrived = dict(crew.results(BLOCKS))
     assert {block.first: columns["run"] for block, columns in arrived.items()} == {k: k for k in range(9) if k != 4}
     assert crew.processes == set()
+
+
+class Dask:
+    """A library whose scheduler and workers are there, or are not."""
+
+    class Security:
+        def get_connection_args(self, role):
+            return {"role": role}
+
+    def __init__(self, scheduler=None, workers=None):
+        self.scheduler, self.workers, self.calls = scheduler, workers, []
+        self.rpc = self.Client = self
+
+    def __call__(self, address, **options):
+        self.calls.append((address, options))
+        return self
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, *ends):
+        pass
+
+    async def identity(self):
+        if self.scheduler is not None:
+            raise self.scheduler
+
+    def wait_for_workers(self, count, timeout):
+        self.calls.append((count, {"timeout": timeout}))
+        if self.workers is not None:
+            raise self.workers
+
+    def close(self, timeout):
+        self.calls.append(("close", {"timeout": timeout}))
+
+
+def test_a_cluster_is_connected_to_for_a_while_and_left_again(cluster):
+    cluster._library = library = Dask()
+    with cluster._connected() as client:
+        assert client is library
+        assert [name for name, _ in library.calls] == ["tcp://a:1", "tcp://a:1", 1]
+        assert library.calls[0][1] == {"connection_args": {"role": "client"}}
+        assert library.calls[1][1]["set_as_default"] is False
+        assert library.calls[1][1]["timeout"] < library.calls[2][1]["timeout"]
+    assert library.calls[3][0] == "close"
+
+
+@pytest.mark.parametrize(
+    ("library", "words", "closed"),
+    [
+        (
+            Dask(scheduler=OSError("nobody")),
+            "--scheduler: no scheduler of Dask answers there.*nobody.*tcp://a:1.*dask worker tcp://a:1",
+            False,
+        ),
+        (Dask(workers=TimeoutError("late")), "--scheduler: it has no workers.*late.*tcp://a:1", True),
+    ],
+)
+def test_a_cluster_that_does_not_answer_is_reported_by_the_missing_part(cluster, library, words, closed):
+    cluster._library = library
+    with pytest.raises(InputError, match=words), cluster._connected():
+        pass
+    assert (library.calls[-1][0] == "close") is closed
+
+
+def test_a_scheduler_that_is_silent_is_given_up(cluster, monkeypatch):
+    cluster._library = Dask()
+    monkeypatch.setattr(cluster._library, "identity", lambda: asyncio.sleep(60.0))
+    monkeypatch.setattr(workers, "ANSWERS", 0.05)
+    with pytest.raises(InputError, match="no scheduler of Dask answers there"), cluster._connected():
+        pass
+
+
+def test_a_process_is_asked_by_a_message_and_answers_by_another():
+    orders, crew = io.BytesIO(), Crew(None, 1)
+    process = Some(stdin=orders, stdout=io.BytesIO(pickle.dumps(("done", {"a": 1}))))
+    assert crew._asked(process, BLOCKS[3]) == ("done", {"a": 1})
+    assert pickle.loads(orders.getvalue()) == BLOCKS[3]
+    with pytest.raises(EOFError):
+        crew._asked(process, BLOCKS[3])
+
+
+def test_a_process_has_a_single_thread_for_linear_algebra_and_finds_the_same_modules(monkeypatch):
+    begun, asked, crew = [], [], Crew("study", 1, "make")
+    monkeypatch.setattr(workers.subprocess, "Popen", lambda command, **how: begun.append((command, how)) or Fake())
+    monkeypatch.setattr(crew, "_asked", lambda process, message: asked.append(message))
+    assert crew._process() is crew._process()
+    ((_, _, code), how), *others = begun
+    assert (len(others), asked) == (0, [("make", "study")])
+    assert repr(workers.sys.path) in code
+    assert code.endswith("serve()")
+    assert {how["env"][name] for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {"1"}
+    assert (how["stdin"], how["stdout"], how["stderr"]) == (subprocess.PIPE, subprocess.PIPE, subprocess.DEVNULL)
+
+
+def test_a_worker_answers_that_it_is_ready_and_then_each_block_in_turn(monkeypatch):
+    class Answers(io.BytesIO):
+        def flush(self):
+            if self.getvalue().count(b"failed"):
+                raise InterruptedError
+
+    def columns(block):
+        return {"run": [4, 5]} if block.first == 4 else 1 / 0
+
+    def thread(target, args, daemon):
+        def start():
+            with pytest.raises(SystemExit, match="0"):  # once the input ends
+                target(*args)
+
+        return Some(start=start)
+
+    answers, done = Answers(), []
+    messages = b"".join(map(pickle.dumps, ((workers.Simulator, "study"), Block(4, 6), Block(6, 7))))
+    monkeypatch.setattr(workers.Simulator, "__init__", lambda self, study: done.append(study))
+    monkeypatch.setattr(workers.Simulator, "columns", lambda self, block: columns(block))
+    calls = {"dup": lambda number: number, "dup2": lambda *passed: done.append(passed), "open": lambda *how: "nowhere"}
+    monkeypatch.setattr(workers, "os", Some(fdopen=lambda number, mode: answers, devnull="", O_WRONLY=1, _exit=sys.exit, **calls))
+    monkeypatch.setattr(workers, "threading", Some(Thread=thread))
+    monkeypatch.setattr(workers.sys, "stdin", Some(buffer=io.BytesIO(messages)))
+    monkeypatch.setattr(workers.signal, "signal", lambda *passed: done.append(passed))
+    with pytest.raises(InterruptedError):
+        workers.serve()
+    told = io.BytesIO(answers.getvalue())
+    assert [pickle.load(told), pickle.load(told)] == [("ready", None), ("done", {"run": [4, 5]})]
+    outcome, trace = pickle.load(told)
+    assert (outcome, "ZeroDivisionError" in trace) == ("failed", True)
+    assert {(signal.SIGINT, signal.SIG_IGN), ("nowhere", 1), "study"} <= set(done)

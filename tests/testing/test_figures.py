@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bristle.figures import ReportFigure, load_figure_file, style
 from bristle.testing import check_figure
-from bristle.testing.figures import EXAMPLES, example_facts
+from bristle.testing.figures import EXAMPLES, _log, example_facts
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 COUNT = iter(range(1000))
@@ -116,3 +117,17 @@ def test_what_a_figure_writes_to_results_is_lost():
     zeroed = figure_of(changed(lambda figure, axes, result: result.best.traces.measured.fill(0.0)), takes="identification")
     assert unmet(zeroed) == []
     assert (example_facts("translational")["identification"].best.traces.measured == before).all()
+
+
+def test_an_example_log_is_that_of_an_axis_whose_mass_and_friction_are_known():
+    log = _log("rotational", 1, 2e-5)
+    t, x, reference, effort = (getattr(log, name).values for name in ("time", "position", "reference", "effort"))
+    assert (log.kind, t[-1], t.size) == ("rotational", pytest.approx(5.999), 6000)
+    assert 0.02 < np.max(np.abs(reference)) <= 0.03
+    velocity = np.gradient(reference, t)
+    columns = np.column_stack([np.gradient(velocity, t), np.sign(velocity), velocity])
+    found, *_ = np.linalg.lstsq(columns, effort, rcond=None)
+    assert found == pytest.approx([12.0, 5.0, 80.0], rel=0.02)
+    assert np.std(effort - columns @ found) == pytest.approx(0.2, rel=0.05)
+    late = (reference - x) * np.sign(velocity)
+    assert (np.mean(late), np.std(late)) == (pytest.approx(2e-5, rel=0.01), pytest.approx(1e-6, rel=0.05))

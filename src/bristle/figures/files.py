@@ -68,7 +68,7 @@ def _one_remark_on_letters() -> Iterator[None]:
         warnings.warn(
             "letters of a name are not in the fonts of the figures and stand as boxes in pdf and png; svg has them",
             InputWarning,
-            stacklevel=2,
+            stacklevel=4,  # whoever asked for the file
         )
 
 
