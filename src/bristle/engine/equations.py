@@ -108,7 +108,7 @@ def contact_step(friction: Model, dt: float) -> Advance:
     def step(state: np.ndarray, velocity: float) -> tuple[float, np.ndarray]:
         position, friction_state, memory = np.split(state, cuts)
         position += velocity * dt
-        force = np.empty_like(v := np.full(1, velocity))
+        v, force = np.full(1, velocity), np.empty(1)
         entry(contact.parameters, friction_state, memory, v, position, around, dt, force)
         contact.state = friction_state
         warn_of_lost(contact)
