@@ -37,6 +37,14 @@ def test_rows_are_as_wide_as_noise_of_the_speed_allows(rows):
     assert rows_of(sliding_effort(short, noise=0.0), short) is None
 
 
+def test_rows_are_no_narrower_than_a_fortieth_of_the_sampling_frequency():
+    long = sines(40.0, DT, **FAST)
+    coarsest = rows_of(sliding_effort(long, noise=0.0), long, step=2e-3)
+    assert (coarsest.width, coarsest.step) == (pytest.approx(12.5), pytest.approx(10.0 * DT))
+    quick = sines(2.5, 5e-5, **FAST)  # where that is beyond 250 Hz, it is the width
+    assert rows_of(sliding_effort(quick, noise=0.0), quick).width == pytest.approx(500.0)
+
+
 def test_the_inertia_is_that_of_the_axis_at_every_cutoff(rows):
     for cutoff in (10.0, 20.0, 40.0):
         fit = rows.fit(cutoff, 0.0, free=(True, False))
