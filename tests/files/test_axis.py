@@ -293,8 +293,15 @@ def test_a_key_that_was_removed_is_refused_by_name():
 
 @pytest.mark.parametrize(
     ("effort", "held"),
-    [({}, None), ({"held": True}, True), ({"held": False}, False), ({"hold": "zero"}, True), ({"hold": "linear"}, False)]
-    + [({"held": True, "hold": "zero"}, True), ({"held": False, "hold": "linear"}, False)],
+    [
+        ({}, None),
+        ({"held": True}, True),
+        ({"held": False}, False),
+        ({"hold": "zero"}, True),
+        ({"hold": "linear"}, False),
+        ({"held": True, "hold": "zero"}, True),
+        ({"held": False, "hold": "linear"}, False),
+    ],
 )
 def test_an_effort_is_held_where_either_key_says_so(effort, held):
     assert axis_from(changed(effort=effort)).held is held
