@@ -228,3 +228,12 @@ def test_signals_of_a_cycle_are_cut_from_its_stretch():
     stretch = replace(recording(np.arange(9.0)), error=np.arange(9.0) ** 2)
     cycle = Cycle(stretch, slice(2, 5))
     assert (cycle.count, cycle.part("error").tolist(), cycle.part("motion").tolist()) == (3, [4.0, 9.0, 16.0], [2.0, 3.0, 4.0])
+
+
+@pytest.mark.parametrize(("follows", "wider", "is_one"), [(True, 1.05, True), (True, 1.1, False), (False, 1.1, True), (False, 1.2, False)])
+def test_references_are_one_motion_within_a_fiftieth_of_the_range_and_positions_within_six(follows, wider, is_one):
+    # And within a step from sample to sample, which is a hundredth of the range here.
+    sides = [[(log(seed, sine(4, amplitude=size)), None)] for seed, size in ((1, 0.05), (2, 0.05 * wider))]
+    low, high, complete = sides_of(*sides, follows=follows, tells_effort=False)
+    assert complete
+    assert bool(set(low.kinds) & set(high.kinds)) is is_one
