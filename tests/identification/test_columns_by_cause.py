@@ -64,7 +64,7 @@ def test_the_weight_of_a_link_of_a_large_angle_only():
     assert "gravity" not in columns_by_cause(rows_of(1.2))
 
 
-@pytest.mark.parametrize("share", [0.05, 0.2, 0.6])
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.2, 0.6, 1.0])
 def test_a_fall_with_the_speed(share):
     rows = rows_of()
     speed = np.abs(rows.velocity)

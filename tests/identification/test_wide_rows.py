@@ -145,3 +145,14 @@ def test_friction_may_fall_over_these_shares_of_the_top_speed(share):
     effort, columns = stretch.weight * stretch.effort_at(stretch.time), (stretch.weight * stretch.columns).T
     left = effort - columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
     assert np.linalg.norm(left) < 1e-4 * np.linalg.norm(effort)
+
+
+def test_rows_count_by_their_speed_from_a_twentieth_of_the_top_on_and_fully_from_three(rows):
+    (stretch,) = rows.stretches
+    share = np.abs(np.interp(stretch.time, MOTION.time, MOTION.velocity)) / np.quantile(np.abs(MOTION.velocity), 0.995)
+    assert np.all(stretch.weight[share < 0.045] == 0.0)
+    assert np.max(stretch.weight[(share > 0.095) & (share < 0.105)]) == pytest.approx(0.5, abs=0.1)  # half way
+    assert np.max(stretch.weight[(share > 0.12) & (share < 0.13)]) == pytest.approx(0.844, abs=0.08)  # of a smooth rise
+    assert np.median(stretch.weight[share > 0.16]) == pytest.approx(1.0)
+    assert np.max(stretch.weight) == pytest.approx(1.0)
+    assert np.all(stretch.weight[(stretch.time < 0.49) | (stretch.time > 12.0 - 0.49)] == 0.0)
