@@ -10,8 +10,9 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, loop_of
-from bristle.identification.outputs import Effort, Position
+from bristle.identification.outputs import Effort, Mechanism, Position
 from bristle.logs.log import Log
+from bristle.plants import inertia
 
 COUNT, CYCLES = 12_000, 3000
 INDEX = np.arange(COUNT) // (COUNT // CYCLES)
@@ -176,3 +177,51 @@ def test_errors_of_a_fit_are_told_in_the_unit_of_its_signal_and_with_its_lag():
     object.__setattr__(error, "residual", lambda free: np.array([1.0, -1.0, 1.0, -1.0]))
     assert error.errors({}) == {"position_error_percent": pytest.approx(100.0 / 5.0**0.5), "position_rmse": 1.0}
     assert error.errors({LAG: 2e-3})[LAG] == 2e-3
+
+
+class Loop:
+    """A loop of five samples that ends after three, and notes what it is run with."""
+
+    count = 5
+
+    def __init__(self):
+        self.runs = []
+
+    def moved_by(self, way):
+        self.runs.append(way)
+        return self
+
+    def run(self, plant, model, sensor, *, lag, disturbance):
+        self.runs.append((plant, model, sensor.values, lag, disturbance))
+        return SimpleNamespace(command=np.array([1.0, 2.0, 3.0]), friction=np.array([4.0, 5.0, 6.0]))
+
+
+PLANT = inertia(M=2.0)
+SLIDING = friction.with_slots(friction.coulomb_viscous, [])(F_C=8.0, F_v=30.0, offset=1.5)
+
+
+def test_an_effort_in_the_loop_is_simulated_with_a_perfect_encoder_and_the_lag_that_is_sought():
+    loop = Loop()
+    item = Effort(np.zeros(5), np.zeros(5), loop)
+    for lag in ({}, {LAG: 2e-3}):
+        signal = item.simulated(Mechanism(PLANT, SLIDING, {"offset": 1.5} | lag))
+        assert signal[:3].tolist() == [1.0, 2.0, 3.0]
+        assert np.isnan(signal[3:]).all()  # where the loop left the finite numbers
+    assert [run[2]["resolution"] for run in loop.runs] == [0.0, 0.0]
+    assert [run[3:] for run in loop.runs] == [(None, None), (2e-3, None)]
+    assert (loop.runs[0][0], loop.runs[0][1], item.period) == (PLANT, SLIDING, 5)
+    assert item.leaning(Mechanism(PLANT, SLIDING, {"offset": 1.5}), np.zeros(5))[:3].tolist() == [2.5, 3.5, 4.5]
+
+
+def test_an_effort_is_read_through_the_encoder_of_the_axis_from_a_phase_that_nobody_knows():
+    loop = Loop()
+    item = Effort(np.zeros(5), np.zeros(5), loop)
+    push = np.arange(5.0)
+    change = item.read(
+        Mechanism(PLANT, SLIDING, {}), np.full(5, 0.5), push, disturbance_with(resolution=1e-3, jitter=2e-4), np.random.default_rng(1)
+    )
+    assert change[:3].tolist() == [0.5, 1.5, 2.5]
+    way, (_, _, sensor, lag, disturbance) = loop.runs
+    assert 0.0 < way < 1e-3
+    assert (sensor["resolution"], sensor["noise"], lag) == (1e-3, 2e-4, None)
+    assert disturbance.tolist() == push.tolist()

@@ -89,6 +89,23 @@ def test_without_a_word_all_coordinates_are_fitted_again():
     assert np.ptp(less, axis=0).tolist().index(0.0) == names.index("M")
 
 
+@pytest.mark.parametrize("scatter", [0.0, 0.1])
+def test_a_level_that_scatters_is_seen_with_its_size(scatter):
+    moved = sines(6.0, frequencies=(1.1, 2.9, 5.3))
+    levels = 1.0 + scatter * np.random.default_rng(2).standard_normal(200)
+    half_cycle = np.cumsum(np.diff(np.sign(moved.velocity), prepend=0.0) != 0.0)
+    noise = 0.1 * np.random.default_rng(3).standard_normal(moved.time.size)
+    effort = 12.0 * moved.acceleration + 8.0 * levels[half_cycle] * np.sign(moved.velocity) + 30.0 * moved.velocity + noise
+    dataset = treat(log_of(moved, effort), Axis(), 100.0, 5)
+    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    result = bootstrap(problem, linear(problem), 6, linear=True).scatter
+    true = float(np.std(levels[1 : half_cycle[-1]]))
+    assert result.value == pytest.approx(true, rel=0.25, abs=0.01)
+    assert result.low <= result.value <= result.high
+    if scatter:
+        assert result.low < true < result.high
+
+
 @pytest.mark.slow
 def test_the_jackknife_agrees_where_the_model_is_right(dahl):
     for name in ("F_C", "sigma_2"):
