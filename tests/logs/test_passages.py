@@ -18,8 +18,8 @@ from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
 from bristle.logs import Log
-from bristle.logs.passages import nesting, passages, passages_along
-from bristle.logs.turns import graininess, turning_points
+from bristle.logs.passages import Stretch, nesting, passages, passages_along
+from bristle.logs.turns import Leg, graininess, turning_points
 
 EXPECTED = {
     "decaying loops": "loops",
@@ -339,3 +339,35 @@ def test_data_of_a_passage_are_its_numbers_without_its_samples():
     assert data["legs"] == 1
     assert data["speeds"] == list(item.speeds)
     assert "samples" not in data
+
+
+def level_between(friction, *, count=90, begin=0.0, place=0.0):
+    """Whether a way forth over a metre and one back, from `begin` on, tell a level of friction; it depends on what is left of a way."""
+    there, back = np.linspace(0.0, 1.0, count), np.linspace(1.0 + begin, begin, count)
+    x = np.concatenate([there, back])
+    effort = np.concatenate([friction(there), -friction(1.0 + begin - back)]) + place * x
+    stretch = Stretch(1e-3 * np.arange(x.size), x, effort, 1e-6, None, 0)
+    ways = (
+        Leg(first, first + count - 1, way, 1.0, slice(first, first + count - 1), 1.0, 1.0, from_rest=False)
+        for first, way in ((0, 1.0), (count, -1.0))
+    )
+    return stretch._level_between(*ways)
+
+
+@pytest.mark.parametrize(
+    ("friction", "more", "is_level"),
+    [
+        (lambda way: 5.0 + 0.0 * way, {}, True),
+        (lambda way: 5.0 + 0.0 * way, {"place": 40.0}, True),  # a force of the place is the same on both ways
+        (lambda way: -5.0 + 0.0 * way, {}, False),  # it pushes
+        (lambda way: 5.0 * (1.0 - np.exp(-way / 0.3)), {}, False),  # it builds up from the end of each way
+        (lambda way: 5.0 * (1.0 - np.exp(-way / 0.02)), {}, True),
+        (lambda way: 5.0 + 0.0 * way, {"count": 30}, False),  # two samples between marks are too many for so few
+        (lambda way: 5.0 + 0.0 * way, {"begin": 0.55}, True),  # they share four tenths of a way
+        (lambda way: 5.0 + 0.0 * way, {"begin": 0.65}, False),
+        (lambda way: 5.0 + 4.0 * np.sin(1e4 * way), {"count": 900}, True),
+        (lambda way: 0.5 + 4.0 * np.sin(1e4 * way), {"count": 90}, False),  # it scatters by as much
+    ],
+)
+def test_a_level_of_friction_is_half_of_what_both_ways_differ_by_where_it_stays(friction, more, is_level):
+    assert level_between(friction, **more) == is_level
