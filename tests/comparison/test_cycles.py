@@ -235,7 +235,7 @@ def test_signals_of_a_cycle_are_cut_from_its_stretch():
 
 
 @pytest.mark.parametrize(("follows", "wider", "is_one"), [(True, 1.05, True), (True, 1.1, False), (False, 1.1, True), (False, 1.2, False)])
-def test_references_are_one_motion_within_a_fiftieth_of_the_range_and_positions_within_six(follows, wider, is_one):
+def test_references_are_the_same_motion_within_a_fiftieth_of_the_range_and_positions_within_six(follows, wider, is_one):
     # And within a step from sample to sample, which is a hundredth of the range here.
     sides = [[(log(seed, sine(4, amplitude=size)), None)] for seed, size in ((1, 0.05), (2, 0.05 * wider))]
     low, high, complete = sides_of(*sides, follows=follows, tells_effort=False)

@@ -29,7 +29,7 @@ def times(*stamps):
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
 @pytest.mark.parametrize("injected", [None, np.array([0.0, 2.0, -2.0, 1.0])])
-def test_a_loop_is_read_as_it_was_written(kind, injected):
+def test_a_loop_comes_back_as_written(kind, injected):
     record = LoopRecord(kind, 2.5e-4, np.array([0.1, 0.2, -0.3, 0.0]), np.array([1.0, -2.0, 3.5, 0.0]), injected)
     text = loop_text(record)
     length, force = ("m", "N") if kind == "translational" else ("rad", "N*m")
@@ -127,7 +127,7 @@ def test_gains_that_nobody_told_are_to_be_filled_in():
     assert result.loop == ""
 
 
-def test_variants_feed_forward_what_the_motion_takes_and_then_friction():
+def test_variants_feed_forward_inertia_and_then_friction():
     _, tables = following(log_of(), Axis(name="stage"), mass=3.0)
     plain, fed, compensated = tables["compare"].values()
     assert plain == {}

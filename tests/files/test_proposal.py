@@ -213,7 +213,7 @@ def test_a_velocity_is_kept_where_the_way_from_there_to_the_position_is_known(po
         ),
     ],
 )
-def test_a_column_is_written_with_what_its_unit_rests_on(channel, unit, unknown, told_by, line):
+def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown, told_by, line):
     roles = Roles({channel: Role("c", unit.strip(FILL_IN), told_by, "its name", unknown)})
     assert proposal._column_line(channel, {"column": "c", "unit": unit}, roles) == line
 

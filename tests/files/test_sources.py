@@ -25,7 +25,7 @@ def sources(tmp_path):
     return Sources(tmp_path)
 
 
-def test_each_file_is_read_once_and_told_by_what_it_is(sources):
+def test_each_file_is_read_once_and_kept_by_its_role(sources):
     axis = sources.axis("axis.toml", "axis.file")
     assert sources.axis("axis.toml", "axis.file") is axis
     assert sources.model("model.toml", "friction.file") is sources.model("model.toml", "controller.file")

@@ -235,7 +235,7 @@ def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
         ((Missing("ripple", 0.5, 1.0, period=0.008),), 4),  # cosine and sine, added to friction and in proportion to it
     ],
 )
-def test_what_is_lacking_far_from_reversals_is_explained_before_what_acts_around_them(monkeypatch, forces, more):
+def test_forces_far_from_reversals_are_explained_before_forces_around_reversals(monkeypatch, forces, more):
     rows, asked = with_residual(rows_of(), 0.0 * TIME), []
 
     def search(given, explained, names, least_share, settings):

@@ -32,7 +32,7 @@ def with_alignment(problem, held=None, **known):
     return replace(problem, dataset=replace(problem.dataset, held=held, alignment=Alignment(**known)))
 
 
-def test_what_rows_answer_to_a_parameter_adds_up_to_the_prediction(problem):
+def test_answers_of_rows_to_their_parameters_add_up_to_the_prediction(problem):
     free = {"M": 12.0, "F_C": 8.0, "F_v": 30.0, "offset": 1.5}
     assert set(problem.parameters.free) == set(free)
     together = problem.columns @ np.array([free[name] for name in problem.parameters.free])
@@ -89,7 +89,7 @@ def test_a_filter_that_was_taken_out_errs_by_its_half_square(problem, known, std
     assert problem.bend_std == 0.0
 
 
-def test_what_was_found_beforehand_errs_by_its_standard_error(problem):
+def test_a_mass_a_delay_and_a_filter_found_beforehand_err_by_their_standard_errors(problem):
     aligned = with_alignment(problem, delay=0.0, delay_half_width=1.96e-4, smoothing=2e-3, smoothing_half_width=1.96e-3)
     parameters = aligned.parameters
     fixed = {"M": Fixed(12.0, "given", half_width=0.98)}
@@ -116,7 +116,7 @@ def test_rows_are_away_two_periods_of_the_filter_from_a_reversal_and_steady_six_
     assert rows.away.turns == pytest.approx(np.ptp(rows.dataset.position) * cutoff / speed)  # of a wave that passes the filter
 
 
-def test_several_logs_are_held_out_one_by_one_and_one_in_time_blocks(problem):
+def test_several_logs_are_held_out_in_turn_and_a_single_log_in_time_blocks(problem):
     both = sliding_problem(treat_all([LOG, LOG], [STATED, STATED], 100.0, 10), PRIOR)
     name, folds = both.parts_of(4, DEFAULT)
     assert name == "logs"

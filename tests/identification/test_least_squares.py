@@ -59,7 +59,7 @@ def drawn(name, form="", low=0.0, high=1.0, quantity="1", excitation="stribeck")
         ({"name": "asymmetry", "excitation": next(iter(OF_SLOTS))}, 0.25),
     ],
 )
-def test_a_search_begins_with_what_sliding_tells_of_a_parameter(variable, value):
+def test_a_search_begins_with_parameters_of_the_sliding_fit(variable, value):
     assert np.all(drawn(**variable) == value)
 
 
@@ -71,7 +71,7 @@ def test_a_search_begins_with_what_sliding_tells_of_a_parameter(variable, value)
         ({"name": "x"}, 0.04, 40.0, 4.0 * (10.0 - 0.01) / (3.0 * np.log(10.0))),  # from a hundredth of its magnitude to ten times
     ],
 )
-def test_what_sliding_does_not_tell_is_drawn_from_its_range(variable, low, high, mean):
+def test_a_parameter_beside_sliding_is_drawn_from_its_range(variable, low, high, mean):
     values = drawn(**variable)
     assert low <= values.min() < low * 1.1
     assert high / 1.1 < values.max() <= high

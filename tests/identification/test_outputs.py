@@ -55,7 +55,7 @@ def test_the_level_of_friction_is_drawn_once_for_each_half_cycle_through_all_seg
 
 
 @pytest.mark.parametrize("unexplained", [0.5, 1.0])
-def test_what_was_left_over_keeps_its_size_and_changes_its_sign(unexplained):
+def test_a_remainder_keeps_its_size_and_changes_its_sign(unexplained):
     change = drawn(left=2.0, unexplained=unexplained).change
     assert set(change.tolist()) == {-2.0 * unexplained, 2.0 * unexplained}
 

@@ -244,7 +244,7 @@ def hiding(rows, share):
     return replace(rows, noise=rows.noise * share / calmed(rows)[1])
 
 
-def test_noise_hides_the_share_of_friction_that_the_inertia_takes_by_it(long_rows):
+def test_noise_hides_as_much_friction_as_its_inertial_force(long_rows):
     # White noise, differentiated twice up to the 50 Hz of the rows, times the inertia.
     frequency = np.fft.rfftfreq(LONG.time.size, 1e-3)
     white = 1e-6 * np.sqrt(np.mean(np.where(frequency < 50.0, (2.0 * np.pi * frequency) ** 4, 0.0)))

@@ -86,7 +86,7 @@ def test_an_integral_goes_on_where_it_ended_before_a_gap():
         ({"kind": "rotational"}, "the place means nothing"),
     ],
 )
-def test_what_means_nothing_without_a_position_is_named(stated, named):
+def test_terms_of_the_place_mean_nothing_without_a_position(stated, named):
     columns = {"time": Column("t", "", "s"), "velocity": Column("v", "", "rad/s")}
     log = recorded({"t": TIME, "v": SPEED}, Axis(columns=columns, **stated))
     assert named in log.notes[-1]
@@ -117,7 +117,7 @@ def test_resampling_is_told_from_a_tenth_of_the_sample_time_on(jitter, late, is_
         assert numbers["effort_error"] < 0.4 * numbers["position_error"]
 
 
-def test_all_channels_of_a_log_are_cut_to_a_span_and_its_segments_with_them():
+def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
     extra = {"load": Column("n", "", "N"), "time": Column("t", "", "s"), "reference": Column("q", "", "m")}
     stamps = TIME + np.where(np.arange(COUNT) >= 250, 1.0, 0.0)
     values = {"t": stamps, "q": POSITION, "u": EFFORT, "n": 1.0 + POSITION, "p": EFFORT, "k": POSITION}

@@ -66,7 +66,7 @@ def test_a_mean_of_logarithms_has_the_interval_of_student():
     assert interval == (pytest.approx(4.0 / factor), pytest.approx(4.0 * factor))
 
 
-def test_both_directions_have_one_mean_and_what_differs_between_them_is_no_scatter():
+def test_both_directions_have_a_common_mean_and_their_difference_is_no_scatter():
     facts = [(0.1, 1.0), (0.1, -1.0)] * 2
     ((mean, interval),) = break_away._estimates(legs(*facts), [[0, 1, 2, 3]], [0.1], [2.0, 8.0, 2.0, 8.0], 0.0)
     assert mean == pytest.approx(4.0)
@@ -78,7 +78,7 @@ def test_an_error_that_all_legs_share_stays_in_the_interval():
     assert interval == (pytest.approx(5.0 * math.exp(-0.0196), rel=1e-4), pytest.approx(5.0 * math.exp(0.0196), rel=1e-4))
 
 
-def test_a_force_that_goes_with_a_power_of_the_rate_has_it_at_each():
+def test_a_force_follows_its_power_of_the_rate():
     speeds = [0.1, 0.1, 1.0, 1.0]
     values = [3.0 * speed**0.25 for speed in speeds]
     estimates = break_away._estimates(legs(*((speed, 1.0) for speed in speeds)), [[0, 1], [2, 3]], [0.1, 1.0], values, 0.0)

@@ -209,7 +209,7 @@ def test_a_quarter_of_the_rows_may_be_out_of_order(share, is_order):
 
 
 @pytest.mark.parametrize(("lost", "is_bridged"), [(18, True), (19, False)])
-def test_rows_are_bridged_where_a_tenth_of_them_are_missing_at_most(lost, is_bridged):
+def test_rows_are_bridged_where_a_tenth_is_missing_at_most(lost, is_bridged):
     stamps = np.delete(EVEN, 5 + 8 * np.arange(lost))
     gaps, counts, _ = samples_between(stamps, 0.01)
     assert np.count_nonzero(counts > 1.0) == (lost if is_bridged else 0)

@@ -255,7 +255,7 @@ def test_channels_with_times_of_their_own_are_no_larger_than_is_allowed_either()
         (b"0;na\n\n1;na", (True, True), True),  # no number, and there before
     ],
 )
-def test_a_last_row_without_a_line_break_is_left_out_and_one_that_is_cut_is_refused(body, numeric, is_whole):
+def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(body, numeric, is_whole):
     layout = Layout(";", False, 4, numeric, ("t", "q"), ("", ""))
     assert _without_open_end(body + b"\n", layout, Path("log.csv"), "utf-8") == (body + b"\n", [])
     if is_whole:

@@ -369,5 +369,5 @@ def level_between(friction, *, count=90, begin=0.0, place=0.0):
         (lambda way: 0.5 + 4.0 * np.sin(1e4 * way), {"count": 90}, False),  # it scatters by as much
     ],
 )
-def test_a_level_of_friction_is_half_of_what_both_ways_differ_by_where_it_stays(friction, more, is_level):
+def test_a_level_of_friction_is_half_of_the_difference_between_both_ways(friction, more, is_level):
     assert level_between(friction, **more) == is_level

@@ -162,7 +162,7 @@ def plateaus(levels, stay, *, beside=1, still=0):
         ({"levels": 40, "stay": 20, "still": 12}, False),  # it stays elsewhere, half as long
     ],
 )
-def test_a_cut_is_a_stay_of_ten_samples_five_times_as_often_as_beside_it(shape, is_cut):
+def test_a_cut_is_a_stay_of_ten_samples_five_times_as_often_as_beside_the_extreme(shape, is_cut):
     for side in (1.0, -1.0):
         cut = clipped(side * plateaus(**shape))
         assert (cut is not None) is is_cut

@@ -150,7 +150,7 @@ def test_the_effort_is_the_column_that_tells_most_by_unit_and_by_how_it_was_got(
     assert chosen_effort(chosen, left) == chosen_effort(left, chosen) == chosen[0]
 
 
-def test_the_effort_is_the_one_that_goes_with_the_motion_of_two_that_are_called_alike():
+def test_of_two_columns_called_alike_the_effort_goes_with_the_motion():
     noise = np.random.default_rng(1).standard_normal(TIME.size)
     for order in ({"torque a": noise, "torque b": EFFORT}, {"torque b": EFFORT, "torque a": noise}):
         assert roles(t=(TIME, "s"), q=(POSITION, "m"), **order).channels["effort"].column == "torque b"
@@ -164,7 +164,7 @@ def test_the_effort_of_an_axis_is_that_with_its_number():
 
 
 @pytest.mark.parametrize(("share", "pulls"), [(0.2, False), (0.3, True)])
-def test_a_link_is_told_where_its_angle_tells_a_quarter_of_what_motion_leaves(share, pulls):
+def test_a_link_is_seen_where_its_angle_explains_a_quarter_of_the_rest(share, pulls):
     angle = 2.0 * np.pi * TIME  # at one speed its sine is no inertia and no friction
     angle += 0.02 * np.sin(40.0 * TIME)
     noise = np.random.default_rng(1).standard_normal(TIME.size)
