@@ -10,10 +10,8 @@ from bristle.core.axis import Axis, Cogging
 from bristle.core.errors import InputError
 from bristle.friction import find, with_slots
 from bristle.identification.estimation import context_of, harmonics_in, sliding_problem, told_by, with_harmonics, with_pitch
-from bristle.identification.identify import TURNS, _context, _share, _turn
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
-from bristle.identification.settings import DEFAULT
 from bristle.plants import inertia
 from bristle.plants.terms import TermedPlant, with_terms
 
@@ -119,30 +117,3 @@ def test_a_pitch_is_looked_for_from_three_turns_over_the_range_on():
     few = dataset_with((1, 5.0), turn=stroke / 4.2, noise=0.05)
     periodic = with_slots(find("coulomb_viscous"), ["periodic"])
     assert with_pitch(context_of(few, prior_of()), periodic).prior.pitch == pytest.approx(stroke / 4.2, rel=0.02)
-
-
-@pytest.mark.parametrize("harmonics", [None, (6,)])
-def test_harmonics_are_looked_for_in_a_log_where_the_axis_leaves_them_open(harmonics):
-    effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
-    axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
-    context = _context([(log_of(MOTION, effort), axis)], prior_of(), DEFAULT, None, 100.0, 4)
-    assert context.prior.plant.orders == (("motor", 2),) if harmonics is None else context.prior.plant is inertia
-
-
-def test_progress_of_fits_with_slots_is_a_share_of_all_turns():
-    shares = []
-    for turn in range(TURNS):
-        for number in range(2):
-            report = _turn(lambda share, remark: shares.append((share, remark)), turn, 2, number, "")
-            report(0.0)
-            report(0.5, "so far")
-    assert [share for share, _ in shares] == pytest.approx((np.arange(4 * TURNS) / (4.0 * TURNS)).tolist())
-    assert [remark for _, remark in shares[:2]] == ["", "so far"]
-
-
-def test_progress_is_told_with_its_task_and_its_remark():
-    messages = []
-    _share(lambda *message: messages.append(message), 4, 1, "fitting")(0.5, "start 2")
-    _share(lambda *message: messages.append(message), 4, 3, "fitting")(1.0)
-    assert messages == [(0.375, "fitting, start 2"), (1.0, "fitting")]
-    _share(None, 4, 1, "fitting")(0.5)
