@@ -29,6 +29,7 @@ def test_a_smaller_error_and_less_friction_are_found_with_their_size():
     assert holds(comparison.changes["friction.level"], -1.0)
     assert comparison.changes["effort.rms"].verdict == "lower"
     assert comparison.helped is True
+    assert codes(comparison) == {"one_recording"}
     assert (comparison.shared.cycles_before, comparison.shared.cycles_after, comparison.shared.motions) == (11, 9, 1)
     assert len(comparison.friction_curve) == 4
     assert all(holds(change, -1.0) for _, change in comparison.friction_curve)

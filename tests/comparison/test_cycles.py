@@ -66,6 +66,8 @@ def test_the_rest_before_and_behind_a_motion_belongs_to_no_cycle():
 def test_too_few_samples_are_no_cycle():
     short, long = (recording(*to_and_fro(3, half)) for half in (3, 4))
     assert cycles._complete([short]) == []
+    seven = recording([*np.tile([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.5], 3), 0.0], [3, 7, 10, 14, 17])
+    assert cycles._complete([seven]) == []
     assert spans(cycles._complete([long, short])) == [(0, 8), (8, 16), (16, 24)]
 
 
@@ -154,6 +156,8 @@ def test_a_log_with_more_samples_gives_as_many_as_the_other(times, rows):
     expected = motion[0][np.array(rows)]
     assert part.motion[: expected.size].tolist() == expected.tolist()
     assert part.motion.size == pytest.approx(500 / times, abs=1.0 if times > 1.1 else 0.3)
+    if times > 1.1:  # the last sample is there where it is due
+        assert part.motion.tolist() == expected.tolist()
     assert part.error.size == part.motion.size
 
 
@@ -228,3 +232,12 @@ def test_signals_of_a_cycle_are_cut_from_its_stretch():
     stretch = replace(recording(np.arange(9.0)), error=np.arange(9.0) ** 2)
     cycle = Cycle(stretch, slice(2, 5))
     assert (cycle.count, cycle.part("error").tolist(), cycle.part("motion").tolist()) == (3, [4.0, 9.0, 16.0], [2.0, 3.0, 4.0])
+
+
+@pytest.mark.parametrize(("follows", "wider", "is_one"), [(True, 1.05, True), (True, 1.1, False), (False, 1.1, True), (False, 1.2, False)])
+def test_references_are_the_same_motion_within_a_fiftieth_of_the_range_and_positions_within_six(follows, wider, is_one):
+    # And within a step from sample to sample, which is a hundredth of the range here.
+    sides = [[(log(seed, sine(4, amplitude=size)), None)] for seed, size in ((1, 0.05), (2, 0.05 * wider))]
+    low, high, complete = sides_of(*sides, follows=follows, tells_effort=False)
+    assert complete
+    assert bool(set(low.kinds) & set(high.kinds)) is is_one

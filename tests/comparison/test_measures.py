@@ -150,6 +150,15 @@ def test_ranges_of_speed_are_even_from_a_tenth_of_the_usual_top_to_the_largest()
     assert rows.weights.sum() == 4 * 2 * 91
 
 
+@pytest.mark.parametrize("faster", [0, 1])
+def test_ranges_of_speed_reach_to_the_largest_of_either_side(faster):
+    sides = [strokes(sliding(), sliding()), strokes(sliding(), sliding())]
+    sides[faster] = strokes(sliding(2.0 * SPEEDS), sliding(2.0 * SPEEDS))
+    edges = SlidingRows(*sides).edges
+    assert edges[-1] == pytest.approx(2.0)
+    assert edges[0] == pytest.approx(0.1 * np.quantile(np.concatenate([SPEEDS, 2.0 * SPEEDS]), 0.95), rel=0.01)
+
+
 def test_friction_is_half_of_what_the_directions_differ_by_at_each_speed():
     before, after = strokes(sliding(), sliding()), strokes(sliding(level=4.0), sliding(level=4.0))
     rows = SlidingRows(before, after)

@@ -202,6 +202,16 @@ BAD = [
     ({"controller": {"k_p": 1}}, "controller: names no model"),
     ({"controller": {"model": "cascde"}}, "controller.model: "),
     ({"controller": 3}, "controller: does not fit; found 3"),
+    ({"effort": {"held": True, "hold": "linear"}}, "effort.hold: contradicts `held`; found 'linear'"),
+    ({"effort": {"held": False, "hold": "zero"}}, "effort.hold: contradicts `held`; found 'zero'"),
+    ({"timing": {"sample_time": "1 ms", "sample_rate": "1 kHz"}}, "timing: has both a sample_time and a sample_rate"),
+    ({"timing": {"sample_rate": 0}}, "timing.sample_rate: must be positive and finite"),
+    ({"columns": {"position": None}}, "columns.position: is missing"),
+    ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness: belongs to an oscillator"),
+    ({"plant": {"damping": "1 N*s/m"}}, "plant.damping: belongs to an oscillator"),
+    ({"log": {"span": [5, 5]}}, "log.span: must rise"),
+    ({"limits": {"stroke": [0.2, 0.2]}}, "limits.stroke: must rise"),
+    ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution: must be positive and finite"),
     ({"plant": {"gravity": "link"}}, "A weight on a vertical axis is the offset, which is identified"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
     ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit behind the number"),
@@ -279,3 +289,79 @@ def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
 def test_a_key_that_was_removed_is_refused_by_name():
     with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Leave it out"):
         axis_from(changed(identification={"global_search": True}))
+
+
+@pytest.mark.parametrize(
+    ("effort", "held"),
+    [
+        ({}, None),
+        ({"held": True}, True),
+        ({"held": False}, False),
+        ({"hold": "zero"}, True),
+        ({"hold": "linear"}, False),
+        ({"held": True, "hold": "zero"}, True),
+        ({"held": False, "hold": "linear"}, False),
+    ],
+)
+def test_an_effort_is_held_where_either_key_says_so(effort, held):
+    assert axis_from(changed(effort=effort)).held is held
+
+
+def test_a_sample_rate_is_the_inverse_of_a_sample_time():
+    assert axis_from(changed(timing={"sample_rate": "4 kHz"})).sample_time == pytest.approx(2.5e-4)
+    assert axis_from(changed(timing={"sample_time": "250 us"})).sample_time == pytest.approx(2.5e-4)
+    assert axis_from(changed()).sample_time is None
+
+
+@pytest.mark.parametrize(
+    ("timing", "delay", "seeks"),
+    [({}, 0.0, True), ({"delay": "identify"}, 0.0, True), ({"delay": "-2 ms"}, -2e-3, False), ({"delay": 0.0}, 0.0, False)],
+)
+def test_a_delay_is_looked_for_unless_it_is_stated(timing, delay, seeks):
+    axis = axis_from(changed(timing=timing))
+    assert (axis.delay, axis.seeks_delay) == (delay, seeks)
+
+
+@pytest.mark.parametrize(("lag", "expected"), [(None, (0.0, False)), ("identify", (0.0, True)), ("2 ms", (2e-3, False))])
+def test_a_lag_is_looked_for_where_that_is_asked_for(lag, expected):
+    axis = axis_from(changed(effort={} if lag is None else {"lag": lag}))
+    assert (axis.lag or 0.0, axis.seeks_lag) == expected
+
+
+@pytest.mark.parametrize(("start", "expected"), [("rest", (True, False)), ("cycle", (False, True)), ("moving", (False, False))])
+def test_a_log_begins_at_rest_in_a_cycle_or_in_motion(start, expected):
+    axis = axis_from(changed(log={"start": start}))
+    assert (axis.at_rest, axis.in_cycle) == expected
+    assert axis_from(changed(identification={"rests": "keep"})).keeps_rests
+    assert not axis.keeps_rests
+
+
+def test_known_columns_are_named_by_letters_of_their_column_and_each_once():
+    axis = axis_from(changed(known=[{"column": "T motor [degC]"}, {"column": "%"}, {"column": "p", "name": "air", "optional": True}]))
+    assert [(column.column, column.name, column.optional) for column in axis.regressors] == [
+        ("T motor [degC]", "T_motor_degC", False),
+        ("%", "column_2", False),
+        ("p", "air", True),
+    ]
+    with pytest.raises(InputError, match=r"known\[1\]\.name: is there twice; found 'a_b'"):
+        axis_from(changed(known=[{"column": "a b"}, {"column": "a-b"}]))
+
+
+@pytest.mark.parametrize(("turn", "travel"), [("motor", 0.005), ("screw", 0.01)])
+def test_a_turn_of_cogging_is_that_of_the_motor_or_of_the_screw(turn, travel):
+    transmission = {"gear_ratio": 2.0, "lead": "10 mm"}
+    axis = axis_from(changed(transmission=transmission, cogging=[{"turn": turn, "harmonics": [12, 6, 12]}]))
+    assert axis.cogging[0].turn == pytest.approx(travel)
+    assert axis.cogging[0].harmonics == (6, 12)
+    assert axis_from(changed(transmission=transmission, cogging=[{"turn": turn, "harmonics": "identify"}])).cogging[0].harmonics is None
+    with pytest.raises(InputError, match=r"cogging\[0\]\.turn: needs to know how far a turn moves the axis"):
+        axis_from(changed(cogging=[{"turn": turn, "harmonics": [6]}]))
+    with pytest.raises(InputError, match=r"cogging\[1\]\.turn: is there twice"):
+        axis_from(changed(transmission=transmission, cogging=2 * [{"turn": turn, "harmonics": [6]}]))
+
+
+def test_one_radian_of_the_motor_moves_an_axis_that_turns_or_has_a_lead():
+    assert axis_from(changed()).arm is None
+    assert axis_from(changed(transmission={"gear_ratio": 2.0, "lead": "10 mm"})).arm == pytest.approx(0.005 / (2.0 * math.pi))
+    turning = {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "rad", "side": "load"}}}
+    assert axis_from(turning | {"transmission": {"gear_ratio": 50}}).arm == pytest.approx(0.02)

@@ -287,3 +287,32 @@ def test_one_mass_has_no_table(tmp_path):
 def test_variants_that_are_no_table_are_refused_by_their_key(experiment, value):
     with pytest.raises(InputError, match="compare"):
         experiment(f"compare = {value}\n{PLAIN}")
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ("", "identify.own: needs something to be fitted to"),
+        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs something to be fitted to"),
+        ('log = "log.csv"\naxis = "axis.toml"', "identify.own: is not identified"),
+        ('excite = "loop"', "identify.own: is not identified"),
+        ('excite = "lop"', "identify.own.excite: is no variant of this file; found 'lop', allowed loop. Did you mean 'loop'?"),
+        ('log = "gone.csv"', "identify.own.log: "),
+    ],
+)
+def test_a_model_is_fitted_to_logs_or_to_a_loop_that_is_excited(experiment, entries, said):
+    text = PLAIN.replace('friction = { model = "coulomb", F_C = "2.5 N" }', "")
+    text = text.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'identified = "own"')
+    with pytest.raises(InputError) as caught:
+        experiment(f'{text}[compare.loop.friction]\nmodel = "coulomb"\nF_C = 1\n[identify.own]\n{entries}\n')
+    assert said in str(caught.value)
+
+
+def test_a_loop_of_a_log_is_a_reference_with_its_own_sample_time(experiment, tmp_path):
+    t = 2e-3 * np.arange(100)
+    head = "time [s],reference [m],unexplained [N]"
+    np.savetxt(tmp_path / "loop.csv", np.column_stack((t, np.cos(t), 3.0 * t)), delimiter=",", header=head, comments="", fmt="%.15g")
+    (base,) = experiment(BY_AXIS.replace("log.csv", "loop.csv") + '[disturbance]\nfile = "loop.csv"\n').variants
+    assert base.reference.values["position"] == pytest.approx(np.cos(t))
+    assert base.run.sample_time == pytest.approx(2e-3)
+    assert base.disturbance == pytest.approx(3.0 * t)

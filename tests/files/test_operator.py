@@ -5,7 +5,7 @@ import pytest
 
 from bristle import hysteresis
 from bristle.core.errors import InputError
-from bristle.files.operator import holds_operator, read_operator, write_operator
+from bristle.files.operator import OperatorFile, contact_over, holds_operator, operator_beside, read_operator, with_operator, write_operator
 
 WRITTEN = [name for name in hysteresis.OPERATORS if name not in ("stop", "play")]
 
@@ -35,6 +35,7 @@ def test_a_table_of_many_numbers_is_written_and_read(tmp_path):
     ("was", "now", "said"),
     [
         ("schema = 1", "schema = 2", "schema"),
+        ("schema = 1", "schema = 1\noffset = 2.0", "offset: unknown key"),
         ('kind = "translational"', 'kind = "magic"', "kind: unknown kind"),
         ('model = "prandtl_ishlinskii"', 'model = "prandtl"', "operator.model"),
         ("offset = 0.0", "offset = nan", "output.offset: must be a finite number"),
@@ -53,3 +54,25 @@ def test_what_does_not_fit_is_refused(tmp_path, was, now, said):
         read_operator(tmp_path / "model.toml")
     assert said in str(caught.value)
     assert "model.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize("offset", [0.0, 2.5])
+def test_an_operator_for_a_kernel_is_named_by_its_file_or_by_its_table(tmp_path, offset):
+    component = hysteresis.prandtl_ishlinskii
+    made = component(**component.example)
+    write_operator(tmp_path / "kernel.toml", made, offset)
+    read = operator_beside(tmp_path)
+    beside = {"offset": offset} if offset else {}
+    for kernel in ("kernel.toml", {"file": "kernel.toml"}):
+        entries = {"model": "preisach_contact", "kernel": kernel}
+        assert with_operator(entries, "translational", "friction", read) == beside | {"model": "preisach_contact", "kernel": made}
+        assert with_operator(entries | {"offset": 7.0}, "translational", "friction", read)["offset"] == 7.0  # what is told goes before
+    table = {"kernel": {"model": "play", "r": "1 um"}}
+    assert with_operator(table, "translational", "friction", read)["kernel"].values == {"r": 1e-6}
+    assert with_operator({"kernel": made}, "translational", "friction", read) == {"kernel": made}
+    contact = contact_over(OperatorFile(made, offset, {}))
+    assert contact == beside | {"model": "preisach_contact", "kernel": made}
+    with pytest.raises(InputError, match=r"friction\.kernel\.model: unknown key"):
+        with_operator({"kernel": {"file": "kernel.toml", "model": "play"}}, "translational", "friction", read)
+    with pytest.raises(InputError, match=r"friction\.kernel\.file: must be the name of a file; found 3"):
+        with_operator({"kernel": {"file": 3}}, "translational", "friction", read)

@@ -1,9 +1,13 @@
 """A folder that is held open stays that folder, whatever its path leads to by now; links in it are not followed."""
 
+import errno
 import os
+import sys
+from types import SimpleNamespace
 
 import pytest
 
+from bristle.files import owned
 from bristle.files.owned import NOTE, Folder, line_of, note_in, remove_own
 
 pytestmark = pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
@@ -80,3 +84,27 @@ def test_a_note_that_lacks_what_bristle_writes_is_none(tmp_path, key):
 def test_a_note_with_a_line_that_bristle_does_not_write_is_none(tmp_path, line):
     assert note_of(tmp_path, HEAD, {"file": "a", "sha256": "00"}) is not None
     assert note_of(tmp_path, HEAD, {"file": "a"}, line) is None
+
+
+@pytest.mark.parametrize("is_held", [False, True])
+def test_windows_locks_one_byte_far_behind_the_note_and_reads_on_where_it_was(tmp_path, monkeypatch, is_held):
+    asked = []
+
+    def locking(opened, mode, count):
+        asked.append((os.lseek(opened, 0, os.SEEK_CUR), mode, count))
+        if is_held:
+            raise OSError(errno.EACCES, "held")
+
+    monkeypatch.setitem(sys.modules, "msvcrt", SimpleNamespace(locking=locking, LK_NBLCK=2))
+    (tmp_path / "note").write_bytes(b"0123456789")
+    with (tmp_path / "note").open("r+b", buffering=0) as note:
+        note.seek(4)
+        if is_held:
+            with pytest.raises(BlockingIOError):
+                owned._lock_byte(note.fileno())
+        else:
+            assert owned._lock_byte(note.fileno()) is True
+        assert note.read(2) == b"45"
+    ((place, mode, count),) = asked
+    assert place > owned.LARGEST_NOTE  # where nobody reads
+    assert (mode, count) == (2, 1)

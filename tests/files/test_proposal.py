@@ -7,6 +7,8 @@ import pytest
 
 from bristle.files import proposal
 from bristle.files.proposal import FILL_IN, missing_of, propose_axis
+from bristle.logs.roles import Role, Roles
+from bristle.logs.table import Table
 
 
 def written(folder, header, *columns, before="", name="stage.csv"):
@@ -170,3 +172,53 @@ def test_what_is_missing_is_looked_at_as_si():
     turning = proposal._assumed(tables | {"encoder": {"counts_per_rev": 4096}})
     assert (turning["kind"], turning["columns"]["position"]["unit"], turning["effort"]["constant"]) == ("rotational", "rad", "1 N*m/A")
     assert tables["columns"]["position"]["unit"] == FILL_IN
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity", "lead", "is_kept"),
+    [
+        ("mm", "mm/s", None, True),
+        ("mm", "rpm", None, False),  # of the motor: how far a turn of it moves the axis nobody says
+        ("mm", "rpm", "10 mm", True),
+        ("deg", "rpm", None, True),
+        ("count", "rpm", "10 mm", False),
+        ("mm", "count/s", "10 mm", False),
+        ("count", "count/s", None, True),
+    ],
+)
+def test_a_velocity_is_kept_where_the_way_from_there_to_the_position_is_known(position, velocity, lead, is_kept):
+    columns = {"t": T, "q": POSITION, "v": VELOCITY, "u": FRICTION}
+    table = Table(columns, {"u": "N*m" if position == "deg" else "N"}, names=tuple(columns), facts={} if lead is None else {"lead": lead})
+    channels = {"position": Role("q", position, "header", "its name"), "velocity": Role("v", velocity, "header", "its name")}
+    tables = proposal._tables(table, Roles(channels | {"effort": Role("u", table.units["u"], "header", "its name")}))
+    assert ("velocity" in tables["columns"]) is is_kept
+    assert tables["columns"]["position"] == {"column": "q", "unit": position}
+
+
+@pytest.mark.parametrize(
+    ("channel", "unit", "unknown", "told_by", "line"),
+    [
+        ("position", "mm", "", "header", 'position = { column = "c", unit = "mm" }'),
+        ("position", "mm", "", "velocity", 'position = { column = "c", unit = "mm" }  # unit from the velocity'),
+        ("reference", "?", "", "header", 'reference = { column = "c" }  # in the unit of the position'),
+        ("reference", "mm", "", "header", 'reference = { column = "c", unit = "mm" }'),
+        ("velocity", "?", "", "", 'velocity = { column = "c", unit = "?" }  # unit of the numbers: mm/s, m/min, rad/s, deg/s or rpm'),
+        (
+            "time",
+            "?",
+            "ticks",
+            "",
+            'time = { column = "c", unit = "?" }  # the file says "ticks", which is no unit that is known here; '
+            "unit of the numbers: s, ms, us or ns",
+        ),
+    ],
+)
+def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown, told_by, line):
+    roles = Roles({channel: Role("c", unit.strip(FILL_IN), told_by, "its name", unknown)})
+    assert proposal._column_line(channel, {"column": "c", "unit": unit}, roles) == line
+
+
+def test_a_column_that_was_guessed_says_why_and_a_turned_effort_that_it_is():
+    roles = Roles({"effort": Role("c", "N", "header", "it goes with the motion")})
+    line = proposal._column_line("effort", {"column": "c", "unit": "N", "sign": -1}, roles)
+    assert line.endswith("# it goes with the motion; the effort as recorded takes work out of the axis")

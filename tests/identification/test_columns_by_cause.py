@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from bristle.identification import missing_force
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import (
+    Missing,
     _LowPass,
     columns_by_cause,
     force_of,
@@ -62,7 +64,7 @@ def test_the_weight_of_a_link_of_a_large_angle_only():
     assert "gravity" not in columns_by_cause(rows_of(1.2))
 
 
-@pytest.mark.parametrize("share", [0.05, 0.2, 0.6])
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.2, 0.6, 1.0])
 def test_a_fall_with_the_speed(share):
     rows = rows_of()
     speed = np.abs(rows.velocity)
@@ -223,3 +225,30 @@ def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
     assert np.std(passed(wave)[inner]) / np.std(wave[inner]) == pytest.approx(0.5**0.5, rel=0.02)
     pair = np.column_stack([wave, np.ones_like(wave)])
     assert passed(pair)[:, 0] == pytest.approx(passed(wave))
+
+
+@pytest.mark.parametrize(
+    ("forces", "more"),
+    [
+        ((), 0),
+        ((Missing("position", 0.5, 1.0),), None),
+        ((Missing("ripple", 0.5, 1.0, period=0.008),), 4),  # cosine and sine, added to friction and in proportion to it
+    ],
+)
+def test_forces_far_from_reversals_are_explained_before_forces_around_reversals(monkeypatch, forces, more):
+    rows, asked = with_residual(rows_of(), 0.0 * TIME), []
+
+    def search(given, explained, names, least_share, settings):
+        asked.append((explained, names))
+        return (list(forces), 0.7) if len(asked) == 1 else ([Missing("lag", 0.3, 0.2)], 0.4)
+
+    monkeypatch.setattr(missing_force, "_search", search)
+    missing, left_over = missing_forces(rows, DEFAULT)
+    assert missing == (*forces, Missing("lag", 0.3, 0.2))
+    assert left_over == (0.7 if forces else 0.4)
+    (_, anywhere), (explained, around) = asked
+    assert set(around) == {"lag", "play"}
+    assert not set(anywhere) & set(around)
+    more = columns_by_cause(rows)["position"].shape[1] if more is None else more
+    assert explained.shape[1] == rows.explained.shape[1] + more
+    assert np.array_equal(explained[:, : rows.explained.shape[1]], rows.explained)

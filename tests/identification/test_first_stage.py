@@ -8,10 +8,11 @@ import pytest
 from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort
 
-from bristle.identification import identify
+from bristle.identification import first_stage, identify
+from bristle.identification.dataset import Alignment
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
 from bristle.identification.settings import DEFAULT
-from bristle.identification.wide_rows import InstrumentFit, WideRows, wide_rows
+from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs import Log
 
 DT = 1e-3
@@ -368,3 +369,45 @@ def test_an_inertia_of_which_nothing_is_known_is_none():
     assert aligned_by(plain, plain).mass is not None
     doubted = Rung(instruments(std=1.1), instruments(std=1.1))
     assert aligned_by(doubted, doubted).mass is None
+
+
+def ladder(monkeypatch, *, width=100.0, sought=True, **said):
+    """The cut-offs that are fitted, and which of their fits step on to a filter, of rows that say the same everywhere."""
+    asked = []
+
+    def fit(cutoff, delay, c=0.0, *, free, steps=STEPS):
+        asked.append((cutoff, delay, free, steps))
+        return instruments(cutoff=cutoff, **said)
+
+    rows = SimpleNamespace(dt=DT, width=width, scanned=lambda: 7e-3, find_waves=asked.append, fit=fit)
+    monkeypatch.setattr(first_stage, "wide_rows", lambda logs, axes: rows)
+    monkeypatch.setattr(first_stage, "believed", lambda rungs, dt, *, sought: ([], 1.0))
+    assert alignment_of([], [], DEFAULT, sought=sought) == Alignment(sought=sought)
+    start, *fits = asked
+    return start, fits
+
+
+@pytest.mark.parametrize(
+    ("c", "c_std", "steps_on"),
+    [(3e-6, 1e-6, True), (-3e-6, 1e-6, True), (3e-6, 1.6e-6, False), (1.9e-6, 1e-9, False), (2.1e-6, 1e-9, True), (0.0, 1e-9, False)],
+)
+def test_a_filter_of_more_than_two_milliseconds_that_is_seen_is_stepped_to(monkeypatch, c, c_std, steps_on):
+    _, fits = ladder(monkeypatch, c=c, c_std=c_std, std=1e-7)
+    assert [steps for *_, steps in fits[:3]] == ([STEPS, 1, 3] if steps_on else [STEPS, 1, STEPS])
+    assert [free for *_, free, _ in fits[:3]] == [(True, False), (True, True), (True, steps_on)]
+
+
+@pytest.mark.parametrize(("width", "lowest", "highest"), [(100.0, 4.0, 80.0), (60.0, 3.0, 48.0), (1000.0, 40.0, 110.0), (5.0, 2.0, 4.0)])
+def test_eight_cutoffs_lie_evenly_between_a_share_of_the_rows_and_their_width(monkeypatch, width, lowest, highest):
+    _, fits = ladder(monkeypatch, width=width)
+    cutoffs = [cutoff for cutoff, *_ in fits[::2]]
+    assert (cutoffs[0], cutoffs[-1], len(cutoffs)) == (pytest.approx(lowest), pytest.approx(highest), 8)
+    assert np.diff(np.log(cutoffs)) == pytest.approx(math.log(highest / lowest) / 7.0)
+
+
+def test_a_delay_is_scanned_for_where_it_is_sought(monkeypatch):
+    start, fits = ladder(monkeypatch)
+    assert (start, fits[0][1]) == (7e-3, 7e-3)
+    start, fits = ladder(monkeypatch, sought=False)
+    assert (start, fits[0][1], fits[0][2]) == (0.0, 0.0, (False, False))
+    assert fits[1][2] == (False, True)

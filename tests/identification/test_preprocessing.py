@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,8 @@ from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.preprocessing import shifted, treat
+from bristle.identification.dataset import Alignment
+from bristle.identification.preprocessing import calmed, shifted, treat
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
 
@@ -225,3 +228,53 @@ def test_the_zero_phase_filter_is_that_of_scipy_to_the_bit(shape):
 def test_a_signal_that_is_shorter_than_the_filter_reaches_is_refused():
     with pytest.raises(ValueError, match="padlen"):
         low_passed(np.zeros(15), 35.0, 1e-3)
+
+
+LONG = sines(60.0, amplitudes=(0.02, 0.004, 0.0015), frequencies=(0.5, 3.1, 7.3), phases=(0.3, 1.1, 2.5))
+
+
+@pytest.fixture(scope="module")
+def long_rows():
+    rows = treat(log_of(LONG, sliding_effort(LONG, noise=0.0)), STATED, 100.0, 10)
+    return replace(rows, alignment=Alignment(mass=TRUTH["M"], slow=20.0), noise=1e-6)
+
+
+def hiding(rows, share):
+    """The same rows with so much noise of the position that inertia takes a share of friction by it."""
+    return replace(rows, noise=rows.noise * share / calmed(rows)[1])
+
+
+def test_noise_hides_as_much_friction_as_its_inertial_force(long_rows):
+    # White noise, differentiated twice up to the 50 Hz of the rows, times the inertia.
+    frequency = np.fft.rfftfreq(LONG.time.size, 1e-3)
+    white = 1e-6 * np.sqrt(np.mean(np.where(frequency < 50.0, (2.0 * np.pi * frequency) ** 4, 0.0)))
+    friction = np.std(TRUTH["F_C"] * np.sign(LONG.velocity) + TRUTH["F_v"] * LONG.velocity)
+    rows, share = calmed(long_rows)
+    assert share == pytest.approx(TRUTH["M"] * white / friction, rel=0.05)
+    assert rows == 10
+
+
+def test_rows_stay_where_noise_hides_less_than_three_tenths_of_friction(long_rows):
+    assert calmed(hiding(long_rows, 0.29)) == (10, pytest.approx(0.29))
+    rows, share = calmed(hiding(long_rows, 0.31))
+    assert (rows > 10, share) == (True, pytest.approx(0.31))
+
+
+@pytest.mark.parametrize("share", [0.4, 1.0, 2.0])
+def test_so_few_rows_are_kept_that_noise_hides_three_hundredths_of_friction(long_rows, share):
+    noisy = hiding(long_rows, share)
+    rows, _ = calmed(noisy)
+    assert calmed(replace(noisy, decimation=rows))[1] == pytest.approx(0.03, rel=0.1)  # of whole samples
+
+
+@pytest.mark.parametrize(("seconds", "expected"), [(60.0, 59), (25.0, 24), (9.0, 10)])
+def test_a_thousand_rows_are_left_at_least(seconds, expected):
+    motion = type(LONG)(*(signal[: round(seconds / 1e-3)] for signal in LONG))
+    rows = treat(log_of(motion, sliding_effort(motion, noise=0.0)), STATED, 100.0, 10)
+    rows = hiding(replace(rows, alignment=Alignment(mass=TRUTH["M"], slow=20.0), noise=1e-6), 100.0)
+    assert calmed(rows)[0] == expected
+
+
+def test_an_inertia_that_nobody_knows_hides_nothing(long_rows):
+    assert calmed(replace(long_rows, alignment=None)) == (10, 0.0)
+    assert calmed(replace(long_rows, alignment=Alignment(slow=20.0))) == (10, 0.0)

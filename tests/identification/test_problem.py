@@ -181,3 +181,9 @@ def test_a_part_of_the_work_tells_its_share_of_all():
     listed = []
     part_of(lambda share, remark="": listed.append((share, remark)), 0.2, 0.6)(0.5, "half")
     assert listed == [(pytest.approx(0.4), "half")]
+
+
+@pytest.mark.parametrize(("count", "forces"), [(49, 1), (50, 3)])
+def test_waves_are_looked_for_in_fifty_rows_and_more(count, forces):
+    away = Away(np.ones(count, dtype=bool), np.ones(count, dtype=bool), np.linspace(0.0, 1.0, count), np.full(count, 0.1), 12.0)
+    assert away.beside(np.sin(2.0 * np.pi * 5.3 * away.position)).shape == (count, forces)

@@ -37,6 +37,14 @@ def test_rows_are_as_wide_as_noise_of_the_speed_allows(rows):
     assert rows_of(sliding_effort(short, noise=0.0), short) is None
 
 
+def test_rows_are_no_narrower_than_a_fortieth_of_the_sampling_frequency():
+    long = sines(40.0, DT, **FAST)
+    coarsest = rows_of(sliding_effort(long, noise=0.0), long, step=2e-3)
+    assert (coarsest.width, coarsest.step) == (pytest.approx(12.5), pytest.approx(10.0 * DT))
+    quick = sines(2.5, 5e-5, **FAST)  # where that is beyond 250 Hz, it is the width
+    assert rows_of(sliding_effort(quick, noise=0.0), quick).width == pytest.approx(500.0)
+
+
 def test_the_inertia_is_that_of_the_axis_at_every_cutoff(rows):
     for cutoff in (10.0, 20.0, 40.0):
         fit = rows.fit(cutoff, 0.0, free=(True, False))
@@ -137,3 +145,14 @@ def test_friction_may_fall_over_these_shares_of_the_top_speed(share):
     effort, columns = stretch.weight * stretch.effort_at(stretch.time), (stretch.weight * stretch.columns).T
     left = effort - columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
     assert np.linalg.norm(left) < 1e-4 * np.linalg.norm(effort)
+
+
+def test_rows_count_by_their_speed_from_a_twentieth_of_the_top_on_and_fully_from_three(rows):
+    (stretch,) = rows.stretches
+    share = np.abs(np.interp(stretch.time, MOTION.time, MOTION.velocity)) / np.quantile(np.abs(MOTION.velocity), 0.995)
+    assert np.all(stretch.weight[share < 0.045] == 0.0)
+    assert np.max(stretch.weight[(share > 0.095) & (share < 0.105)]) == pytest.approx(0.5, abs=0.1)  # half way
+    assert np.max(stretch.weight[(share > 0.12) & (share < 0.13)]) == pytest.approx(0.844, abs=0.08)  # of a smooth rise
+    assert np.median(stretch.weight[share > 0.16]) == pytest.approx(1.0)
+    assert np.max(stretch.weight) == pytest.approx(1.0)
+    assert np.all(stretch.weight[(stretch.time < 0.49) | (stretch.time > 12.0 - 0.49)] == 0.0)

@@ -175,3 +175,49 @@ def test_rows_are_taken_in_their_order():
     clock = grid_of(EVEN[::-1])
     assert clock.sampled(np.arange(200.0)) == pytest.approx(np.arange(199.0, -1.0, -1.0))
     assert clock.error_of(EVEN[::-1]) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("back", "said"), [(20, "1 row was out of order"), (31, "1 row was out of order"), (32, "begins anew"), (60, "begins anew")]
+)
+def test_a_clock_that_is_not_where_it_was_after_32_rows_began_anew(back, said):
+    twice = np.concatenate([EVEN[:100], EVEN[100 - back : 100] - 0.004, EVEN[100:]])
+    (note,) = order_of(twice, "log").notes
+    assert said in note
+
+
+@pytest.mark.parametrize(("count", "is_order"), [(51, True), (52, False)])
+def test_fifty_times_a_clock_may_begin_anew(count, is_order):
+    stamps = np.tile(EVEN[:40], count)
+    if is_order:
+        assert f"taken as {count} recordings" in order_of(stamps, "log").notes[0]
+    else:
+        with pytest.raises(InputError, match="is in no order: 51 of its"):
+            order_of(stamps, "log")
+
+
+@pytest.mark.parametrize(("share", "is_order"), [(0.24, True), (0.26, False)])
+def test_a_quarter_of_the_rows_may_be_out_of_order(share, is_order):
+    stamps = EVEN.copy()
+    for first in range(0, round(2 * share * 199), 2):
+        stamps[[first, first + 1]] = stamps[[first + 1, first]]
+    if is_order:
+        assert order_of(stamps, "log").stamps.tolist() == EVEN.tolist()
+    else:
+        with pytest.raises(InputError, match="is in no order"):
+            order_of(stamps, "log")
+
+
+@pytest.mark.parametrize(("lost", "is_bridged"), [(18, True), (19, False)])
+def test_rows_are_bridged_where_a_tenth_is_missing_at_most(lost, is_bridged):
+    stamps = np.delete(EVEN, 5 + 8 * np.arange(lost))
+    gaps, counts, _ = samples_between(stamps, 0.01)
+    assert np.count_nonzero(counts > 1.0) == (lost if is_bridged else 0)
+    assert np.count_nonzero(gaps) == (0 if is_bridged else lost)
+
+
+def test_so_many_different_stamps_as_are_needed_are_enough():
+    few = Order(None, np.repeat(np.arange(4.0), 3))
+    assert without_repeats(few, np.zeros(12, dtype=bool), 4, "log").stamps.size == 12
+    with pytest.raises(InputError, match="has 4 different stamps"):
+        without_repeats(few, np.zeros(12, dtype=bool), 5, "log")

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from bristle.core.content import SIZE_LIMIT
 from bristle.core.errors import InputError
 from bristle.logs import csv
+from bristle.logs.csv import _without_open_end
+from bristle.logs.layout import Layout
 from bristle.logs.table import ALL, Request, Table, split_unit
 
 HERE = Path("log.csv")
@@ -237,3 +239,29 @@ def test_channels_with_times_of_their_own_are_no_larger_than_is_allowed_either()
     assert read_csv(data, HERE).columns["b"].size == 20
     with pytest.raises(InputError, match="more than is read unasked"):
         csv.read_csv(data, Request(HERE, None, ALL, 100))
+
+
+@pytest.mark.parametrize(
+    ("body", "numeric", "is_whole"),
+    [
+        (b"0;12\n1;34", (True, True), True),
+        (b"0;12\n1;3", (True, True), False),  # shorter than any before
+        (b"0;1\n0;12\n1;3", (True, True), True),
+        (b"0;12\n1", (True, True), False),
+        (b"0;12\n1;34;5", (True, True), False),
+        (b"0;12\n1;3-", (True, True), False),
+        (b"0;off\n1;off", (True, False), True),
+        (b"0;off\n1;of", (True, False), False),
+        (b"0;na\n\n1;na", (True, True), True),  # no number, and there before
+    ],
+)
+def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(body, numeric, is_whole):
+    layout = Layout(";", False, 4, numeric, ("t", "q"), ("", ""))
+    assert _without_open_end(body + b"\n", layout, Path("log.csv"), "utf-8") == (body + b"\n", [])
+    if is_whole:
+        kept, (note,) = _without_open_end(body, layout, Path("log.csv"), "utf-8")
+        assert kept == body[: body.rindex(b"\n") + 1]
+        assert "its last row may be cut and was left out" in note
+    else:
+        with pytest.raises(InputError, match=rf"line {5 + body.count(10)}: is truncated: it ends within a row"):
+            _without_open_end(body, layout, Path("log.csv"), "utf-8")

@@ -138,3 +138,32 @@ def test_likeness_is_that_of_two_directions():
     assert likeness_of(np.array([1.0, 0.0]), np.array([3.0, 0.0])) == 1.0
     assert likeness_of(np.array([1.0, 0.0]), np.array([1.0, 1.0])) == pytest.approx(0.5**0.5)
     assert likeness_of(np.zeros(2), np.ones(2)) == 0.0
+
+
+@pytest.mark.parametrize("fall", [0.1, 0.02])
+def test_a_line_bends_with_friction_that_falls_over_a_tenth_or_a_fiftieth_of_the_largest_speed(fall):
+    drop = SIDE * np.exp(-np.abs(MOTION.velocity) / (fall * np.max(np.abs(MOTION.velocity))))
+    assert 1.0 - look_at(effort_of(noise=0.0) + 20.0 * drop).plain.explained < 2.6e-4  # of the filter; with a fall over 0.2 it is 4e-4
+
+
+@pytest.mark.parametrize("origin", [0.0, 0.3])
+def test_an_axis_sticks_where_its_effort_goes_with_the_position_wherever_zero_is(origin):
+    moved = MOTION._replace(position=MOTION.position + origin)
+
+    def sticking(effort):
+        (result,) = [item.numbers for item in checked(look_at(effort + 1e3 * origin, motion=moved).log) if item.code == "never_slides"]
+        return result
+
+    stuck = sticking(1e4 * MOTION.position + 20.0 * SIDE)
+    assert stuck["correlation"] == pytest.approx(np.corrcoef(1e4 * MOTION.position + 20.0 * SIDE, MOTION.position)[0, 1], abs=1e-3)
+    assert stuck["reach"] == pytest.approx(0.5 * np.ptp(MOTION.position), rel=1e-3)
+    assert 0.0 < stuck["percent"] < 30.0
+    heavy = look_at(effort_of(level=0.5, viscous=0.0) + 1e3 * origin, motion=moved)
+    assert "never_slides" not in {item.code for item in checked(heavy.log)}
+
+
+@pytest.mark.parametrize(
+    ("ratio", "gear"), [(2.1, "2"), (2.13, None), (0.48, "1/2"), (59.0, "60"), (3.2, "pi"), (1.1, None), (1000.0, "1000")]
+)
+def test_a_ratio_is_that_of_a_gear_within_six_hundredths(ratio, gear):
+    assert codes(velocity=ratio * MOTION.velocity).get("gear_suspect", {}).get("gear") == gear

@@ -18,8 +18,8 @@ from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
 from bristle.logs import Log
-from bristle.logs.passages import nesting, passages, passages_along
-from bristle.logs.turns import graininess, turning_points
+from bristle.logs.passages import Stretch, nesting, passages, passages_along
+from bristle.logs.turns import Leg, graininess, turning_points
 
 EXPECTED = {
     "decaying loops": "loops",
@@ -261,3 +261,113 @@ def test_sines_on_a_damper_are_oscillations_of_the_frequency_that_was_set():
         result[name] = bool(sines) and 0.9 < sines[0].legs / (2.0 * (sines[0].end - sines[0].begin)) / set_to < 1.1
     # Fast strokes of large amplitude are cut by the actuator, and are no sines.
     assert np.mean(list(result.values())) > 0.8, result
+
+
+@pytest.mark.parametrize(
+    ("turning", "depth"),
+    [
+        ([0], 1),
+        ([0, 5], 2),
+        ([0, 5, 1, 4, 2], 5),  # each inside the one before
+        ([0, 5, 1, 4, 1], 4),  # as far out as before wipes out what lies between
+        ([0, 5, 1, 4, -1], 4),
+        ([0, 5, 1, 4, 0, 4, 1, 3], 5),
+        ([0, 1, -2, 0], 3),  # farther out than where it began: the turn before it remains
+        ([0, 1, -2, 4, -3], 2),
+        ([0, 1, -1, 1, -1], 2),
+    ],
+)
+def test_a_contact_remembers_turning_points_that_lie_inside_one_another(turning, depth):
+    assert nesting(turning) == depth
+    assert nesting([-point for point in turning]) == depth
+    assert nesting([7.0 + 0.1 * point for point in turning]) == depth
+
+
+def slides(*rests):
+    """Passages of slides to and fro over 0.2 m at 0.1 m/s, with rests of so many seconds between them, and their speeds."""
+    parts = [np.zeros(600)]
+    for number, rest in enumerate([*rests, 0.6]):
+        parts += [np.full(2000, 0.1 if number % 2 == 0 else -0.1), np.zeros(round(rest / 1e-3))]
+    velocity = np.convolve(np.concatenate(parts), np.ones(20) / 20, "same")
+    position, time = np.cumsum(velocity) * 1e-3, 1e-3 * np.arange(velocity.size)
+    result = passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6)
+    return [item for item in result if item.kind != "rest"], [item for item in result if item.kind == "rest"]
+
+
+@pytest.mark.parametrize(("rest", "parted"), [(0.3, False), (0.45, False), (0.6, True), (2.0, True)])
+def test_slides_of_one_kind_are_one_passage_unless_half_a_second_of_rest_parts_them(rest, parted):
+    found, resting = slides(rest, rest)
+    assert [(item.kind, item.legs) for item in found] == ([("constant_velocity", 1)] * 3 if parted else [("constant_velocity", 3)])
+    assert len(resting) == (4 if parted else 2)
+    for item in found:
+        assert item.speeds == pytest.approx((0.1, 0.1), rel=1e-3)
+        assert item.amplitudes == pytest.approx((0.1, 0.1), rel=0.02)
+        assert (item.levels, item.depth, item.frequencies) == (1, 0, (0.0, 0.0))
+        assert (item.begin, item.end) == pytest.approx((1e-3 * item.samples.start, 1e-3 * (item.samples.stop - 1)))
+
+
+def test_passages_of_a_later_stretch_have_the_samples_of_the_whole_log():
+    time, position, velocity = there_and_back((0.2, 0.1), (-0.2, 0.1))
+    early, late = (passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6, start=start) for start in (0, 70))
+    assert [item.samples.start for item in late] == [item.samples.start + 70 for item in early]
+    assert [item.samples.stop for item in late] == [item.samples.stop + 70 for item in early]
+    assert passages_along(time[:1], position[:1], None, 1e-6) == []
+
+
+@pytest.mark.parametrize(("sizes", "levels"), [((0.2, 0.205, 0.2), 1), ((0.2, 0.24, 0.2), 2), ((0.1, 0.2, 0.3), 3)])
+def test_amplitudes_are_of_one_level_within_a_twentieth(sizes, levels):
+    ways = [(sign * size, 0.1) for size in sizes for sign in (1.0, -1.0)]
+    time, position, velocity = there_and_back(*ways)
+    found = [item for item in passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6) if item.kind != "rest"]
+    assert [item.levels for item in found] == [levels]
+    assert found[0].amplitudes == pytest.approx((0.5 * min(sizes), 0.5 * max(sizes)), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("distance", "presliding", "kind"), [(0.2, 0.09, "constant_velocity"), (0.2, 0.11, "loops"), (0.2, None, "constant_velocity")]
+)
+def test_without_an_effort_a_leg_slides_beyond_twice_the_presliding_distance(distance, presliding, kind):
+    time, position, _ = there_and_back(*3 * [(distance, 0.1), (-distance, 0.1)])
+    found = passages_along(time, position, None, 1e-6, presliding=presliding)
+    assert {item.kind for item in found} - {"rest"} == {kind}
+
+
+def test_data_of_a_passage_are_its_numbers_without_its_samples():
+    (item,), _ = slides()
+    data = item.as_data()
+    assert data["kind"] == "constant_velocity"
+    assert data["legs"] == 1
+    assert data["speeds"] == list(item.speeds)
+    assert "samples" not in data
+
+
+def level_between(friction, *, count=90, begin=0.0, place=0.0):
+    """Whether a way forth over a metre and one back, from `begin` on, tell a level of friction; it depends on what is left of a way."""
+    there, back = np.linspace(0.0, 1.0, count), np.linspace(1.0 + begin, begin, count)
+    x = np.concatenate([there, back])
+    effort = np.concatenate([friction(there), -friction(1.0 + begin - back)]) + place * x
+    stretch = Stretch(1e-3 * np.arange(x.size), x, effort, 1e-6, None, 0)
+    ways = (
+        Leg(first, first + count - 1, way, 1.0, slice(first, first + count - 1), 1.0, 1.0, from_rest=False)
+        for first, way in ((0, 1.0), (count, -1.0))
+    )
+    return stretch._level_between(*ways)
+
+
+@pytest.mark.parametrize(
+    ("friction", "more", "is_level"),
+    [
+        (lambda way: 5.0 + 0.0 * way, {}, True),
+        (lambda way: 5.0 + 0.0 * way, {"place": 40.0}, True),  # a force of the place is the same on both ways
+        (lambda way: -5.0 + 0.0 * way, {}, False),  # it pushes
+        (lambda way: 5.0 * (1.0 - np.exp(-way / 0.3)), {}, False),  # it builds up from the end of each way
+        (lambda way: 5.0 * (1.0 - np.exp(-way / 0.02)), {}, True),
+        (lambda way: 5.0 + 0.0 * way, {"count": 30}, False),  # two samples between marks are too many for so few
+        (lambda way: 5.0 + 0.0 * way, {"begin": 0.55}, True),  # they share four tenths of a way
+        (lambda way: 5.0 + 0.0 * way, {"begin": 0.65}, False),
+        (lambda way: 5.0 + 4.0 * np.sin(1e4 * way), {"count": 900}, True),
+        (lambda way: 0.5 + 4.0 * np.sin(1e4 * way), {"count": 90}, False),  # it scatters by as much
+    ],
+)
+def test_a_level_of_friction_is_half_of_the_difference_between_both_ways(friction, more, is_level):
+    assert level_between(friction, **more) == is_level

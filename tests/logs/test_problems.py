@@ -140,3 +140,31 @@ def test_a_stroke_is_from_end_to_end():
     (beyond,) = exceeded(Axis(stroke=(-0.5, 1.0)), position=MOVED)
     assert beyond.numbers == {"value": pytest.approx(2.0, rel=1e-5), "limit": 1.5}
     assert exceeded(Axis(stroke=(-0.95, 1.0)), position=MOVED) == []
+
+
+def plateaus(levels, stay, *, beside=1, still=0):
+    """Three rises over so many levels, with a stay at the top, `beside` samples next to it, and a stay half way down."""
+    up = np.arange(float(levels))
+    down = np.concatenate([np.full(beside, levels - 1.0), up[-2 : levels // 2 : -1], np.full(still, levels // 2), up[levels // 2 :: -1]])
+    return np.tile(np.concatenate([up, np.full(stay, float(levels)), down]), 3) - 0.3
+
+
+@pytest.mark.parametrize(
+    ("shape", "is_cut"),
+    [
+        ({"levels": 16, "stay": 20}, True),
+        ({"levels": 15, "stay": 20}, False),  # of so few levels a signal is a command
+        ({"levels": 40, "stay": 10}, True),
+        ({"levels": 40, "stay": 9}, False),  # a run of fewer than ten samples
+        ({"levels": 40, "stay": 20, "beside": 3}, True),
+        ({"levels": 40, "stay": 20, "beside": 4}, False),  # a fifth as often beside its extreme
+        ({"levels": 40, "stay": 20, "still": 7}, True),
+        ({"levels": 40, "stay": 20, "still": 12}, False),  # it stays elsewhere, half as long
+    ],
+)
+def test_a_cut_is_a_stay_of_ten_samples_five_times_as_often_as_beside_the_extreme(shape, is_cut):
+    for side in (1.0, -1.0):
+        cut = clipped(side * plateaus(**shape))
+        assert (cut is not None) is is_cut
+        if cut:
+            assert (cut.level, cut.longest, cut.samples) == (side * (shape["levels"] - 0.3), shape["stay"], 3 * shape["stay"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.logs.roles import explained, pulls_as_a_link, rate_of, roles_of, roughness, slope
+from bristle.logs.roles import candidate_of, correlation, explained, pulls_as_a_link, rate_of, roles_of, roughness, slope, time_among
 from bristle.logs.table import Table
 
 TIME = 1e-3 * np.arange(4000)
@@ -124,3 +124,149 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
 def test_the_unit_of_an_effort_is_in_its_name_or_told_by_whole_numbers(name, effort, unit, told_by):
     role = roles(**{"time": (TIME, "s"), "position": (POSITION, "m"), name: effort}).channels["effort"]
     assert (role.unit, role.told_by) == (unit, told_by)
+
+
+def chosen_effort(*names):
+    """The column that is the effort, of several that hold the same numbers: each a name with its unit."""
+    columns = {name: (EFFORT, unit) if unit else EFFORT for name, unit in names}
+    return roles(t=(TIME, "s"), q=(POSITION, "m"), **columns).channels["effort"].column
+
+
+@pytest.mark.parametrize(
+    ("chosen", "left"),
+    [
+        (("torque a", "N"), ("torque b", "A")),  # a force tells more than a current
+        (("torque a", "N*m"), ("torque b", "%")),  # than a share of the rated effort
+        (("torque a", "A"), ("torque b", "")),
+        (("torque a", "%"), ("torque b", "")),
+        (("torque a", ""), ("torque b", "V")),  # a voltage tells least
+        (("torque actual", "A"), ("torque wanted", "N")),  # what was measured outdoes a step of units
+        (("torque other", "A"), ("torque actual", "V")),  # and no more than that
+        (("torque other", "A"), ("torque demand", "N")),  # what was asked for is behind a measured one in a lesser unit
+        (("torque demand", "N"), ("torque other", "V")),  # and before a voltage
+    ],
+)
+def test_the_effort_is_the_column_that_tells_most_by_unit_and_by_how_it_was_got(chosen, left):
+    assert chosen_effort(chosen, left) == chosen_effort(left, chosen) == chosen[0]
+
+
+def test_of_two_columns_called_alike_the_effort_goes_with_the_motion():
+    noise = np.random.default_rng(1).standard_normal(TIME.size)
+    for order in ({"torque a": noise, "torque b": EFFORT}, {"torque b": EFFORT, "torque a": noise}):
+        assert roles(t=(TIME, "s"), q=(POSITION, "m"), **order).channels["effort"].column == "torque b"
+
+
+def test_the_effort_of_an_axis_is_that_with_its_number():
+    columns = {"torque 1": (EFFORT, "N"), "torque 2": (EFFORT, "N")}
+    for number in (1, 2):
+        result = roles(t=(TIME, "s"), **{f"pos {number}": (POSITION, "m")}, **columns)
+        assert result.channels["effort"].column == f"torque {number}"
+
+
+@pytest.mark.parametrize(("share", "pulls"), [(0.2, False), (0.3, True)])
+def test_a_link_is_seen_where_its_angle_explains_a_quarter_of_the_rest(share, pulls):
+    angle = 2.0 * np.pi * TIME  # at one speed its sine is no inertia and no friction
+    angle += 0.02 * np.sin(40.0 * TIME)
+    noise = np.random.default_rng(1).standard_normal(TIME.size)
+    amplitude = np.sqrt(2.0 * share / (1.0 - share))  # noise of variance 1, a sine of half its square
+    assert pulls_as_a_link(noise + amplitude * np.sin(angle), angle) == pulls
+
+
+def test_an_angle_over_less_than_a_radian_pulls_as_no_link():
+    for size, pulls in ((0.99, False), (1.6, True)):
+        angle = size * (POSITION - POSITION.min()) / np.ptp(POSITION)
+        assert pulls_as_a_link(EFFORT + 1e3 * np.cos(angle), angle) == pulls
+
+
+def test_signals_correlate_by_their_shape_where_they_are_long_enough():
+    assert correlation(POSITION, 7.0 - 3.0 * POSITION) == pytest.approx(-1.0)
+    assert correlation(1e-200 * POSITION, 1e200 * POSITION) == pytest.approx(1.0)
+    assert correlation(np.arange(20.0), np.arange(20.0)) == pytest.approx(1.0)
+    assert correlation(np.arange(19.0), np.arange(19.0)) == 0.0
+    assert correlation(POSITION, POSITION[:-1]) == 0.0
+    assert correlation(POSITION, np.ones(POSITION.size)) == 0.0
+
+
+def time_column(first=("q", POSITION), sample_time=None, **columns):
+    """The column of time among a position and others, and why; None where there is none."""
+    values = dict([first]) | columns
+    table = Table(values, {}, names=tuple(values), sample_time=sample_time)
+    result = time_among(table, [column for name in values if (column := candidate_of(table, name, is_nameless=False))])
+    return result and (result[0].name, result[1])
+
+
+STEPS = np.arange(4000.0)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "is_time"),
+    [
+        (TIME, True),
+        (np.floor(STEPS / 40) * 0.04, True),  # of a host, that halts for 40 samples
+        (np.floor(STEPS / 60) * 0.06, False),  # fewer than 2 % of the steps rise
+        (np.where(STEPS == 2000, -1.0, TIME), True),  # a single step back
+        (np.floor(STEPS / 40) * 0.04 - (STEPS == 2000), False),  # halts, and steps back
+        (-TIME, False),
+    ],
+)
+def test_stamps_are_called_time_and_rise_mostly_or_never_fall(stamps, is_time):
+    assert time_column(time=stamps) == (("time", "its name") if is_time else None)
+
+
+UNEVEN = 1e-3 * np.cumsum(1.0 + 0.5 * np.random.default_rng(1).uniform(-1.0, 1.0, 4000))
+
+
+@pytest.mark.parametrize(
+    ("first", "columns", "column"),
+    [
+        (("b", TIME), {"q": POSITION}, "b"),
+        (("b", STEPS), {"q": POSITION}, None),  # a number of a row
+        (("b", 2.0 * STEPS), {"q": POSITION}, "b"),
+        (("b", UNEVEN), {"q": POSITION}, None),
+        (("b", np.minimum(TIME, 3.9)), {"q": POSITION}, "b"),  # the first column may halt
+        (("q", POSITION), {"b": np.minimum(TIME, 3.9)}, None),
+        (("q", POSITION), {"b": TIME}, "b"),
+        (("index", TIME), {"q": POSITION}, "index"),
+        (("q", POSITION), {"index": TIME}, None),
+        (("q", POSITION), {"force": TIME}, None),
+    ],
+)
+def test_a_column_that_no_name_tells_is_time_where_it_rises_evenly(first, columns, column):
+    result = time_column(first, **columns)
+    assert result == (None if column is None else (column, "it rises evenly"))
+    assert time_column(first, sample_time=1e-3, **columns) is None
+
+
+def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled():
+    table = Table({"a": np.r_[np.nan, np.arange(19.0)], "b": np.arange(19.0), "c": np.full(20, np.nan)}, {}, names=("a", "b", "c"))
+    assert candidate_of(table, "a", is_nameless=True).values[:3].tolist() == [9.0, 0.0, 1.0]
+    assert candidate_of(table, "b", is_nameless=True) is None
+    assert candidate_of(table, "c", is_nameless=True) is None
+
+
+@pytest.mark.parametrize(
+    ("size", "about", "unit", "told_by"),
+    [
+        (7, "", "", ""),
+        (8, "", "", "rated"),
+        (300, "", "", "rated"),
+        (301, "", "‰", "drive"),
+        (4000, "", "‰", "drive"),
+        (4001, "", "", ""),
+        (100, "INT16", "", "rated"),
+        (101, "INT16", "‰", "drive"),
+        (3, "a UINT8 of the drive", "", "rated"),
+        (3, "a HINT16", "", ""),
+    ],
+)
+def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(size, about, unit, told_by):
+    effort = np.round(size * EFFORT / np.max(np.abs(EFFORT)))
+    columns = {"t": TIME, "q": POSITION, "torque": effort}
+    role = roles_of(Table(columns, {"t": "s", "q": "m"}, names=tuple(columns), about={"torque": about})).channels["effort"]
+    assert (role.unit, role.told_by) == (unit, told_by)
+
+
+@pytest.mark.parametrize(("size", "unit"), [(100.0, ""), (101.0, "count")])
+def test_whole_numbers_of_a_position_beyond_a_hundred_are_counts(size, unit):
+    position = np.round(size * POSITION / np.max(np.abs(POSITION)))
+    assert units_of(roles(t=(TIME, "s"), position=position, force=(EFFORT, "N")))["position"] == unit

@@ -21,8 +21,6 @@ from bristle.identification.preprocessing import treat
 from bristle.identification.request import prior_knowledge_of
 from bristle.prediction import predict
 
-pytestmark = pytest.mark.slow
-
 PAIRS = 15
 
 
@@ -32,6 +30,7 @@ def dahl():
     return identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
 
 
+@pytest.mark.slow
 def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_does_not(dahl):
     for name, truth in CASES["dahl"].values.items():
         item = dahl.parameters[name]
@@ -41,6 +40,7 @@ def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_d
     assert not dahl.resampling.white
 
 
+@pytest.mark.slow
 def test_the_scatter_is_a_number_with_an_interval(dahl):
     scatter = dahl.resampling.scatter
     assert scatter.low < SCATTER < scatter.high
@@ -48,6 +48,7 @@ def test_the_scatter_is_a_number_with_an_interval(dahl):
     assert dahl.resampling.half_cycles == pytest.approx(2 * PAIRS, abs=2)
 
 
+@pytest.mark.slow
 def test_the_interval_of_the_scatter_is_as_wide_as_so_many_half_cycles_leave_it(dahl):
     scatter = dahl.resampling.scatter
     # Of 30 independent levels: a ratio of 1.67; what the fit takes of them makes it wider.
@@ -88,12 +89,31 @@ def test_without_a_word_all_coordinates_are_fitted_again():
     assert np.ptp(less, axis=0).tolist().index(0.0) == names.index("M")
 
 
+@pytest.mark.parametrize("scatter", [0.0, 0.1])
+def test_a_level_that_scatters_is_seen_with_its_size(scatter):
+    moved = sines(6.0, frequencies=(1.1, 2.9, 5.3))
+    levels = 1.0 + scatter * np.random.default_rng(2).standard_normal(200)
+    half_cycle = np.cumsum(np.diff(np.sign(moved.velocity), prepend=0.0) != 0.0)
+    noise = 0.1 * np.random.default_rng(3).standard_normal(moved.time.size)
+    effort = 12.0 * moved.acceleration + 8.0 * levels[half_cycle] * np.sign(moved.velocity) + 30.0 * moved.velocity + noise
+    dataset = treat(log_of(moved, effort), Axis(), 100.0, 5)
+    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    result = bootstrap(problem, linear(problem), 6, linear=True).scatter
+    true = float(np.std(levels[1 : half_cycle[-1]]))
+    assert result.value == pytest.approx(true, rel=0.25, abs=0.01)
+    assert result.low <= result.value <= result.high
+    if scatter:
+        assert result.low < true < result.high
+
+
+@pytest.mark.slow
 def test_the_jackknife_agrees_where_the_model_is_right(dahl):
     for name in ("F_C", "sigma_2"):
         low, high = dahl.parameters[name].interval
         assert 0.3 < dahl.resampling.jackknife[name] / ((high - low) / 3.92) < 2.0
 
 
+@pytest.mark.slow
 def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
     log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1)
     fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
@@ -109,6 +129,7 @@ def slipping():
     return identify(log, "maxwell_slip", axis=AXIS, blocks=0, draws=40).best
 
 
+@pytest.mark.slow
 def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve(slipping):
     fit = slipping
     level = fit.parameters["F_C"]
@@ -120,6 +141,7 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
     assert np.all(np.diff(force) >= 0.0)
 
 
+@pytest.mark.slow
 def test_white_noise_alone_gives_what_least_squares_does():
     effort = sliding_effort(sines(10.0), noise=0.3)
     fit = identify(log_of(sines(10.0), effort), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
@@ -130,6 +152,7 @@ def test_white_noise_alone_gives_what_least_squares_does():
         assert abs(item.value - truth) < 2.5 * half
 
 
+@pytest.mark.slow
 def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl):
     short = recorded(MAXWELL, motion(*FITTED, pairs=5), seed=3)
     for fit in (dahl, identify(short, "maxwell_slip", axis=AXIS, blocks=0, draws=20).best):
@@ -142,6 +165,7 @@ def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl):
             assert low < high
 
 
+@pytest.mark.slow
 def test_of_elements_the_shape_is_that_of_the_fit_to_a_twin():
     log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
     component, known = friction.find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
@@ -228,6 +252,7 @@ def test_too_few_draws_are_refused():
         identify(log_of(sines(), sliding_effort(sines())), "coulomb_viscous", axis=STATED, draws=5)
 
 
+@pytest.mark.slow
 def test_the_benchmark_of_intervals_still_finds_what_it_times(monkeypatch):
     for name, count in (("DRAWS", 2), ("RUNS", 1), ("AFRESH", 1)):
         monkeypatch.setattr(benchmarks.bootstrap, name, count)

@@ -1,0 +1,171 @@
+"""The table of a loop, and the experiment file beside a model: read back as written, and gains that an axis bears."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bristle import controllers, plants
+from bristle.core.axis import Axis
+from bristle.core.content import Content
+from bristle.core.errors import InputError
+from bristle.files.experiment_text import LoopRecord, NextExperiment, kind_of_loop, loop_text, read_loop
+from bristle.logs.log import Log
+
+HEAD = "time [s],reference [m],unexplained [N]"
+
+
+def content(*rows, head=HEAD):
+    """A file that holds these rows below a head."""
+    return Content(Path("loop.csv"), "\n".join([head, *rows, ""]).encode())
+
+
+def times(*stamps):
+    """A table with these stamps."""
+    return content(*(f"{stamp!r},0.0,1.0" for stamp in stamps))
+
+
+@pytest.mark.parametrize("kind", ["translational", "rotational"])
+@pytest.mark.parametrize("injected", [None, np.array([0.0, 2.0, -2.0, 1.0])])
+def test_a_loop_comes_back_as_written(kind, injected):
+    record = LoopRecord(kind, 2.5e-4, np.array([0.1, 0.2, -0.3, 0.0]), np.array([1.0, -2.0, 3.5, 0.0]), injected)
+    text = loop_text(record)
+    length, force = ("m", "N") if kind == "translational" else ("rad", "N*m")
+    head = f"time [s],reference [{length}],unexplained [{force}]" + ("" if injected is None else f",injected [{force}]")
+    assert text.splitlines()[0] == head
+    assert [float(row.split(",")[0]) for row in text.splitlines()[1:]] == pytest.approx([0.0, 2.5e-4, 5e-4, 7.5e-4])
+    again = read_loop(Content(Path("loop.csv"), text.encode()))
+    assert (again.kind, again.sample_time) == (kind, pytest.approx(2.5e-4))
+    assert again.reference == pytest.approx(record.reference)
+    assert again.unexplained == pytest.approx(record.unexplained)
+    assert again.injected == (None if injected is None else pytest.approx(injected))
+
+
+def test_a_table_of_another_head_is_no_loop():
+    assert kind_of_loop(times(0.0, 1.0, 2.0)) == "translational"
+    other = content("0,0,0", "1,0,0", "2,0,0", head="time [s],position [m],effort [N]")
+    assert kind_of_loop(other) is None
+    with pytest.raises(InputError, match=r"is no loop of a log; found 'loop\.csv', allowed time \[s\],reference \[m\]"):
+        read_loop(other)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ("0,0,0",),
+        ("0,0,0", "1,0,0"),
+        ("0,0,0", "1,nan,0", "2,0,0"),
+        ("0,0,0", "1,0,inf", "2,0,0"),
+        ("0,0,0,0", "1,0,0,0", "2,0,0,0"),
+        ("0,0", "1,0", "2,0"),
+    ],
+)
+def test_a_loop_has_three_rows_of_finite_numbers_in_each_column(rows):
+    with pytest.raises(InputError, match="needs a finite number in each column, and three rows"):
+        read_loop(content(*rows))
+
+
+def test_a_head_of_known_inputs_asks_for_their_column():
+    with pytest.raises(InputError, match="needs a finite number in each column"):
+        read_loop(content("0,0,0", "1,0,0", "2,0,0", head=f"{HEAD},injected [N]"))
+
+
+@pytest.mark.parametrize("stamps", [(0.0, 1.0, 2.00001, 3.0), (3.0, 2.0, 1.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.0, 2.0)])
+def test_samples_of_a_loop_are_even_and_rise(stamps):
+    with pytest.raises(InputError, match="has samples that are not evenly spaced"):
+        read_loop(times(*stamps))
+
+
+def test_decimals_of_stamps_leave_a_loop_even():
+    assert read_loop(times(0.0, 1.0, 2.0000001, 3.0)).sample_time == pytest.approx(1.0)
+    late = [1e6 + 1e-6 * k + 3e-6 * (k == 2) for k in range(40)]  # a hundred-thousandth of a stamp's last digits
+    assert read_loop(times(*late)).sample_time == pytest.approx(1e-6, rel=0.01)
+
+
+def test_a_cell_that_is_no_number_is_told_with_the_file():
+    with pytest.raises(InputError, match="cannot be read"):
+        read_loop(content("0,0,0", "1,a,0", "2,0,0"))
+
+
+def log_of(frequency=1.0, amplitude=0.02, offset=0.1, dt=1e-3, count=4000, **more):
+    """A log of a sine whose position is known."""
+    time = dt * np.arange(count)
+    position = offset + amplitude * np.sin(2.0 * np.pi * frequency * time)
+    return Log(time=time, position=position, effort=np.cos(time), sample_time=dt, **more)
+
+
+def following(log, axis=None, mass=3.0, folder=Path(), *, has_axis_file=True):
+    """The experiment beside a model of so much mass, with its tables."""
+    plant = plants.inertia(M=mass)
+    result = NextExperiment.beside_model(plant, axis or Axis(), log, folder, has_axis_file=has_axis_file)
+    return result, tomllib.loads(result.text)
+
+
+def proposed_gains(log, mass=3.0):
+    """The gains that the remarks of an open controller begin with."""
+    lines = following(log, mass=mass)[0].text.splitlines()
+    return tuple(float(line.rpartition('such as "')[2].split()[0]) for line in lines if line.startswith(("k_p", "k_v")))
+
+
+def test_a_loop_to_begin_with_is_no_faster_than_twenty_turns_a_second_and_a_tenth_of_the_sampling():
+    fast = 2.0 * np.pi * 20.0  # of a velocity loop; that of the position is four times slower
+    assert proposed_gains(log_of(dt=1e-4)) == pytest.approx((0.25 * fast, 3.0 * fast), rel=5e-3)
+    assert proposed_gains(log_of(dt=1e-4), mass=6.0)[1] == pytest.approx(6.0 * fast, rel=5e-3)
+    assert proposed_gains(log_of(dt=2e-3)) == pytest.approx((0.25 * 50.0, 3.0 * 50.0), rel=5e-3)
+
+
+def test_gains_that_nobody_told_are_to_be_filled_in():
+    result, tables = following(log_of())
+    assert result.missing == ("controller.k_p", "controller.k_v")
+    assert (tables["controller"]["k_p"], tables["controller"]["k_v"]) == ("?", "?")
+    law = controllers.cascade(k_p=10.0, k_v=200.0)
+    result, tables = following(log_of(), Axis(controller=law))
+    assert result.missing == ()
+    assert "controller" not in tables
+    assert result.loop == ""
+
+
+def test_variants_feed_forward_inertia_and_then_friction():
+    _, tables = following(log_of(), Axis(name="stage"), mass=3.0)
+    plain, fed, compensated = tables["compare"].values()
+    assert plain == {}
+    assert fed["controller"] == {"k_ff": 1.0, "feedforward": {"mass": "3 kg", "plant": "own"}}
+    friction = compensated["controller"]["feedforward"].pop("friction")
+    assert (friction, compensated) == ({"file": "model.toml"}, fed)
+    assert tables["name"] == "stage, without and with compensation"
+
+
+def test_the_kind_stands_in_the_experiment_where_no_axis_file_tells_it():
+    assert following(log_of())[1].keys() >= {"axis"}
+    tables = following(log_of(), has_axis_file=False)[1]
+    assert tables["kind"] == "translational"
+    assert "axis" not in tables
+
+
+@pytest.mark.parametrize(("frequency", "amplitude", "offset"), [(1.0, 0.02, 0.1), (2.5, 0.004, -0.3)])
+def test_a_log_without_a_reference_is_followed_by_a_sine_of_its_range_and_speed(frequency, amplitude, offset):
+    _, tables = following(log_of(frequency, amplitude, offset))
+    sine = {key: float(text.split()[0]) for key, text in tables["reference"].items() if key != "model"}
+    assert sine["amplitude"] == pytest.approx(amplitude, rel=1e-3)
+    assert sine["offset"] == pytest.approx(offset, abs=1e-3 * amplitude)
+    assert sine["frequency"] == pytest.approx(frequency, rel=0.01)  # 95 % of the speeds are below 0.997 of the largest
+    run = {key: float(text.split()[0]) for key, text in tables["run"].items()}
+    assert run["sample_time"] == 1e-3
+    assert run["duration"] == pytest.approx(4.0 / frequency, rel=0.01)
+    assert run["settle"] == pytest.approx(1.0 / frequency, rel=0.01)
+
+
+@pytest.mark.parametrize(("count", "settle"), [(4000, 0.2), (9000, 0.45), (12_000, 0.5)])
+def test_a_recorded_reference_settles_for_a_twentieth_of_the_log_and_half_a_second_at_most(tmp_path, count, settle):
+    source = tmp_path / "log" / "a.csv"
+    source.parent.mkdir()
+    source.write_text("")
+    log = replace(log_of(count=count, reference=np.zeros(count)), source=source)
+    _, tables = following(log, folder=tmp_path / "out")
+    assert tables["reference"] == {"model": "recorded", "file": "../log/a.csv"}
+    assert tables["run"] == {"settle": f"{settle:.3g} s"}
+    parted = replace(log, segments=(slice(0, 2000), slice(2000, count)))
+    assert following(parted, folder=tmp_path / "out")[1]["reference"]["model"] == "sine"
+    assert following(replace(log, reference=None), folder=tmp_path / "out")[1]["reference"]["model"] == "sine"

@@ -1,0 +1,137 @@
+"""Rows of plant and friction: what they answer, where they are undisturbed, and what an error found beforehand does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
+
+from bristle.core.errors import InputError
+from bristle.friction import find
+from bristle.identification.dataset import Alignment
+from bristle.identification.estimation import sliding_problem
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import Fixed, PriorKnowledge, parameters_of
+from bristle.identification.preprocessing import treat, treat_all
+from bristle.identification.settings import DEFAULT
+from bristle.plants import inertia
+
+DT = 1e-3
+MOTION = sines(6.0)
+LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.0))
+PRIOR = PriorKnowledge(plant=inertia)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return sliding_problem(treat(LOG, STATED, 100.0, 10), PRIOR)
+
+
+def with_alignment(problem, held=None, **known):
+    """The same problem with this known of its channels."""
+    return replace(problem, dataset=replace(problem.dataset, held=held, alignment=Alignment(**known)))
+
+
+def test_answers_of_rows_to_their_parameters_add_up_to_the_prediction(problem):
+    free = {"M": 12.0, "F_C": 8.0, "F_v": 30.0, "offset": 1.5}
+    assert set(problem.parameters.free) == set(free)
+    together = problem.columns @ np.array([free[name] for name in problem.parameters.free])
+    assert together + problem.fixed_effort == pytest.approx(problem.predicted(free), abs=1e-9)
+    assert np.all(problem.fixed_effort == 0.0)
+    assert problem.mechanical(free) + problem.friction(free) == pytest.approx(problem.predicted(free), abs=1e-9)
+    assert problem.residual(TRUTH) == pytest.approx(problem.measured - problem.predicted(TRUTH))
+    assert np.std(problem.residual(TRUTH)) < 0.1 * np.std(problem.measured)
+
+
+def test_a_parameter_that_is_fixed_answers_with_its_own_effort(problem):
+    parameters = problem.parameters
+    free = tuple(name for name in parameters.free if name != "M")
+    held = replace(problem, parameters=replace(parameters, free=free, fixed={**parameters.fixed, "M": Fixed(3.0, "given")}))
+    assert held.fixed_effort == pytest.approx(3.0 * problem.dataset.acceleration)
+    assert held.columns.shape == (problem.measured.size, 3)
+    assert held.unit("F_C")["M"] == 0.0
+    assert replace(held, parameters=replace(held.parameters, free=())).columns.shape == (problem.measured.size, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "turned"),
+    [("coulomb_viscous", {"F_C": 8.0, "F_v": 30.0}), ("gap_slider", {"F_C": 8.0, "give": 0.02, "gap": 1e-3, "n": 2.0, "share": 0.1})],
+)
+def test_a_contact_that_was_turned_over_before_the_log_is_so_in_all_that_is_said_of_friction(problem, name, turned):
+    rows = InverseDynamics(problem.dataset, parameters_of(find(name), PRIOR, problem.dataset))
+    values = dict.fromkeys(rows.parameters.variables, 0.0) | {"M": 12.0} | turned
+    assert rows.mechanical(values) + rows.friction(values) == pytest.approx(rows.predicted(values), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("held", "known", "std"),
+    [
+        (None, {}, 0.5 * DT / 3.0**0.5),  # of a hold, whose half sample is not known
+        (True, {}, 0.0),
+        (False, {}, 0.0),
+        (None, {"sought": False}, 0.0),
+        (None, {"delay": 2e-3, "delay_half_width": 1.96e-4}, 1e-4),
+        (True, {"delay": 2e-3, "delay_half_width": 1.96e-4}, 1e-4),
+        (None, {"delay": 2e-3}, 0.0),
+    ],
+)
+def test_a_delay_is_as_unsure_as_it_was_found_or_as_a_hold(problem, held, known, std):
+    assert with_alignment(problem, held, **known).delay_std == pytest.approx(std, rel=0.2 if std > 1.1e-4 else 1e-4)
+    assert problem.delay_std == 0.0
+
+
+@pytest.mark.parametrize(
+    ("known", "std"),
+    [({"smoothing": -3e-3, "smoothing_half_width": 1.96e-3}, 3e-6), ({"smoothing": 3e-3}, 0.0), ({"smoothing_half_width": 1.0}, 0.0)],
+)
+def test_a_filter_that_was_taken_out_errs_by_its_half_square(problem, known, std):
+    assert with_alignment(problem, **known).bend_std == pytest.approx(std, rel=1e-4)
+    assert problem.bend_std == 0.0
+
+
+def test_a_mass_a_delay_and_a_filter_found_beforehand_err_by_their_standard_errors(problem):
+    aligned = with_alignment(problem, delay=0.0, delay_half_width=1.96e-4, smoothing=2e-3, smoothing_half_width=1.96e-3)
+    parameters = aligned.parameters
+    fixed = {"M": Fixed(12.0, "given", half_width=0.98)}
+    aligned = replace(aligned, parameters=replace(parameters, free=tuple(n for n in parameters.free if n != "M"), fixed=fixed))
+    mass, delay, bend = aligned.found_first()
+    segment = problem.dataset.segments[0]
+    rate = np.gradient(segment.effort, DT)
+    assert mass == pytest.approx(0.5 * problem.dataset.acceleration, rel=1e-4)
+    assert np.corrcoef(delay, problem.dataset.rows_of([rate]))[0, 1] > 0.99
+    assert np.std(delay) == pytest.approx(1e-4 * np.std(problem.dataset.rows_of([rate])), rel=0.05)
+    bent = problem.dataset.rows_of([np.gradient(rate, DT)])
+    assert np.std(bend) == pytest.approx(2e-6 * np.std(bent), rel=0.15)
+    assert problem.found_first() == []
+
+
+@pytest.mark.parametrize(("cutoff", "least"), [(100.0, 0.02), (200.0, 0.015)])
+def test_rows_are_away_two_periods_of_the_filter_from_a_reversal_and_steady_six_times_as_far(cutoff, least):
+    rows = sliding_problem(treat(LOG, STATED, cutoff, 1), PRIOR)
+    time = rows.dataset.samples_from_rest * DT
+    assert np.array_equal(rows.away.rows, time > least * (1.0 + 1e-9))
+    assert np.array_equal(rows.away.far, time > 6.0 * least * (1.0 + 1e-9))
+    assert rows.away.rows.sum() > rows.away.far.sum() > 0
+    speed = np.median(np.abs(rows.dataset.velocity))
+    assert rows.away.turns == pytest.approx(np.ptp(rows.dataset.position) * cutoff / speed)  # of a wave that passes the filter
+
+
+def test_several_logs_are_held_out_in_turn_and_a_single_log_in_time_blocks(problem):
+    both = sliding_problem(treat_all([LOG, LOG], [STATED, STATED], 100.0, 10), PRIOR)
+    name, folds = both.parts_of(4, DEFAULT)
+    assert name == "logs"
+    assert [fold.held_out.sum() for fold in folds] == [problem.measured.size] * 2
+    assert np.array_equal(folds[0].held_out, ~folds[1].held_out)
+    assert all(np.array_equal(fold.fitted, ~fold.held_out) and np.array_equal(fold.of_dataset, fold.held_out) for fold in folds)
+    name, folds = problem.parts_of(3, DEFAULT)
+    assert name != "logs"
+    assert np.sum([fold.held_out for fold in folds], axis=0).tolist() == [1] * problem.measured.size
+    assert not any(np.any(fold.fitted & fold.held_out) for fold in folds)
+    with pytest.raises(InputError, match="are too many for this log"):
+        problem.parts_of(400, DEFAULT)
+
+
+def test_the_time_from_row_to_row_is_that_of_the_samples_that_are_left_out(problem):
+    assert problem.row_time == pytest.approx(10.0 * DT)
+    assert problem.effort_residual({}, np.arange(3.0)).tolist() == [0.0, 1.0, 2.0]
+    assert problem.errors({}) == {}

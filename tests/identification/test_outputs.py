@@ -1,0 +1,227 @@
+"""Signals that a model simulates, and logs drawn anew of them: what disturbs them, by how much, and what is held out."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.identification.half_cycles import Disturbance, Groups
+from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, loop_of
+from bristle.identification.outputs import Effort, Mechanism, Position
+from bristle.logs.log import Log
+from bristle.plants import inertia
+
+COUNT, CYCLES = 12_000, 3000
+INDEX = np.arange(COUNT) // (COUNT // CYCLES)
+SPLIT = 5002  # samples of the first segment, which ends within a half-cycle
+
+
+def output(count, **more):
+    """A segment whose signal is 7 everywhere, which reads the push alone."""
+    return SimpleNamespace(
+        measured=np.zeros(count),
+        position=np.zeros(count),
+        simulated=lambda mechanism: np.full(count, 7.0),
+        leaning=lambda mechanism, slope: slope,
+        read=lambda mechanism, pure, push, disturbance, rng: push,
+        **more,
+    )
+
+
+def disturbance_with(**sizes):
+    """One that has these causes alone."""
+    return Disturbance(**({"scatter": 0.0, "noise": 0.0, "resolution": 0.0} | sizes))
+
+
+def drawn(slope=1.0, left=0.0, side=1.0, seed=3, **disturbed):
+    """The change of a log of two segments, drawn anew."""
+    error = SimpleNamespace(outputs=(output(SPLIT), output(COUNT - SPLIT)), half_cycles=Groups(INDEX), mechanism=lambda values: values)
+    replicates = SignalReplicates(error, {}, np.full(COUNT, slope), np.full(COUNT, left))
+    return replicates.draw(disturbance_with(**disturbed), np.random.default_rng(seed), side)
+
+
+@pytest.mark.parametrize("scatter", [0.05, 0.2])
+def test_the_level_of_friction_is_drawn_once_for_each_half_cycle_through_all_segments(scatter):
+    result = drawn(slope=3.0, scatter=scatter)
+    assert result.pure.tolist() == [7.0] * COUNT
+    levels = result.change.reshape(CYCLES, -1)
+    assert np.all(levels == levels[:, :1])
+    assert np.std(levels[:, 0]) == pytest.approx(3.0 * scatter, rel=0.05)
+    assert np.mean(levels[:, 0]) == pytest.approx(0.0, abs=3.0 * scatter / 15.0)
+    assert np.max(np.abs(levels)) < 3.0 * scatter * 5.0
+
+
+@pytest.mark.parametrize("unexplained", [0.5, 1.0])
+def test_a_remainder_keeps_its_size_and_changes_its_sign(unexplained):
+    change = drawn(left=2.0, unexplained=unexplained).change
+    assert set(change.tolist()) == {-2.0 * unexplained, 2.0 * unexplained}
+
+
+def test_the_other_side_of_a_draw_is_its_mirror():
+    there, back = (drawn(slope=3.0, left=2.0, scatter=0.1, unexplained=1.0, side=side) for side in (1.0, -1.0))
+    assert back.change.tolist() == (-there.change).tolist()
+    assert back.pure.tolist() == there.pure.tolist()
+
+
+def test_a_log_drawn_anew_leaves_its_change_at_the_solution_and_more_elsewhere():
+    simulated = np.array([1.0, 2.0, np.nan])
+    error = SimpleNamespace(parameters=SimpleNamespace(free=("a",), complete=dict), simulated=lambda values: values["a"] * simulated)
+    changed = Changed(SimpleNamespace(error=error, values={"a": 1.0}), np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3]))
+    assert changed.residual({"a": 1.0}).tolist() == [0.1, -0.2, 0.3]
+    left = changed.residual({"a": 2.0})
+    assert left[:2] == pytest.approx([1.0 + 0.1 - 2.0, 2.0 - 0.2 - 4.0])
+    assert left[2] < -1e11  # a signal that left the finite numbers is no fit
+
+
+def folds_of(*outputs, segments=(1,), **rows):
+    """The folds of an error with these outputs, in five parts where there is one."""
+    dataset = SimpleNamespace(**({"effort": np.zeros(8), "segments": segments, "sample_time": 0.1} | rows))
+    return OutputError(SimpleNamespace(dataset=dataset), outputs).folds(5)
+
+
+def test_of_several_segments_each_is_held_out_with_its_rows():
+    of_rows = np.array([0, 0, 0, 1, 1, 1, 1, 1])
+    name, folds = folds_of(output(3), output(2), segments=(1, 2), segment_of_row=of_rows)
+    assert name == "logs"
+    assert [fold.held_out.tolist() for fold in folds] == [[True] * 3 + [False] * 2, [False] * 3 + [True] * 2]
+    assert [fold.fitted.tolist() for fold in folds] == [(~fold.held_out).tolist() for fold in folds]
+    assert [fold.of_dataset.tolist() for fold in folds] == [(of_rows == number).tolist() for number in range(2)]
+    _, unlike = folds_of(output(3), output(2), segment_of_row=np.zeros(8))  # a segment too short for the filters of the rows
+    assert all(fold.of_dataset.all() for fold in unlike)
+
+
+def test_a_log_that_repeats_itself_is_held_out_in_parts_of_its_period():
+    period = 10
+    phase = np.arange(20) % period / period
+    times = np.array([3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99])  # from 3 s on, in periods of 1 s
+    name, folds = folds_of(output(20, phase=phase, period=period), segments=(SimpleNamespace(time=times),), time=times)
+    assert name == "time blocks"
+    for number, fold in enumerate(folds):
+        assert np.flatnonzero(fold.held_out).tolist() == [2 * number, 2 * number + 1, 2 * number + 10, 2 * number + 11]
+        assert np.array_equal(fold.fitted, ~fold.held_out)
+    assert [np.flatnonzero(fold.of_dataset).tolist() for fold in folds] == [[0, 1, 4], [2, 5], [], [], [3, 6, 7]]
+
+
+TIME = 0.01 * np.arange(200)
+LOG = Log(time=TIME, position=np.sin(TIME), effort=np.cos(TIME), reference=np.sin(TIME), sample_time=0.01)
+BLIND = Log(time=TIME, position=np.sin(TIME), effort=np.cos(TIME), sample_time=0.01)
+LAW = controllers.cascade(k_p=10.0, k_v=200.0)
+
+
+@pytest.mark.parametrize(
+    ("log", "axis", "loop"),
+    [
+        (LOG, Axis(controller=LAW), Effort),
+        (BLIND, Axis(controller=LAW), Position),
+        (LOG, Axis(), Position),
+        (LOG, None, Position),
+        (LOG, Axis(controller=LAW, loop="open"), Position),
+        (BLIND, Axis(loop="closed"), Effort),
+    ],
+)
+def test_the_closed_loop_is_simulated_where_it_is_known_and_as_the_axis_says(log, axis, loop):
+    assert loop_of([log], [axis]) is loop
+    assert loop_of([log, log], [axis, axis]) is loop
+
+
+def test_a_loop_is_closed_where_that_of_every_log_is_known():
+    assert loop_of([LOG, BLIND], [Axis(controller=LAW)] * 2) is Position
+    with pytest.raises(InputError, match=r"identification\.loop: differs from axis to axis"):
+        loop_of([LOG, LOG], [Axis(loop="open"), Axis(loop="closed")])
+
+
+def test_a_lag_of_the_drive_is_sought_in_a_closed_loop_only():
+    assert loop_of([LOG], [Axis(controller=LAW, seeks_lag=True)]) is Effort
+    with pytest.raises(InputError, match=r"effort\.lag: shows in a closed loop only"):
+        loop_of([LOG], [Axis(seeks_lag=True)])
+
+
+def position(count=20_000, pure=None):
+    """An output of a position, its pure signal a ramp over many steps of an encoder."""
+    pure = np.linspace(0.0, 1.0, count) if pure is None else pure
+    return Position(np.zeros(count), np.zeros(count), SimpleNamespace(effort=np.zeros(4 * 500), steps=4)), pure
+
+
+def test_an_encoder_reads_whole_steps_from_a_phase_that_nobody_knows():
+    item, pure = position()
+    change = item.read(None, pure, np.full(pure.size, 0.3), disturbance_with(resolution=1e-2), np.random.default_rng(1))
+    read = (pure + change) / 1e-2
+    assert read - read[0] == pytest.approx(np.round(read - read[0]), abs=1e-6)
+    assert read[0] != pytest.approx(np.round(read[0]), abs=1e-3)
+    assert np.max(np.abs(change - 0.3)) <= 0.5e-2 * (1.0 + 1e-9)
+    assert np.std(change - 0.3) == pytest.approx(1e-2 / 12.0**0.5, rel=0.02)
+
+
+def test_a_position_without_steps_is_read_with_its_jitter_alone():
+    item, pure = position()
+    change = item.read(None, pure, 2.0 * pure, disturbance_with(jitter=1e-3), np.random.default_rng(1)) - 2.0 * pure
+    assert np.std(change) == pytest.approx(1e-3, rel=0.03)
+    assert np.mean(change) == pytest.approx(0.0, abs=3e-5)
+
+
+def test_a_position_repeats_with_its_effort_and_refits_linearly():
+    item, _ = position()
+    assert item.period == 500
+    assert item.phase[[0, 250, 500, 750]].tolist() == [0.0, 0.5, 0.0, 0.5]
+    assert item.leaning(None, np.arange(3.0)).tolist() == [0.0, 1.0, 2.0]
+    assert Position.refits_linearly(friction.lugre)
+
+
+def test_errors_of_a_fit_are_told_in_the_unit_of_its_signal_and_with_its_lag():
+    item, _ = position(4)
+    item = Position(np.array([3.0, -3.0, 1.0, -1.0]), item.position, item.loop)
+    error = OutputError(None, (item,))
+    object.__setattr__(error, "residual", lambda free: np.array([1.0, -1.0, 1.0, -1.0]))
+    assert error.errors({}) == {"position_error_percent": pytest.approx(100.0 / 5.0**0.5), "position_rmse": 1.0}
+    assert error.errors({LAG: 2e-3})[LAG] == 2e-3
+
+
+class Loop:
+    """A loop of five samples that ends after three, and notes what it is run with."""
+
+    count = 5
+
+    def __init__(self):
+        self.runs = []
+
+    def moved_by(self, way):
+        self.runs.append(way)
+        return self
+
+    def run(self, plant, model, sensor, *, lag, disturbance):
+        self.runs.append((plant, model, sensor.values, lag, disturbance))
+        return SimpleNamespace(command=np.array([1.0, 2.0, 3.0]), friction=np.array([4.0, 5.0, 6.0]))
+
+
+PLANT = inertia(M=2.0)
+SLIDING = friction.with_slots(friction.coulomb_viscous, [])(F_C=8.0, F_v=30.0, offset=1.5)
+
+
+def test_an_effort_in_the_loop_is_simulated_with_a_perfect_encoder_and_the_lag_that_is_sought():
+    loop = Loop()
+    item = Effort(np.zeros(5), np.zeros(5), loop)
+    for lag in ({}, {LAG: 2e-3}):
+        signal = item.simulated(Mechanism(PLANT, SLIDING, {"offset": 1.5} | lag))
+        assert signal[:3].tolist() == [1.0, 2.0, 3.0]
+        assert np.isnan(signal[3:]).all()  # where the loop left the finite numbers
+    assert [run[2]["resolution"] for run in loop.runs] == [0.0, 0.0]
+    assert [run[3:] for run in loop.runs] == [(None, None), (2e-3, None)]
+    assert (loop.runs[0][0], loop.runs[0][1], item.period) == (PLANT, SLIDING, 5)
+    assert item.leaning(Mechanism(PLANT, SLIDING, {"offset": 1.5}), np.zeros(5))[:3].tolist() == [2.5, 3.5, 4.5]
+
+
+def test_an_effort_is_read_through_the_encoder_of_the_axis_from_a_phase_that_nobody_knows():
+    loop = Loop()
+    item = Effort(np.zeros(5), np.zeros(5), loop)
+    push = np.arange(5.0)
+    change = item.read(
+        Mechanism(PLANT, SLIDING, {}), np.full(5, 0.5), push, disturbance_with(resolution=1e-3, jitter=2e-4), np.random.default_rng(1)
+    )
+    assert change[:3].tolist() == [0.5, 1.5, 2.5]
+    way, (_, _, sensor, lag, disturbance) = loop.runs
+    assert 0.0 < way < 1e-3
+    assert (sensor["resolution"], sensor["noise"], lag) == (1e-3, 2e-4, None)
+    assert disturbance.tolist() == push.tolist()

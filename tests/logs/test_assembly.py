@@ -1,0 +1,144 @@
+"""A table becomes a log: its time base, a position that is the integral of a speed, and the part within a span."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle.core.axis import Axis, Cogging, Column, Injected, KnownColumn
+from bristle.core.errors import InputError
+from bristle.logs.assembly import record_of, within
+from bristle.logs.table import Table
+
+COUNT, DT = 400, 0.01
+TIME = DT * np.arange(COUNT)
+POSITION, EFFORT = np.sin(2.0 * TIME), np.cos(3.0 * TIME)
+SPEED = 2.0 * np.cos(2.0 * TIME)
+COLUMNS = {"position": Column("q", "", "m"), "effort": Column("u", "", "N")}
+
+
+def recorded(columns, axis=None, of_file=None, **stated):
+    """The log of a table with these columns; each channel has the column of its own name unless an axis says more."""
+    axis = axis or Axis(columns={name: column for name, column in COLUMNS.items() if column.name in columns}, **stated)
+    return record_of(Table(columns, {}, names=tuple(columns), sample_time=of_file), axis)
+
+
+@pytest.mark.parametrize(("of_axis", "of_file", "expected"), [(None, DT, DT), (DT, None, DT), (1.009 * DT, DT, 1.009 * DT)])
+def test_without_a_column_of_time_samples_lie_as_the_axis_or_the_file_says(of_axis, of_file, expected):
+    log = recorded({"q": POSITION, "u": EFFORT}, of_file=of_file, sample_time=of_axis)
+    assert log.sample_time == pytest.approx(expected)
+    assert log.time.values[:3] == pytest.approx([0.0, expected, 2.0 * expected])
+    assert log.time.column == ""
+
+
+@pytest.mark.parametrize("factor", [1.011, 0.989, 2.0])
+def test_sample_times_that_contradict_each_other_by_a_hundredth_are_refused(factor):
+    with pytest.raises(InputError, match=r"was sampled every 0\.01 s and the axis file says otherwise"):
+        recorded({"q": POSITION, "u": EFFORT}, of_file=DT, sample_time=factor * DT)
+
+
+def test_a_log_without_any_time_is_refused():
+    with pytest.raises(InputError, match="has no column of time and no sample time"):
+        recorded({"q": POSITION, "u": EFFORT})
+
+
+def by_speed(stamps=TIME, speed=SPEED, *, reference=None, **stated):
+    """The log of a speed alone, and of a reference where there is one."""
+    columns = {"time": Column("t", "", "s"), "velocity": Column("v", "", "m/s")}
+    values = {"t": stamps, "v": speed}
+    if reference is not None:
+        columns["reference"], values["r"] = Column("r", "", "m"), reference
+    return recorded(values, Axis(columns=columns, **stated))
+
+
+def test_a_position_that_was_not_recorded_is_the_integral_of_the_speed():
+    log = by_speed()
+    assert log.position.values == pytest.approx(np.sin(2.0 * TIME), abs=2e-4)  # trapezoids of steps of 0.01 s
+    assert log.position.values[1] == pytest.approx(0.5 * DT * (SPEED[0] + SPEED[1]))
+    assert (log.position.unit, log.position.column) == ("m", "v")
+    assert log.position.step == pytest.approx(log.velocity.step * DT)
+    (note,) = [text for text in log.notes if "the log has no position" in text]
+    assert "it is the integral of column v; it begins at 0" in note
+    assert "What depends on the place means nothing" in note
+
+
+def test_an_integral_begins_at_the_reference_where_there_is_one():
+    log = by_speed(reference=3.0 + POSITION)
+    assert log.position.values == pytest.approx(3.0 + np.sin(2.0 * TIME), abs=2e-4)
+    assert any("it begins at the reference" in note for note in log.notes)
+
+
+def test_an_integral_goes_on_where_it_ended_before_a_gap():
+    stamps = TIME + np.where(np.arange(COUNT) >= 250, 7.0, 0.0)
+    log = by_speed(stamps, np.full(COUNT, 2.0) + 1e-3 * SPEED)
+    first, second = log.segments
+    assert (first.stop, second.start) == (250, 250)
+    assert log.position.values[250] == log.position.values[249]
+    assert log.position.values[251] - log.position.values[250] == pytest.approx(2.0 * DT, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("stated", "named"),
+    [
+        ({"kind": "rotational", "gravity": True}, "the place, here gravity, means nothing"),
+        ({"kind": "rotational", "cogging": (Cogging("motor", 6.28, (6,)),)}, "the place, here cogging, means nothing"),
+        ({"kind": "rotational", "gravity": True, "cogging": (Cogging("motor", 6.28, (6,)),)}, "the place, here gravity and cogging, means"),
+        ({"kind": "rotational"}, "the place means nothing"),
+    ],
+)
+def test_terms_of_the_place_mean_nothing_without_a_position(stated, named):
+    columns = {"time": Column("t", "", "s"), "velocity": Column("v", "", "rad/s")}
+    log = recorded({"t": TIME, "v": SPEED}, Axis(columns=columns, **stated))
+    assert named in log.notes[-1]
+
+
+@pytest.mark.parametrize(("limit", "is_doubted"), [(1.0, True), (1.9, True), (1.96, False), (None, False)])
+def test_a_unit_is_doubted_where_the_axis_moves_faster_than_its_limit_and_noise(limit, is_doubted):
+    log = recorded({"q": POSITION, "u": EFFORT}, of_file=DT, velocity_limit=limit)
+    # Over 20 samples the fastest speed of this sine is 1.98 m/s, and two hundredths beyond a limit are noise.
+    assert any("faster than its limit of" in note for note in log.notes) is is_doubted
+
+
+@pytest.mark.parametrize(("jitter", "late", "is_told"), [(0.05, 0.0, False), (0.05, 0.3, True), (0.2, 0.0, True)])
+def test_resampling_is_told_from_a_tenth_of_the_sample_time_on(jitter, late, is_told):
+    noise = np.random.default_rng(1).uniform(-jitter, jitter, COUNT)
+    noise[200] += late
+    columns = COLUMNS | {"time": Column("t", "", "s")}
+    stamps = TIME + DT * noise
+    rough = np.sin(2.0 * TIME) + 0.01 * np.random.default_rng(2).standard_normal(COUNT)
+    log = recorded({"t": stamps, "q": rough, "u": EFFORT}, Axis(columns=columns))
+    told = [finding.numbers for finding in log.findings if finding.code == "resampled"]
+    assert bool(told) is is_told
+    for numbers in told:
+        assert numbers["sample_time"] == pytest.approx(DT, rel=1e-3)
+        assert 0.0 < numbers["percent"] <= numbers["largest"]
+        assert numbers["largest"] == pytest.approx(100.0 * np.max(np.abs(noise)), rel=0.2)
+        assert 0.005 < numbers["position_error"] < 0.05  # of its noise
+        assert numbers["effort_error"] < 0.4 * numbers["position_error"]
+
+
+def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
+    extra = {"load": Column("n", "", "N"), "time": Column("t", "", "s"), "reference": Column("q", "", "m")}
+    stamps = TIME + np.where(np.arange(COUNT) >= 250, 1.0, 0.0)
+    values = {"t": stamps, "q": POSITION, "u": EFFORT, "n": 1.0 + POSITION, "p": EFFORT, "k": POSITION}
+    axis = Axis(columns=COLUMNS | extra, injected=(Injected("p", 2.0),), regressors=(KnownColumn("k", "k"),))
+    log = recorded(values, axis)
+    part = within(log, (1.0, 4.0))  # samples 100 to 300, for the second segment begins at 3.5 s
+    assert [(segment.start, segment.stop) for segment in part.segments] == [(0, 150), (150, 200)]
+    for name in ("time", "position", "effort", "reference", "load"):
+        assert getattr(part, name).values.tolist() == getattr(log, name).values[100:300].tolist()
+    assert part.injected[0].values.tolist() == (2.0 * EFFORT)[100:300].tolist()
+    assert part.regressors[0].values.tolist() == POSITION[100:300].tolist()
+    assert part.notes == (*log.notes, "only what lies between 1 and 4 s was used")
+    assert [(s.start, s.stop) for s in within(log, (3.6, 4.0)).segments] == [(0, 40)]
+    assert len(recorded(values, replace(axis, span=(1.0, 4.0)))) == 200
+
+
+@pytest.mark.parametrize(("end", "is_enough"), [(1.095, True), (1.085, False)])
+def test_a_span_holds_ten_samples_at_least(end, is_enough):
+    log = recorded({"q": POSITION, "u": EFFORT}, of_file=DT)
+    if is_enough:
+        assert len(within(log, (0.995, end))) == 10
+    else:
+        with pytest.raises(InputError, match=r"holds next to nothing of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"):
+            within(log, (0.995, end))

@@ -1,0 +1,90 @@
+"""What one leg from rest tells of break-away, and what several tell by their rate: cases worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle.logs import break_away
+from bristle.logs.break_away import Recording
+from bristle.logs.turns import Leg
+
+REST, RISE, SLIDE = 100, 200, 300
+
+
+def pull(side=1.0, before=-8.0, peak=10.0, level=8.0, noise=0.0, still=0):
+    """A contact at rest with a force that a motion the other way left, which turns over in even steps and slides."""
+    turning = np.concatenate([np.full(still, before), np.linspace(before, peak, RISE - still)])
+    sliding = level + noise * np.resize([1.0, -1.0], SLIDE)
+    force = np.concatenate([np.full(REST, before), turning, sliding])
+    position = np.concatenate([np.full(REST, 3.0), 3.0 + side * 1e-3 * np.arange(1.0, RISE + SLIDE + 1.0)])
+    time = 0.01 * np.arange(force.size)
+    distance = float(position[-1] - position[REST])
+    leg = Leg(REST, force.size - 1, distance, 5.0, slice(REST + 20, force.size - 10), 0.9, 0.1, from_rest=True)
+    return leg, slice(0, REST), Recording(time, position, side * force)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_break_away_is_the_peak_and_the_way_over_which_nine_tenths_turn(side):
+    result = break_away._measured(*pull(side), 1.0)
+    assert (result.speed, result.side) == (0.1, side)
+    assert result.force == pytest.approx(10.0)
+    assert result.distance == pytest.approx(0.9 * RISE * 1e-3, abs=2e-3)  # of even steps of a millimetre
+
+
+def test_a_peak_within_three_deviations_of_the_sliding_force_is_noise():
+    for peak, force in ((8.8, 8.0), (9.0, 9.0)):  # 0.9 is three times what the force scatters by
+        assert break_away._measured(*pull(peak=peak, level=8.0, noise=0.3), 1.0).force == pytest.approx(force, abs=0.01)
+
+
+@pytest.mark.parametrize(("before", "tells"), [(-8.0, True), (-5.1, True), (-4.9, False), (0.0, False), (5.0, False)])
+def test_a_leg_tells_break_away_where_the_contact_was_left_the_other_way_by_half_of_it(before, tells):
+    assert (break_away._measured(*pull(before=before), 1.0) is not None) is tells
+
+
+def test_a_contact_that_turns_within_the_filter_tells_nothing():
+    turned = round(0.8 * RISE)  # samples from a tenth of the change to nine tenths
+    assert break_away._measured(*pull(), turned - 3.0) is not None
+    assert break_away._measured(*pull(), turned + 3.0) is None
+    assert break_away._measured(*pull(still=100), turned - 3.0) is None
+
+
+def test_a_force_that_never_pulls_tells_nothing():
+    assert break_away._measured(*pull(before=-8.0, peak=-1.0, level=-2.0), 1.0) is None
+
+
+def legs(*facts):
+    """Legs by speed and side."""
+    return [break_away._Leg(speed, side, 1.0, 1.0) for speed, side in facts]
+
+
+def test_a_mean_of_logarithms_has_the_interval_of_student():
+    values = [2.0, 8.0, 4.0]  # in logarithms to the base 2: 1, 3, 2
+    ((mean, interval),) = break_away._estimates(legs(*3 * [(0.1, 1.0)]), [[0, 1, 2]], [0.1], values, 0.0)
+    assert mean == pytest.approx(4.0)
+    factor = 2.0 ** (4.302653 / math.sqrt(3.0))  # Student's t of 2 degrees of freedom, of a deviation of 1
+    assert interval == (pytest.approx(4.0 / factor), pytest.approx(4.0 * factor))
+
+
+def test_both_directions_have_a_common_mean_and_their_difference_is_no_scatter():
+    facts = [(0.1, 1.0), (0.1, -1.0)] * 2
+    ((mean, interval),) = break_away._estimates(legs(*facts), [[0, 1, 2, 3]], [0.1], [2.0, 8.0, 2.0, 8.0], 0.0)
+    assert mean == pytest.approx(4.0)
+    assert interval == (pytest.approx(4.0), pytest.approx(4.0))
+
+
+def test_an_error_that_all_legs_share_stays_in_the_interval():
+    ((_, interval),) = break_away._estimates(legs(*4 * [(0.1, 1.0)]), [[0, 1, 2, 3]], [0.1], 4 * [5.0], 0.05)
+    assert interval == (pytest.approx(5.0 * math.exp(-0.0196), rel=1e-4), pytest.approx(5.0 * math.exp(0.0196), rel=1e-4))
+
+
+def test_a_force_follows_its_power_of_the_rate():
+    speeds = [0.1, 0.1, 1.0, 1.0]
+    values = [3.0 * speed**0.25 for speed in speeds]
+    estimates = break_away._estimates(legs(*((speed, 1.0) for speed in speeds)), [[0, 1], [2, 3]], [0.1, 1.0], values, 0.0)
+    assert [mean for mean, _ in estimates] == pytest.approx([3.0 * 0.1**0.25, 3.0])
+
+
+def test_a_leg_alone_has_no_interval_and_no_leg_has_no_estimate():
+    assert break_away._estimates(legs((0.1, 1.0)), [[0]], [0.1], [7.0], 0.0) == [(pytest.approx(7.0), None)]
+    assert break_away._estimates([], [], [], [], 0.0) == []
