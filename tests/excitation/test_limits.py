@@ -28,8 +28,8 @@ def test_a_motion_uses_nine_tenths_of_each_limit_and_all_of_the_jerk():
 def test_a_limit_that_nobody_said_is_none():
     result = limits(Axis(kind="rotational"))
     assert result == MotionLimits("rotational", 1e-3)
-    assert (result.reach, result.room, result.fastest, result.corner(1.0, 1.0)) == (0.0, 0.0, math.inf, 20.0)
-    assert (limits().reach, limits().room, limits().fastest) == (7e-6, pytest.approx(0.27), pytest.approx(0.27))
+    assert (result.reach, result.extent, result.fastest, result.corner(1.0, 1.0)) == (0.0, 0.0, math.inf, 20.0)
+    assert (limits().reach, limits().extent, limits().fastest) == (7e-6, pytest.approx(0.27), pytest.approx(0.27))
 
 
 @pytest.mark.parametrize(("start", "travel"), [(0.15, 0.09), (0.0, 0.18), (0.05, 0.27)])

@@ -69,7 +69,7 @@ class MotionLimits:
         return self.presliding or 0.0
 
     @property
-    def room(self) -> float:
+    def extent(self) -> float:
         """The distance within which the motion stays [m or rad]; 0 where nothing says it."""
         return self.travel or 0.0
 

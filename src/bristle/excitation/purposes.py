@@ -151,13 +151,13 @@ def _no_stribeck(limits: MotionLimits) -> str:
         if value is None:
             return f"how much {quantity} the axis allows is not known: write {remedy}"
     if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
-        return f"a travel of {limits.in_unit(limits.room, 'length')} is too short for several velocities"
+        return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities"
     return ""
 
 
 def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    acceleration, most = limits.acceleration or math.inf, 0.5 * limits.room
+    acceleration, most = limits.acceleration or math.inf, 0.5 * limits.extent
     fastest, least = _fastest(limits), _shortest(limits)
 
     def make(rate: float) -> list[ExcitationPiece]:
@@ -178,7 +178,7 @@ def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 def _shortest(limits: MotionLimits) -> float:
     """Return the amplitude of the shortest slide [m or rad]."""
     smallest = max(SLIDING * limits.reach, 200.0 * limits.count)
-    return min(smallest or 0.01 * limits.room, 0.5 * limits.room)
+    return min(smallest or 0.01 * limits.extent, 0.5 * limits.extent)
 
 
 def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
@@ -191,7 +191,7 @@ def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
 
 def _fastest(limits: MotionLimits) -> float:
     """Return the largest velocity at which half of a quarter of the loop is left for a steady slide [m/s or rad/s]."""
-    a, room_left = limits.acceleration or math.inf, 0.25 * limits.room
+    a, room_left = limits.acceleration or math.inf, 0.25 * limits.extent
     rise = a / limits.jerk
     return min(limits.fastest, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
 
