@@ -90,7 +90,7 @@ def test_a_larger_sample_holds_a_smaller_one_and_lines_that_move_stay_in_it():
 def test_the_nearest_tests_come_first():
     imports = Imports(ROOT)
     assert imports.tests_of("src/bristle/engine/efim.py")[0] == "tests/engine/test_efim.py"
-    assert imports.tests_of("src/bristle/controllers/velocity.py")[0] == "tests/controllers/test_laws.py"
+    assert imports.tests_of("src/bristle/controllers/velocity.py")[0] == "tests/controllers/test_by_hand.py"
     assert imports.tests_of("src/bristle/engine/step_doubling.py")[0] == "tests/engine/test_step_doubling.py"
     assert "tests/certificates/test_passive.py" in imports.tests_of("src/bristle/friction/elastoplastic.py")
 
