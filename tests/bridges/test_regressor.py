@@ -12,6 +12,7 @@ from tests.identification.test_delay import late
 
 import bristle as br
 from bristle.bridges import FrictionRegressor
+from bristle.bridges.regressor import _columns_of
 from bristle.core.errors import InputError
 
 DT = 1e-3
@@ -104,6 +105,15 @@ def test_a_table_with_names_is_taken_by_its_names(log, fitted):
     np.testing.assert_array_equal(named.predict(frame), fitted.predict(X))
     with pytest.raises(InputError, match="X: lacks a column"):
         named.predict(frame.rename(columns={"time": "t"}))
+
+
+def test_columns_of_a_table_may_have_a_velocity_and_stand_in_any_order():
+    columns = _columns_of({"velocity": [1.0, 1.0], "position": [2.0, 3.0], "time": [0.0, 1.0], "more": [9.0, 9.0]})
+    assert {name: values.tolist() for name, values in columns.items()} == {
+        "time": [0.0, 1.0],
+        "position": [2.0, 3.0],
+        "velocity": [1.0, 1.0],
+    }
 
 
 def test_a_velocity_is_a_third_column(log):

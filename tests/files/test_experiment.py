@@ -7,7 +7,8 @@ import pytest
 
 from bristle.core import InputError
 from bristle.core.errors import InputWarning
-from bristle.files.experiment import merged, read_experiment
+from bristle.files.experiment import Planned, merged, read_experiment
+from bristle.files.results import results_folder
 
 PLAIN = """
 schema = 1
@@ -306,6 +307,23 @@ def test_a_model_is_fitted_to_logs_or_to_a_loop_that_is_excited(experiment, entr
     with pytest.raises(InputError) as caught:
         experiment(f'{text}[compare.loop.friction]\nmodel = "coulomb"\nF_C = 1\n[identify.own]\n{entries}\n')
     assert said in str(caught.value)
+
+
+def planned(folder, digest="d1"):
+    return Planned("friction", folder, digest, (), None, None, {})
+
+
+def test_a_model_is_identified_anew_where_its_inputs_changed_and_never_taken_where_it_was_edited(tmp_path):
+    plan = planned(tmp_path / "a")
+    assert not plan.is_current, "nothing is there yet"
+    with results_folder(plan.folder) as folder:
+        folder.write("model.toml", "schema = 1\n")
+        folder.write(*plan.note)
+    assert plan.is_current
+    assert not planned(plan.folder, "d2").is_current
+    (plan.folder / "model.toml").write_text("schema = 2\n")
+    with pytest.raises(InputError, match="was changed since it was identified"):
+        _ = plan.is_current
 
 
 def test_a_loop_of_a_log_is_a_reference_with_its_own_sample_time(experiment, tmp_path):

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle import controllers, plants
+from bristle import controllers, friction, plants, references, sensors
 from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
+from bristle.core.experiment import Feedforward, Run, Variant
 from bristle.files.experiment_text import LoopRecord, NextExperiment, kind_of_loop, loop_text, read_loop
 from bristle.logs.log import Log
 
@@ -125,6 +126,23 @@ def test_gains_that_nobody_told_are_to_be_filled_in():
     assert result.missing == ()
     assert "controller" not in tables
     assert result.loop == ""
+
+
+def loop_of(injected=None):
+    """A loop as an identification finds it: half a second of a reference, and what is known of its efforts."""
+    reference = references.recorded(position=0.01 * np.arange(500.0), sample_time=1e-3)
+    contact, law = friction.coulomb(F_C=1.0), controllers.cascade(k_p=10.0, k_v=200.0)
+    run, plain = Run(0.499, 1e-3, settle=0.1), Feedforward()
+    return Variant("loop", plants.inertia(M=3.0), contact, law, sensors.encoder(resolution=0.0), reference, plain, run, injected=injected)
+
+
+def test_a_known_input_of_a_loop_is_replayed_where_there_is_one():
+    log, plant = log_of(), plants.inertia(M=3.0)
+    options = {"has_axis_file": True, "loop": loop_of()}
+    alone = NextExperiment.beside_model(plant, Axis(), log, Path(), **options)
+    pushed = NextExperiment.beside_model(plant, Axis(), log, Path(), **options | {"loop": loop_of(np.ones(500))})
+    assert "injected" not in tomllib.loads(alone.text)
+    assert tomllib.loads(pushed.text)["injected"] == {"file": "loop.csv"}
 
 
 def test_variants_feed_forward_inertia_and_then_friction():

@@ -29,6 +29,7 @@ metrics = ["following_error.rms", "stiff.effort.peak"]
 def test_a_study_says_what_varies_and_what_is_kept(bench):
     study = bench.study(LOOPS)
     assert study.count == 16
+    assert "draws" not in study.origins
     assert study.units == {"controller.k_p": "1/s", "compare.stiff.controller.k_v": "N*s/m", "reference.frequency": "Hz", "run.delay": ""}
     assert [metric.column for metric in study.metrics] == ["plain.following_error.rms", "stiff.following_error.rms", "stiff.effort.peak"]
     values = study.values(Block(0, 16))

@@ -175,15 +175,16 @@ def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS
     distinct = _apart([curve for curve in read if curve.u[0] < top], 1e-9 * (top - read[0].u[0]))
     share = np.linspace(0.0, 1.0, columns)
     rows = [0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct]
+    E_top = np.array([*(0.5 * (saturation - curve.f[0]) for curve in distinct), 0.0])
     table = Curves(
         reversals=np.array([*(curve.u[0] for curve in distinct), top]),
         ends=np.array([*(curve.u[-1] for curve in distinct), top]),
         E=np.concatenate([*rows, np.zeros(columns)]),
-        E_top=np.array([*(0.5 * (saturation - curve.f[0]) for curve in distinct), 0.0]),
+        E_top=E_top,
         side=side,
-        offset=0.0,
+        offset=side * (saturation - float(E_top[0])),
     )
-    return REVERSAL_TABLE(kind=kind, **table._asdict() | {"offset": side * (saturation - float(table.E_top[0]))}, **settings)
+    return REVERSAL_TABLE(kind=kind, **table._asdict(), **settings)
 
 
 def _side(curve: tuple[Any, Any]) -> float:
