@@ -17,7 +17,7 @@ MOST_NAMES = 246
 def storeys():
     """Return the packages of the library, and the applications above them."""
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
-    (contract,) = (one for one in project["tool"]["importlinter"]["contracts"] if one["name"].startswith("Two storeys"))
+    (contract,) = (single for single in project["tool"]["importlinter"]["contracts"] if single["name"].startswith("Two storeys"))
     return contract["source_modules"], contract["forbidden_modules"]
 
 

@@ -107,13 +107,13 @@ def test_motions_are_numbered_through_both_sides():
     low = [Cycle(stretch, slice(0, 10)), Cycle(stretch, slice(10, 20))]
     high = [Cycle(recording(wide), slice(0, 10)), Cycle(stretch, slice(20, 30)), Cycle(recording(5.0 + wide), slice(0, 10))]
     numbered = cycles._numbered([low, high], 0.0, 0.02, complete=True)
-    assert [[cycle.kind for cycle in own] for own in numbered] == [[0, 1], [1, 0, 2]]
+    assert [[cycle.kind for cycle in custom] for custom in numbered] == [[0, 1], [1, 0, 2]]
 
 
 @pytest.mark.parametrize(("complete", "number"), [(True, 1), (False, 0)])
 def test_pieces_are_placed_from_where_their_motion_begins(complete, number):
-    here, there = (recording(origin + np.arange(10.0)) for origin in (0.0, 40.0))
-    numbered = cycles._numbered([[Cycle(here, slice(0, 10))], [Cycle(there, slice(0, 10))]], 0.0, 0.02, complete=complete)
+    here, present = (recording(origin + np.arange(10.0)) for origin in (0.0, 40.0))
+    numbered = cycles._numbered([[Cycle(here, slice(0, 10))], [Cycle(present, slice(0, 10))]], 0.0, 0.02, complete=complete)
     assert numbered[1][0].kind == number
 
 
@@ -182,13 +182,13 @@ def test_a_log_too_short_for_the_filter_tells_why():
 
 
 def test_a_log_that_moves_to_and_fro_gives_whole_cycles_and_others_pieces():
-    one, other = ((log(seed, sine(4), effort=None), None) for seed in (1, 2))
-    low, high, complete = sides_of([one], [other], follows=True, tells_effort=False)
+    single, other = ((log(seed, sine(4), effort=None), None) for seed in (1, 2))
+    low, high, complete = sides_of([single], [other], follows=True, tells_effort=False)
     assert complete
     assert spans(low.cycles) == [(188, 438), (438, 688), (688, 938)]  # from three quarters of a period on
     assert set(low.kinds) == set(high.kinds) == {0}
     short = (log(3, sine(1.4), effort=None), None)
-    low, high, complete = sides_of([one], [short], follows=True, tells_effort=False)
+    low, high, complete = sides_of([single], [short], follows=True, tells_effort=False)
     assert not complete
     assert {cycle.count for cycle in (*low.cycles, *high.cycles)} == {350 // 20}
     assert low.kinds[:20] == high.kinds[:20]
@@ -205,8 +205,8 @@ def test_both_sides_have_the_longest_sample_time():
 def test_a_reference_that_trembles_by_less_than_a_share_of_its_range_turns_no_oftener(amplitude):
     motion = sine(4, amplitude=amplitude)
     ripple = 0.4e-3 * np.ptp(motion[0]) * np.sin(0.25 * np.pi * np.arange(motion[0].size))
-    one, other = ((log(seed, motion, reference=motion[0] + ripple, effort=None), None) for seed in (1, 2))
-    low, _, complete = sides_of([one], [other], follows=True, tells_effort=False)
+    single, other = ((log(seed, motion, reference=motion[0] + ripple, effort=None), None) for seed in (1, 2))
+    low, _, complete = sides_of([single], [other], follows=True, tells_effort=False)
     assert complete
     assert [cycle.count for cycle in low.cycles] == pytest.approx(3 * [250], abs=4)
 

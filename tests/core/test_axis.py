@@ -17,9 +17,9 @@ OF_THE_GROUND = ("stiffness", "damping")
 
 
 def refused(path, words=None, **values):
-    with pytest.raises(InputError, match=words) as told:
+    with pytest.raises(InputError, match=words) as reported:
         Axis(**values)
-    assert told.value.path == path
+    assert reported.value.path == path
 
 
 def test_an_axis_of_which_nothing_is_said_is_a_mass_that_is_driven_and_fitted_by_its_efforts():

@@ -30,15 +30,15 @@ def test_what_is_wrong_is_told_below_the_place_that_the_model_has(path):
         ({"F_C": 8.0, "F_S": 11.0}, path or "stribeck"),
         (STRIBECK | {"F_S": 7.0}, path or "stribeck"),
     ):
-        with pytest.raises(InputError) as told:
+        with pytest.raises(InputError) as reported:
             made(values, path=path)
-        assert told.value.path == place
-    with pytest.raises(InputError) as told:
+        assert reported.value.path == place
+    with pytest.raises(InputError) as reported:
         made(kind="magnetic", path=path)
-    assert (told.value.path, told.value.allowed) == (f"{before}kind", "translational or rotational")
-    with pytest.raises(InputError) as told:
+    assert (reported.value.path, reported.value.allowed) == (f"{before}kind", "translational or rotational")
+    with pytest.raises(InputError) as reported:
         made(validate=1, path=path)
-    assert told.value.path == f"{before}validate"
+    assert reported.value.path == f"{before}validate"
 
 
 def test_a_parameter_that_is_missing_is_described():

@@ -19,14 +19,14 @@ def test_a_message_has_its_parts_in_order():
 
 @pytest.mark.parametrize(("part", "most"), [("path", 400), ("message", 800), ("allowed", 1200), ("mend", 800)])
 def test_a_part_of_any_length_is_cut_to_what_can_be_read(part, most):
-    def told(length):
+    def reported(length):
         parts = {"message": "is wrong"} | {part: "x" * length}
         return str(InputError(**parts))
 
-    assert "x" * most in told(most)
-    assert "..." not in told(most)
-    assert "x" * (most - 3) + "..." in told(most + 1)
-    assert told(most + 1).count("x") == most - 3
+    assert "x" * most in reported(most)
+    assert "..." not in reported(most)
+    assert "x" * (most - 3) + "..." in reported(most + 1)
+    assert reported(most + 1).count("x") == most - 3
 
 
 def test_values_are_shown_in_sixty_letters_and_large_ones_by_their_shape():
@@ -49,9 +49,9 @@ def test_values_are_shown_in_sixty_letters_and_large_ones_by_their_shape():
 
 
 def test_an_error_is_located_before_its_own_place():
-    with pytest.raises(InputError) as told, located("axis.toml", mend="Look there"):
+    with pytest.raises(InputError) as reported, located("axis.toml", mend="Look there"):
         raise InputError("is wrong", path="plant.mass", value=1.0)
-    assert str(told.value) == "axis.toml: plant.mass: is wrong; found 1.0. Look there"
+    assert str(reported.value) == "axis.toml: plant.mass: is wrong; found 1.0. Look there"
     assert InputError("is wrong").at("a").path == "a"
     assert InputError("is wrong", path="b").at().path == "b"
 

@@ -48,9 +48,9 @@ def test_a_run_counts_from_its_first_sample_once_without_lag_or_limit():
 )
 def test_a_run_out_of_its_ranges_is_refused_by_the_name_of_what_is_wrong(wrong):
     (name,) = wrong
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as reported:
         Run(**{"duration": 2.0, "sample_time": 1e-3} | wrong)
-    assert told.value.path == name
+    assert reported.value.path == name
 
 
 def test_as_many_samples_are_allowed_as_told():

@@ -197,8 +197,8 @@ def keys_of(schema, prefix=""):
         yield from keys_of(inner) if inner else [field.alias or name]
 
 
-def is_table(one):
-    return isinstance(one, type) and issubclass(one, Strict)
+def is_table(single):
+    return isinstance(single, type) and issubclass(single, Strict)
 
 
 def test_the_axis_page_tells_every_key():

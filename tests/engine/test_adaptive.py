@@ -206,10 +206,10 @@ DRY = friction.coulomb(F_C=1.0)
 
 def stubbed(monkeypatch, model=DRY, reached=11, report=(7.0, 2.0, 0.0, 0.0), **options):
     """Return the trace of a run whose steps a stub makes, and what that was asked for."""
-    asked = []
+    requested = []
 
     def steps(entries, vectors, before, full_step, course, limits, samples, counts):
-        asked.append((vectors, course, limits, before.memory is not vectors.memory))
+        requested.append((vectors, course, limits, before.memory is not vectors.memory))
         samples.x[:], samples.v[:], samples.impulse[:] = np.arange(11.0), -np.arange(11.0), 3.0 * samples.times
         counts[:] = report
         return reached
@@ -217,7 +217,7 @@ def stubbed(monkeypatch, model=DRY, reached=11, report=(7.0, 2.0, 0.0, 0.0), **o
     monkeypatch.setattr(adaptive, "driver", lambda function: steps)
     with interpreted():
         trace = run_adaptive(inertia(M=1.0), model, np.ones(10), 0.2, **{"tolerance": 1e-4} | options)
-    return trace, asked[0]
+    return trace, requested[0]
 
 
 @pytest.mark.parametrize(

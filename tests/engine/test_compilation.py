@@ -79,9 +79,9 @@ def test_arguments_of_a_driver_lie_in_a_row():
 
 
 def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(monkeypatch):
-    asked = []
+    requested = []
     monkeypatch.setattr(
-        compilation, "_compile", lambda name, function, kind, code, parts, interleaved: asked.append(interleaved) or function
+        compilation, "_compile", lambda name, function, kind, code, parts, interleaved: requested.append(interleaved) or function
     )
     monkeypatch.setattr(compilation, "_entries", {})
     monkeypatch.setattr(compilation, "fingerprint", lambda *parts: "0")
@@ -95,7 +95,7 @@ def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(
     assert compilation.compiled("plain", lambda: pytest.fail("made again"), None) is first is made
     compilation.compiled("lanes", lambda: made, None, (), 4)
     compilation.compiled("plain", lambda: made, None, (len,))  # of other parts: another entry
-    assert asked == [1, 4, 1]
+    assert requested == [1, 4, 1]
 
 
 def test_what_is_compiled_of_two_codes_has_numbers_far_apart():

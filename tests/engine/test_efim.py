@@ -142,9 +142,9 @@ Body = STAGE.component.State
 @pytest.mark.parametrize(("film", "effort", "time"), [(DryFilm(4.0, 0.0), 0.0, 1.0), (DryFilm(4.0, 3.0), 1.0, 2.0 / 3.0)])
 def test_a_body_stops_where_its_momentum_is_spent(way, film, effort, time):
     ASKED.clear()
-    found = stopping_time(Body(0.3, way * 2.0), (), (), way * effort, 3.0, STAGE.parameters, film)
+    outcome = stopping_time(Body(0.3, way * 2.0), (), (), way * effort, 3.0, STAGE.parameters, film)
     # M v = (F - u) t, with the friction at the mean velocity v / 2.
-    assert found == pytest.approx(time, rel=1e-14)
+    assert outcome == pytest.approx(time, rel=1e-14)
     assert set(ASKED) == {way}
     assert len(ASKED) < 12
 

@@ -237,8 +237,8 @@ def test_a_tree_computes_the_numbers_of_the_kernel(function):
     for x in (-3.25, -1.0, -0.5, 0.0, 0.3, 1.0, 2.0, 2.75, 9.5):
         for n in range(7):
             for p in (P, P._replace(kind=9, is_even=False)):
-                expected, found = python_and_tree(function, entry, x, n, p, lambda *passed: passed)
-                assert found == expected
+                expected, outcome = python_and_tree(function, entry, x, n, p, lambda *passed: passed)
+                assert outcome == expected
 
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
@@ -250,8 +250,8 @@ def test_a_tree_with_settled_parameters_computes_the_numbers_of_the_kernel(funct
     kept = [["x", "n", "memory", "p"].index(parameter.name) for parameter in left.parameters]
     for x in (-3.25, -1.0, 0.0, 0.3, 2.0, 9.5):
         for n in (0, 2, 3, 5):
-            expected, found = python_and_tree(function, left, x, n, p, lambda *passed: [passed[place] for place in kept])
-            assert found == expected
+            expected, outcome = python_and_tree(function, left, x, n, p, lambda *passed: [passed[place] for place in kept])
+            assert outcome == expected
 
 
 def test_called_functions_stand_before_the_callers_with_descriptions():

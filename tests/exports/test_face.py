@@ -13,7 +13,7 @@ COULOMB = br.friction.coulomb(F_C=1.0)
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def requested(monkeypatch):
     """Targets with the request, and whether harm is accepted."""
     seen = []
 
@@ -25,9 +25,9 @@ def asked(monkeypatch):
     return seen
 
 
-def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_may_do_no_harm(asked, tmp_path):
+def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_may_do_no_harm(requested, tmp_path):
     result = br.export(COULOMB, "c", tmp_path / "out")
-    ((target, request, accept_harm),) = asked
+    ((target, request, accept_harm),) = requested
     assert (target, request.model, request.name, request.dt) == ("c", COULOMB, "axis_x", 5e-4)
     assert (request.tunable, request.single, accept_harm) == (False, False, False)
     assert (request.axis, request.plant, request.log, request.loop) == (None, None, None, None)
@@ -37,24 +37,30 @@ def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_m
     with pytest.raises(br.core.InputError):
         br.export(COULOMB, "c", tmp_path / "out")
     br.export(COULOMB, "c", tmp_path / "out", force=True, accept_harm=True, tunable=True, float32=True, rest="middle", mass="2 kg")
-    assert (asked[1][1].tunable, asked[1][1].single, asked[1][1].rest, asked[1][1].mass, asked[1][2]) == (True, True, "middle", 2.0, True)
+    assert (requested[1][1].tunable, requested[1][1].single, requested[1][1].rest, requested[1][1].mass, requested[1][2]) == (
+        True,
+        True,
+        "middle",
+        2.0,
+        True,
+    )
 
 
 @pytest.mark.parametrize(("points", "taken"), [(1, False), (2, True), (1000, True), (1001, False)])
-def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(asked, tmp_path, points, taken):
+def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(requested, tmp_path, points, taken):
     if taken:
         br.export(COULOMB, "table", tmp_path / "out", points=points)
-        assert asked[0][1].points == points
+        assert requested[0][1].points == points
     else:
         with pytest.raises(br.core.InputError, match="points"):
             br.export(COULOMB, "table", tmp_path / "out", points=points)
 
 
-def test_typed_options_and_missing_options_make_the_request_of_an_export(asked):
+def test_typed_options_and_missing_options_make_the_request_of_an_export(requested):
     options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})
-    assert [(request.name, request.dt, request.rest, harm) for _, request, harm in asked] == [
+    assert [(request.name, request.dt, request.rest, harm) for _, request, harm in requested] == [
         ("axis_x", 5e-4, "", False),
         ("mine", 2e-3, "held", True),
     ]

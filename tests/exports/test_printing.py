@@ -22,8 +22,8 @@ def function_of(*body, parameters=(X, N), result=VOID, name="f", description="")
 def test_whole_numbers_beyond_31_bits_and_bitwise_operations_are_wide():
     narrow = [whole(2**31 - 1), whole(1 - 2**31), t.Constant(REAL, 1e12), *(t.Binary(INTEGER, operator, N, N) for operator in "+%")]
     wide = [whole(2**31), whole(-(2**31)), *(t.Binary(INTEGER, operator, N, N) for operator in ("&", "^", ">>"))]
-    found = [[needs_wide_integers(t.Unit([function_of(), function_of(t.Return(e))])) for e in group] for group in (narrow, wide)]
-    assert found == [[False] * 5, [True] * 5]
+    outcome = [[needs_wide_integers(t.Unit([function_of(), function_of(t.Return(e))])) for e in group] for group in (narrow, wide)]
+    assert outcome == [[False] * 5, [True] * 5]
 
 
 class Inner(NamedTuple):

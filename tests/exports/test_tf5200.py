@@ -55,13 +55,13 @@ def test_the_list_of_a_rotary_axis_is_in_thousandths_of_a_degree_a_second():
 
 @pytest.mark.parametrize(("microns", "written", "is_noted"), [(0.4, 4, False), (1.0, 10, False), (1.2, 10, True)])
 def test_a_delay_over_a_distance_ends_at_ten_tenths_of_a_micrometre(monkeypatch, microns, written, is_noted):
-    asked = []
-    monkeypatch.setattr(tf5200, "reversal_distance", lambda model, speed: asked.append(speed) or microns * 1e-6)
+    requested = []
+    monkeypatch.setattr(tf5200, "reversal_distance", lambda model, speed: requested.append(speed) or microns * 1e-6)
     product = write(request_for(br.friction.coulomb(F_C=8.0)))
     assert rows_of(product)["position_delay"] == written
     reason = "position_delay is 10, where its range ends: friction takes 12 x 0.1 um to turn"
     assert (reason in product.notes) is is_noted
-    assert asked == [pytest.approx(0.2)]
+    assert requested == [pytest.approx(0.2)]
 
 
 @pytest.mark.parametrize(("ahead", "written"), [(1, 1), (4, 4), (5, 4)])

@@ -45,9 +45,9 @@ def test_a_parameter_that_a_model_makes_something_else_of_stays():
 
 def test_what_single_precision_does_not_hold_is_refused_by_its_place():
     refuse_beyond_single({"a": 1e38, "b": math.inf, "c": "text", "d": np.array([1.0, np.nan])})
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as reported:
         refuse_beyond_single({"a": LUGRE.parameters._replace(sigma_0=1e39)})
-    assert (told.value.path, told.value.value) == ("a.sigma_0", 1e39)
+    assert (reported.value.path, reported.value.value) == ("a.sigma_0", 1e39)
     with pytest.raises(InputError, match="k: is larger"):
         refuse_beyond_single({"k": np.array([1.0, -4e38])})
 

@@ -91,12 +91,12 @@ def test_in_short_reversals_stand_above_the_changes_or_the_whole_motion():
 
 
 def test_captions_name_the_panels():
-    one, other = compared(), without_reference()
-    assert "of the following error: light before" in FIGURE.caption(one)
+    single, other = compared(), without_reference()
+    assert "of the following error: light before" in FIGURE.caption(single)
     assert "of the effort: light before" in FIGURE.caption(other)
-    assert ("around reversals" in FIGURE.caption(one), "around reversals" in FIGURE.caption(other)) == (True, False)
-    assert ("at the same speeds" in FIGURE.caption(one), "at the same speeds" in FIGURE.caption(other)) == (True, False)
-    assert SHORT.caption(one).startswith("Above, the mean following error around reversals")
+    assert ("around reversals" in FIGURE.caption(single), "around reversals" in FIGURE.caption(other)) == (True, False)
+    assert ("at the same speeds" in FIGURE.caption(single), "at the same speeds" in FIGURE.caption(other)) == (True, False)
+    assert SHORT.caption(single).startswith("Above, the mean following error around reversals")
     assert SHORT.caption(other).startswith("Above, the mean effort over the cycles")
-    assert FIGURE.alternative(one).startswith("Following error and friction")
+    assert FIGURE.alternative(single).startswith("Following error and friction")
     assert SHORT.alternative(other) == "Effort before and after, and each change"

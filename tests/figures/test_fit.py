@@ -59,11 +59,11 @@ def test_the_first_page_has_the_worst_reversal_where_a_loop_completed():
 
 
 def test_a_caption_of_the_first_page_follows_the_panels():
-    one, two = (figures.FIRST.caption(None, None, loop, None) for loop in (None, 1))
-    assert "Below" not in one
+    single, two = (figures.FIRST.caption(None, None, loop, None) for loop in (None, 1))
+    assert "Below" not in single
     assert "Below" in two
-    one, two = (figures.FIRST.alternative(None, None, loop, None) for loop in (None, 1))
-    assert (one, two) == ("Friction over velocity", "Friction over velocity, and the following error at its worst reversal")
+    single, two = (figures.FIRST.alternative(None, None, loop, None) for loop in (None, 1))
+    assert (single, two) == ("Friction over velocity", "Friction over velocity, and the following error at its worst reversal")
     best, error = fit(PLAIN, "lugre"), Some(error=np.zeros(T.size))
     figure = figures.FIRST.draw(best, [(-0.1, -9.0), (0.1, 9.0)], looped(PLAIN), error)
     assert "measured" in lines(figure.axes[1])

@@ -64,9 +64,9 @@ def test_some_loops_have_a_panel_of_their_own_where_others_would_flatten_them(fo
 
 def test_a_measured_error_lies_below_all_and_is_no_loop():
     figure = following_error(looped(NAMES), ("fed",), np.full(T.size, 9e-6))
-    whole, own = lines(figure.axes[1]), lines(figure.axes[2])
+    whole, custom = lines(figure.axes[1]), lines(figure.axes[2])
     assert list(whole) == ["measured", *NAMES]
-    assert list(own) == ["fed"]
+    assert list(custom) == ["fed"]
     assert whole["measured"].get_ydata() == pytest.approx(9.0)
     assert whole["measured"].get_linewidth() > whole["base"].get_linewidth()
     assert list(lines(figure.axes[-1])) == [f"_{name}" for name in NAMES]
@@ -141,8 +141,8 @@ def test_an_open_loop_has_four_panels_and_a_legend_for_several():
 def test_captions_follow_the_drawing():
     assert "Reference less encoder reading: over time" in FIGURE.caption(None, (), None)
     assert "Reference less encoder reading, measured and simulated: over time" in FIGURE.caption(None, (), 1)
-    one, two = (["a"], ["a"]), (["a", "b", "c"], ["b", "c"])
-    assert AT_REVERSAL.caption(None, one).endswith("and the effort there.")
+    single, two = (["a"], ["a"]), (["a", "b", "c"], ["b", "c"])
+    assert AT_REVERSAL.caption(None, single).endswith("and the effort there.")
     assert AT_REVERSAL.caption(None, two).endswith("and the effort there, both of b and c.")
     assert AT_REVERSAL.alternative(None, two).startswith("Following error of a, b, c over time")
     error = Some(error=np.full(T.size, 9e-6))

@@ -14,7 +14,7 @@ from bristle.files.folder import Folder, exchange, extended, folder_wanted, rena
 
 
 @pytest.fixture
-def held(tmp_path):
+def kept_value(tmp_path):
     """A folder with a file, a folder below, and links to both."""
     place = tmp_path / "held"
     (place / "below").mkdir(parents=True)
@@ -26,73 +26,80 @@ def held(tmp_path):
         yield opened
 
 
-def test_what_is_in_a_folder_is_told_in_order(held):
-    assert held.names() == ["a", "below", "link", "lost"]
-    with held.below("below") as inside:
+def test_what_is_in_a_folder_is_told_in_order(kept_value):
+    assert kept_value.names() == ["a", "below", "link", "lost"]
+    with kept_value.below("below") as inside:
         assert inside.names() == ["b"]
 
 
-def test_links_are_there_and_are_no_files(held):
-    assert [held.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [True, True, False, False, False, False]
-    assert [held.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [True, True, True, False, False]
+def test_links_are_there_and_are_no_files(kept_value):
+    assert [kept_value.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [
+        True,
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
+    assert [kept_value.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [True, True, True, False, False]
     for name in ("link", "lost"):
         with pytest.raises(OSError, match=r"symbolic link"):
-            held.open(name)
+            kept_value.open(name)
 
 
-def test_a_file_has_a_size_and_a_checksum(held):
-    assert held.size("a") == 500_000
-    assert held.size("below/b") == 6
-    assert held.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
+def test_a_file_has_a_size_and_a_checksum(kept_value):
+    assert kept_value.size("a") == 500_000
+    assert kept_value.size("below/b") == 6
+    assert kept_value.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
 
 
-def test_a_file_gets_a_name_that_nothing_has(held):
-    held.rename("a", "c")
-    assert held.names() == ["below", "c", "link", "lost"]
-    held.rename("below/b", "below/d")
-    with held.below("below") as inside:
+def test_a_file_gets_a_name_that_nothing_has(kept_value):
+    kept_value.rename("a", "c")
+    assert kept_value.names() == ["below", "c", "link", "lost"]
+    kept_value.rename("below/b", "below/d")
+    with kept_value.below("below") as inside:
         assert inside.names() == ["d"]
     for taken in ("below", "link", "lost"):
         with pytest.raises(FileExistsError):
-            held.rename("c", taken)
-    assert held.is_file("c")
+            kept_value.rename("c", taken)
+    assert kept_value.is_file("c")
 
 
-def test_where_files_have_a_single_name_an_own_look_comes_first(held, monkeypatch):
+def test_where_files_have_a_single_name_an_own_look_comes_first(kept_value, monkeypatch):
     def refuses(*names, **places):
         raise OSError(errno.EPERM, "no such names")
 
     monkeypatch.setattr(os, "link", refuses)
     monkeypatch.setattr(os, "supports_dir_fd", os.supports_dir_fd | {refuses})
-    held.rename("a", "c")
-    assert held.names() == ["below", "c", "link", "lost"]
+    kept_value.rename("a", "c")
+    assert kept_value.names() == ["below", "c", "link", "lost"]
     with pytest.raises(FileExistsError):
-        held.rename("c", "lost")
+        kept_value.rename("c", "lost")
 
 
-def test_a_file_takes_the_place_of_another(held):
-    held.replace("a", "link")
-    assert held.names() == ["below", "link", "lost"]
-    assert held.is_file("link")
+def test_a_file_takes_the_place_of_another(kept_value):
+    kept_value.replace("a", "link")
+    assert kept_value.names() == ["below", "link", "lost"]
+    assert kept_value.is_file("link")
 
 
-def test_files_and_empty_folders_are_removed(held):
-    held.remove("link")
-    assert held.is_file("a")
+def test_files_and_empty_folders_are_removed(kept_value):
+    kept_value.remove("link")
+    assert kept_value.is_file("a")
     with pytest.raises(OSError, match="not empty"):
-        held.remove_empty("below")
-    held.remove("below/b")
-    held.remove_empty("below")
-    assert held.names() == ["a", "lost"]
+        kept_value.remove_empty("below")
+    kept_value.remove("below/b")
+    kept_value.remove_empty("below")
+    assert kept_value.names() == ["a", "lost"]
 
 
-def test_a_folder_is_made_once_and_not_through_a_link(held, tmp_path):
-    held.make("new")
-    held.make("new")
-    assert held.is_there("new")
+def test_a_folder_is_made_once_and_not_through_a_link(kept_value, tmp_path):
+    kept_value.make("new")
+    kept_value.make("new")
+    assert kept_value.is_there("new")
     for name in ("a", "lost"):
         with pytest.raises(OSError, match=r"[Nn]ot a directory|symbolic link"):
-            held.make(name)
+            kept_value.make(name)
     with pytest.raises(OSError, match=r"[Nn]ot a directory"), Folder(tmp_path / "held/a"):
         pass
 

@@ -88,10 +88,10 @@ def test_a_note_with_a_line_that_bristle_does_not_write_is_none(tmp_path, line):
 
 @pytest.mark.parametrize("is_held", [False, True])
 def test_windows_locks_one_byte_far_behind_the_note_and_reads_on_where_it_was(tmp_path, monkeypatch, is_held):
-    asked = []
+    requested = []
 
     def locking(opened, mode, count):
-        asked.append((os.lseek(opened, 0, os.SEEK_CUR), mode, count))
+        requested.append((os.lseek(opened, 0, os.SEEK_CUR), mode, count))
         if is_held:
             raise OSError(errno.EACCES, "held")
 
@@ -105,6 +105,6 @@ def test_windows_locks_one_byte_far_behind_the_note_and_reads_on_where_it_was(tm
         else:
             assert owned._lock_byte(note.fileno()) is True
         assert note.read(2) == b"45"
-    ((place, mode, count),) = asked
+    ((place, mode, count),) = requested
     assert place > owned.LARGEST_NOTE  # where nobody reads
     assert (mode, count) == (2, 1)

@@ -58,8 +58,8 @@ def test_a_run_takes_from_its_axis_what_its_table_leaves_out():
     axis = Axis(kind="translational", effort_limit=200.0, lag=3e-4, sample_time=5e-4)
     result = run_from({"duration": "2 s"}, axis, SINE, "translational", "run")
     assert (result.duration, result.sample_time, result.effort_limit, result.current_lag) == (2.0, 5e-4, 200.0, 3e-4)
-    own = run_from({"duration": 2, "sample_time": "1 ms", "effort_limit": "50 N", "current_lag": 0}, axis, SINE, "translational", "run")
-    assert (own.sample_time, own.effort_limit, own.current_lag) == (1e-3, 50.0, 0.0)
+    custom = run_from({"duration": 2, "sample_time": "1 ms", "effort_limit": "50 N", "current_lag": 0}, axis, SINE, "translational", "run")
+    assert (custom.sample_time, custom.effort_limit, custom.current_lag) == (1e-3, 50.0, 0.0)
     bare = run_from({"duration": 2, "sample_time": "1 ms"}, None, SINE, "translational", "run")
     assert (bare.effort_limit, bare.current_lag) == (math.inf, 0.0)
 
@@ -197,6 +197,6 @@ def test_a_compensator_is_fed_as_told():
     feedforward = loop(controller=LOOP["controller"] | {"feedforward": fed}).feedforward
     assert (feedforward.mass, feedforward.gain, feedforward.along, feedforward.friction.values["F_C"]) == (20.0, 0.5, "measured", 2.0)
     assert feedforward.plant is None
-    own = loop(controller=LOOP["controller"] | {"feedforward": {"plant": "own"}}).feedforward
-    assert own.plant.values["M"] == 20.0
+    custom = loop(controller=LOOP["controller"] | {"feedforward": {"plant": "own"}}).feedforward
+    assert custom.plant.values["M"] == 20.0
     assert loop(controller=LOOP["controller"] | {"feedforward": {"friction": "none", "offset": 1.0}}).feedforward.friction is None

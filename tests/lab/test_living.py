@@ -164,13 +164,13 @@ def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
 
 
 def test_a_page_is_told_of_the_model_what_is_known_and_nothing_else(monkeypatch):
-    told, model = [], friction.coulomb(F_C=3.0)
+    reported, model = [], friction.coulomb(F_C=3.0)
     monkeypatch.setattr(page, "paper_loop", lambda: "loop")
-    monkeypatch.setattr(page, "lab_described", lambda *passed, **options: told.append((*passed, options)) or {})
+    monkeypatch.setattr(page, "lab_described", lambda *passed, **options: reported.append((*passed, options)) or {})
     page.lab_page()
     page.lab_page(model)
     text = page.lab_page(model, mass=2.0, fastest=0.5, source="a.toml", uncertainty={}, provenance={"model": "a <file>"})
     assert "a &lt;file&gt;" in text
     unknown = {"uncertainty": None, "mass": None, "fastest": 0.0, "named": ""}
     known = {"uncertainty": {}, "mass": 2.0, "fastest": 0.5, "named": "coulomb of a.toml"}
-    assert told == [("preisach_lugre", "loop", unknown), (model, "loop", unknown), (model, "loop", known)]
+    assert reported == [("preisach_lugre", "loop", unknown), (model, "loop", unknown), (model, "loop", known)]

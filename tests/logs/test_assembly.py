@@ -107,9 +107,9 @@ def test_resampling_is_told_from_a_tenth_of_the_sample_time_on(jitter, late, is_
     stamps = TIME + DT * noise
     rough = np.sin(2.0 * TIME) + 0.01 * np.random.default_rng(2).standard_normal(COUNT)
     log = recorded({"t": stamps, "q": rough, "u": EFFORT}, Axis(columns=columns))
-    told = [finding.numbers for finding in log.findings if finding.code == "resampled"]
-    assert bool(told) is is_told
-    for numbers in told:
+    reported = [finding.numbers for finding in log.findings if finding.code == "resampled"]
+    assert bool(reported) is is_told
+    for numbers in reported:
         assert numbers["sample_time"] == pytest.approx(DT, rel=1e-3)
         assert 0.0 < numbers["percent"] <= numbers["largest"]
         assert numbers["largest"] == pytest.approx(100.0 * np.max(np.abs(noise)), rel=0.2)

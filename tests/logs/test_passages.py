@@ -296,10 +296,10 @@ def slides(*rests):
 
 @pytest.mark.parametrize(("rest", "parted"), [(0.3, False), (0.45, False), (0.6, True), (2.0, True)])
 def test_slides_of_one_kind_are_one_passage_unless_half_a_second_of_rest_parts_them(rest, parted):
-    found, resting = slides(rest, rest)
-    assert [(item.kind, item.legs) for item in found] == ([("constant_velocity", 1)] * 3 if parted else [("constant_velocity", 3)])
+    outcome, resting = slides(rest, rest)
+    assert [(item.kind, item.legs) for item in outcome] == ([("constant_velocity", 1)] * 3 if parted else [("constant_velocity", 3)])
     assert len(resting) == (4 if parted else 2)
-    for item in found:
+    for item in outcome:
         assert item.speeds == pytest.approx((0.1, 0.1), rel=1e-3)
         assert item.amplitudes == pytest.approx((0.1, 0.1), rel=0.02)
         assert (item.levels, item.depth, item.frequencies) == (1, 0, (0.0, 0.0))
@@ -318,9 +318,9 @@ def test_passages_of_a_later_stretch_have_the_samples_of_the_whole_log():
 def test_amplitudes_are_of_one_level_within_a_twentieth(sizes, levels):
     ways = [(sign * size, 0.1) for size in sizes for sign in (1.0, -1.0)]
     time, position, velocity = there_and_back(*ways)
-    found = [item for item in passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6) if item.kind != "rest"]
-    assert [item.levels for item in found] == [levels]
-    assert found[0].amplitudes == pytest.approx((0.5 * min(sizes), 0.5 * max(sizes)), rel=0.03)
+    outcome = [item for item in passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6) if item.kind != "rest"]
+    assert [item.levels for item in outcome] == [levels]
+    assert outcome[0].amplitudes == pytest.approx((0.5 * min(sizes), 0.5 * max(sizes)), rel=0.03)
 
 
 @pytest.mark.parametrize(
@@ -328,8 +328,8 @@ def test_amplitudes_are_of_one_level_within_a_twentieth(sizes, levels):
 )
 def test_without_an_effort_a_leg_slides_beyond_twice_the_presliding_distance(distance, presliding, kind):
     time, position, _ = there_and_back(*3 * [(distance, 0.1), (-distance, 0.1)])
-    found = passages_along(time, position, None, 1e-6, presliding=presliding)
-    assert {item.kind for item in found} - {"rest"} == {kind}
+    outcome = passages_along(time, position, None, 1e-6, presliding=presliding)
+    assert {item.kind for item in outcome} - {"rest"} == {kind}
 
 
 def test_data_of_a_passage_are_its_numbers_without_its_samples():
@@ -343,9 +343,9 @@ def test_data_of_a_passage_are_its_numbers_without_its_samples():
 
 def level_between(friction, *, count=90, begin=0.0, place=0.0):
     """Whether a way forth over a metre and one back, from `begin` on, tell a level of friction; it depends on what is left of a way."""
-    there, back = np.linspace(0.0, 1.0, count), np.linspace(1.0 + begin, begin, count)
-    x = np.concatenate([there, back])
-    effort = np.concatenate([friction(there), -friction(1.0 + begin - back)]) + place * x
+    present, back = np.linspace(0.0, 1.0, count), np.linspace(1.0 + begin, begin, count)
+    x = np.concatenate([present, back])
+    effort = np.concatenate([friction(present), -friction(1.0 + begin - back)]) + place * x
     stretch = Stretch(1e-3 * np.arange(x.size), x, effort, 1e-6, None, 0)
     ways = (
         Leg(first, first + count - 1, way, 1.0, slice(first, first + count - 1), 1.0, 1.0, from_rest=False)

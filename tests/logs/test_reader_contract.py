@@ -53,7 +53,7 @@ def test_the_reader_of_the_pages_meets_it():
     assert len(checks) == len(READER_CHECKS)
 
 
-def own(folder, *changes):
+def custom(folder, *changes):
     """The reader of the pages, with something in it written otherwise."""
     text = EXAMPLE.read_text(encoding="utf-8")
     for old, new in changes:
@@ -130,14 +130,14 @@ WHOLE = "data.decode().splitlines()"
     ],
 )
 def test_what_a_reader_does_wrong_is_told_with_the_mend(tmp_path, changes, demand, said, mend):
-    failed, *_ = [check for check in check_reader(load_reader_file(own(tmp_path, *changes))) if not check.passed]
+    failed, *_ = [check for check in check_reader(load_reader_file(custom(tmp_path, *changes))) if not check.passed]
     assert failed.name == demand
     assert re.search(said, failed.detail), failed.detail
     assert re.search(mend, failed.advice), failed.advice
 
 
 def test_a_reader_that_ends_the_program_is_told_with_its_line(tmp_path):
-    file = own(tmp_path, (ROWS, "    raise SystemExit\n" + ROWS))
+    file = custom(tmp_path, (ROWS, "    raise SystemExit\n" + ROWS))
     (failed,) = [check for check in check_reader(load_reader_file(file)) if not check.passed]
     assert (failed.name, failed.detail) == ("columns of numbers", "stops with SystemExit:  (own.py, line 18)")
 
@@ -147,7 +147,7 @@ def test_check_runs_the_contract_of_a_reader(tmp_path, monkeypatch, capsys):
     assert main(["check", str(EXAMPLE), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert (data["model"], data["passed"], len(data["certificates"])) == ("key_value_log", True, len(READER_CHECKS))
-    own(tmp_path, (CUT, WHOLE))
+    custom(tmp_path, (CUT, WHOLE))
     assert main(["check", "own.py"]) == 1
     shown = capsys.readouterr()
     assert "The contract of a reader of logs: key_value_log" in shown.out

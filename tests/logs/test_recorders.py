@@ -117,9 +117,9 @@ def test_several_topics_stand_before_the_names_of_their_fields():
     assert table.columns["/a/x"].tolist() == [1.0, 2.0]
     assert table.columns[table.stamps["/a/x"]].tolist() == [0.5, 1.0]
     assert table.columns[table.stamps["/b/x"]].tolist() == [0.0]
-    one = read_mcap(recording(messages), REQUEST._replace(table="/a"))
-    assert one.columns["x"].tolist() == [1.0, 2.0]
-    assert one.columns[one.stamps["x"]].tolist() == [0.0, 0.5]
+    single = read_mcap(recording(messages), REQUEST._replace(table="/a"))
+    assert single.columns["x"].tolist() == [1.0, 2.0]
+    assert single.columns[single.stamps["x"]].tolist() == [0.0, 0.5]
     with pytest.raises(InputError, match="holds no messages with numbers"):
         read_mcap(recording(messages), REQUEST._replace(table="/c"))
     odd = [*messages, ("/d", "protobuf", 3_000_000_000, {})]

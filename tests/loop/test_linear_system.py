@@ -47,11 +47,11 @@ def test_the_response_is_that_of_the_transfer_function():
 
 
 def test_two_systems_beside_each_other_add_their_outputs():
-    one, other = first_order(0.5, 3.0, 2.0), first_order(-0.2, 1.0, 0.5)
-    both = one.beside(other)
-    assert both.response(POINTS) == pytest.approx(one.response(POINTS) + other.response(POINTS))
+    single, other = first_order(0.5, 3.0, 2.0), first_order(-0.2, 1.0, 0.5)
+    both = single.beside(other)
+    assert both.response(POINTS) == pytest.approx(single.response(POINTS) + other.response(POINTS))
     assert sorted(np.linalg.eigvals(both.A)) == pytest.approx([-0.2, 0.5])
-    assert one.beside(constant(1.0)).response(POINTS) == pytest.approx(one.response(POINTS) + 1.0)
+    assert single.beside(constant(1.0)).response(POINTS) == pytest.approx(single.response(POINTS) + 1.0)
 
 
 def test_a_function_is_measured_by_its_slopes_in_each_direction():
@@ -84,8 +84,8 @@ def test_a_law_is_measured_about_rest_to_rounding():
         controllers.cascade(k_p=40.0, k_v=3000.0, k_i=2e4),
     ):
         small, larger = linear_law(law, DT, SMALL), linear_law(law, DT, 1e3 * SMALL)
-        for own, other in zip(small, larger, strict=True):
-            assert own == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
+        for custom, other in zip(small, larger, strict=True):
+            assert custom == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
 
 
 # --- plants ---------------------------------------------------------------------------------------------------------
@@ -163,8 +163,8 @@ def test_a_spring_at_the_motor_holds_both():
 @pytest.mark.parametrize("side", ["motor", "load"])
 def test_springs_without_dampers_keep_their_energy_and_their_frequencies(side):
     # 100 N m/rad of the screw between 1e-3 and 5e-5 kg m^2, each held by a spring of its own: 4 and 10 N m/rad.
-    held = behind_a_screw(side, LinearFriction(4.0, 0.0), LinearFriction(1e7, 0.0), d=0.0)
-    poles = np.linalg.eigvals(held.A)
+    kept_value = behind_a_screw(side, LinearFriction(4.0, 0.0), LinearFriction(1e7, 0.0), d=0.0)
+    poles = np.linalg.eigvals(kept_value.A)
     turning = poles[np.abs(poles) > 0.5]
     assert np.abs(turning) == pytest.approx(np.ones(4), abs=1e-9)
     expected = np.sqrt(np.linalg.eigvals(np.array([[104.0 / 1e-3, -100.0 / 1e-3], [-100.0 / 5e-5, 110.0 / 5e-5]])))

@@ -13,8 +13,8 @@ SIDED = friction.find("coulomb_viscous+asymmetry")(F_C_pos=20.0, F_C_neg=14.0, F
 
 def force(rule, side, v, map_=SIDED):
     model = with_rest(map_, rule)
-    found, move = model.component.trial(State(side), (), Motion(v, 0.0), 1e-3, model.parameters)
-    return found, model.component.commit(State(side), (), move, model.parameters).side
+    result, move = model.component.trial(State(side), (), Motion(v, 0.0), 1e-3, model.parameters)
+    return result, model.component.commit(State(side), (), move, model.parameters).side
 
 
 @pytest.mark.parametrize(
@@ -36,8 +36,8 @@ def test_in_motion_a_map_is_what_it_is_and_its_side_is_remembered(rule, v, expec
 def test_at_rest_what_surrounds_a_contact_stays():
     loaded = friction.find("coulomb+load")(F_C=20.0, k_L=1.0)
     model = with_rest(loaded, "held")
-    found, _ = model.component.trial(State(1.0), (), Motion(0.0, 0.0, 2.0), 1e-3, model.parameters)
-    assert found == pytest.approx(40.0)
+    result, _ = model.component.trial(State(1.0), (), Motion(0.0, 0.0, 2.0), 1e-3, model.parameters)
+    assert result == pytest.approx(40.0)
 
 
 def test_a_model_that_has_one_force_at_rest_has_no_rule():
@@ -51,12 +51,12 @@ def test_a_model_that_has_one_force_at_rest_has_no_rule():
 
 
 def test_a_model_keeps_its_rule():
-    held, middle = with_rest(SIDED, "held"), with_rest(SIDED, "middle")
-    assert (rest_rule(held), rest_rule(middle), rest_rule(SIDED)) == ("held", "middle", "")
-    assert (held.values[HELD], middle.values[HELD]) == (1.0, 0.0)
-    assert middle.component is held.component
-    assert with_rest(held, "middle") is held
-    assert held.F_C_neg == 14.0
+    kept_value, middle = with_rest(SIDED, "held"), with_rest(SIDED, "middle")
+    assert (rest_rule(kept_value), rest_rule(middle), rest_rule(SIDED)) == ("held", "middle", "")
+    assert (kept_value.values[HELD], middle.values[HELD]) == (1.0, 0.0)
+    assert middle.component is kept_value.component
+    assert with_rest(kept_value, "middle") is kept_value
+    assert kept_value.F_C_neg == 14.0
     turning = with_rest(friction.coulomb(F_C=1.0, kind="rotational"), "held")
     assert turning.kind == "rotational"
     assert turning.component.initial_state(turning.parameters).side == 0.0

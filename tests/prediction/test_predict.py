@@ -176,15 +176,15 @@ def test_a_static_map_is_simulated_with_the_presliding_distance_of_the_axis():
 def test_a_lag_that_is_given_counts_before_that_of_the_axis():
     axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0), lag=0.02)
     log = log_of(segments=(slice(0, 200),))
-    own, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
-    assert own.tolist() == same.tolist()
-    assert not np.array_equal(own, prompt)
+    custom, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
+    assert custom.tolist() == same.tolist()
+    assert not np.array_equal(custom, prompt)
 
 
 @pytest.mark.parametrize("name", ["smoothing", "slow", "position_smoothing"])
 def test_filters_of_a_treatment_are_any_positive_amounts(name):
-    unit, given = ("Hz", 2.0) if name == "slow" else ("ms", 2e-3)
-    assert CHANNELS[name](f"2 {unit}", name, "translational") == pytest.approx(given)
+    unit, supplied = ("Hz", 2.0) if name == "slow" else ("ms", 2e-3)
+    assert CHANNELS[name](f"2 {unit}", name, "translational") == pytest.approx(supplied)
     if name != "smoothing":
         with pytest.raises(InputError, match=name):
             CHANNELS[name](-1.0, name, "translational")

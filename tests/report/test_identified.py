@@ -49,24 +49,24 @@ def loaded(folder):
     return br.load(folder)
 
 
-def same(one, other):
+def same(single, other):
     """Whether two models in the hand hold the same numbers, to the bit."""
-    for name, estimate in one.parameters.items():
+    for name, estimate in single.parameters.items():
         again = other.parameters[name]
         for field in ("value", "unit", "std", "robust_std", "interval", "status", "description"):
             assert getattr(again, field) == getattr(estimate, field), (name, field)
-    assert (one.model, one.plant) == (other.model, other.plant)
-    assert list(one.parameters) == list(other.parameters)
-    assert one.covariance_names == other.covariance_names
-    np.testing.assert_array_equal(one.covariance, other.covariance)
-    assert dict(one.treatment) == dict(other.treatment)
-    assert list(one.draws) == list(other.draws)
-    for name, draws in one.draws.items():
+    assert (single.model, single.plant) == (other.model, other.plant)
+    assert list(single.parameters) == list(other.parameters)
+    assert single.covariance_names == other.covariance_names
+    np.testing.assert_array_equal(single.covariance, other.covariance)
+    assert dict(single.treatment) == dict(other.treatment)
+    assert list(single.draws) == list(other.draws)
+    for name, draws in single.draws.items():
         np.testing.assert_array_equal(draws, other.draws[name])
-    assert vars(one.best.resampling.bands) | {"draws": 0} == vars(other.best.resampling.bands) | {"draws": 0}
-    assert [vars(each) for each in one.diagnostics] == [vars(each) for each in other.diagnostics]
-    assert one.drive_table(12) == other.drive_table(12)
-    assert one.to_dict() == other.to_dict()
+    assert vars(single.best.resampling.bands) | {"draws": 0} == vars(other.best.resampling.bands) | {"draws": 0}
+    assert [vars(each) for each in single.diagnostics] == [vars(each) for each in other.diagnostics]
+    assert single.drive_table(12) == other.drive_table(12)
+    assert single.to_dict() == other.to_dict()
     return True
 
 

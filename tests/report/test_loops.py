@@ -168,5 +168,5 @@ def test_loops_with_the_same_doubt_are_reported_together():
 
 
 def test_a_name_by_itself_is_a_name():
-    one = Diagnostic("switching_law", "", "note", {"variants": "a"})
-    assert report.loop_warnings([one])[0].startswith("a: the law")
+    single = Diagnostic("switching_law", "", "note", {"variants": "a"})
+    assert report.loop_warnings([single])[0].startswith("a: the law")

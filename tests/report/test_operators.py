@@ -76,8 +76,8 @@ def test_the_first_page_of_an_operator_lists_the_others():
 
 
 def test_the_first_page_of_a_prediction_has_no_others():
-    one = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
-    front = report._front(FITS[0].prediction, "axis", one, ())
+    single = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
+    front = report._front(FITS[0].prediction, "axis", single, ())
     lines = [lines for _, lines in front.answers]
     assert [lines[1], lines[2], lines[4]] == [
         ["nothing new: the model file as it is"],

@@ -55,7 +55,7 @@ def test_a_section_without_blocks_is_no_section_and_a_banner_comes_first():
     assert "Further figures" not in text
 
 
-def own(draw, takes="log"):
+def custom(draw, takes="log"):
     return ReportFigure(name="mine", takes=takes, draw=draw, caption="See.", alternative="mine", title="Mine")
 
 
@@ -66,9 +66,9 @@ def broken(log):
 @pytest.mark.parametrize(
     ("figure", "facts", "words"),
     [
-        (own(broken), {"log": 1}, r"mine is not drawn: ValueError: a fault"),
-        (own(broken), {}, "mine: the figure mine is not drawn: this report has no log"),
-        (own(broken, ("log", "design")), {}, "this report has no log and no design"),
+        (custom(broken), {"log": 1}, r"mine is not drawn: ValueError: a fault"),
+        (custom(broken), {}, "mine: the figure mine is not drawn: this report has no log"),
+        (custom(broken, ("log", "design")), {}, "this report has no log and no design"),
     ],
 )
 def test_a_figure_of_a_users_own_that_fails_is_a_remark(figure, facts, words):
@@ -80,7 +80,7 @@ def test_a_figure_of_a_users_own_that_fails_is_a_remark(figure, facts, words):
 
 def test_a_figure_of_a_users_own_stands_under_the_title_and_is_published():
     with page.plates() as collected:
-        title, drawing = page._own_blocks(own(lambda log: style.panels(2.0)[0]), {"log": 1})
+        title, drawing = page._own_blocks(custom(lambda log: style.panels(2.0)[0]), {"log": 1})
     assert title == "<h3>Mine</h3>"
     assert (drawing.id, drawing.caption) == ("figure-own-mine", "See.")
     (plate,) = collected
@@ -89,7 +89,7 @@ def test_a_figure_of_a_users_own_stands_under_the_title_and_is_published():
 
 
 def test_a_fault_of_a_figure_costs_that_figure_alone(monkeypatch):
-    figure = own(broken)
+    figure = custom(broken)
     place = Some(section="front", name="fit.BROKEN", is_taken=lambda facts: True, figure=figure)
     skipped = Some(section="front", name="x", is_taken=lambda facts: False)
     monkeypatch.setitem(__import__("bristle.figures.on_reports", fromlist=["REPORTS"]).REPORTS, "log", (skipped, place))

@@ -27,9 +27,9 @@ def fit(status="identified", *diagnostics, mass=None, kind="translational"):
 def typed(monkeypatch):
     """What is to be typed in, of levels and a distance of our own."""
 
-    def lines(found=None, axis=None, distance=0.0, item=None, **changes):
+    def lines(outcome=None, axis=None, distance=0.0, item=None, **changes):
         fastest = []
-        monkeypatch.setattr(report, "level_values", lambda fit: found if found != "usual" else levels(**changes))
+        monkeypatch.setattr(report, "level_values", lambda fit: outcome if outcome != "usual" else levels(**changes))
         monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: fastest.append(speed) or distance)
         result = _typed_in(item or fit(), axis)
         assert fastest in ([], [0.5])

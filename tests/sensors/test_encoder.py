@@ -61,8 +61,8 @@ def test_counts_noise_and_seed_are_not_negative(name, ends, beyond):
     [({"velocity": np.ones(4)}, r"velocity: has another length.*allowed 3 samples"), ({"dt": 0.0}, "dt"), ({"J_m": -1e-9}, "J_m")],
 )
 def test_a_torque_is_seen_between_samples_of_one_length_alone(changes, words):
-    given = {"effort": np.array([1.0, 2.0, 3.0]), "velocity": np.array([0.0, 0.5, 0.25]), "dt": 0.1, "J_m": 0.2}
-    assert torque_seen(**given).tolist() == pytest.approx([0.0, 2.5])
-    assert torque_seen(**given | {"J_m": 0.0}).tolist() == [1.0, 2.0]
+    supplied = {"effort": np.array([1.0, 2.0, 3.0]), "velocity": np.array([0.0, 0.5, 0.25]), "dt": 0.1, "J_m": 0.2}
+    assert torque_seen(**supplied).tolist() == pytest.approx([0.0, 2.5])
+    assert torque_seen(**supplied | {"J_m": 0.0}).tolist() == [1.0, 2.0]
     with pytest.raises(InputError, match=words):
-        torque_seen(**given | changes)
+        torque_seen(**supplied | changes)

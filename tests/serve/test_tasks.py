@@ -24,7 +24,7 @@ def log(rows=400):
 @pytest.fixture
 def errand(tmp_path):
     """A function that returns an errand with logs by label and role."""
-    told = []
+    reported = []
 
     def errand(logs, text=AXIS, **options):
         labelled = []
@@ -32,9 +32,9 @@ def errand(tmp_path):
             place = tmp_path / f"file-{number}"
             place.write_text(content)
             labelled.append(LabelledLog(place, label, role))
-        return Errand(tmp_path, tuple(labelled), text, "axis.toml", options, 2**20, None, lambda *call: told.append(call), nullcontext)
+        return Errand(tmp_path, tuple(labelled), text, "axis.toml", options, 2**20, None, lambda *call: reported.append(call), nullcontext)
 
-    errand.told = told
+    errand.told = reported
     return errand
 
 

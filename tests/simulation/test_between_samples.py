@@ -200,18 +200,18 @@ def test_a_record_that_is_short_or_still_does_not_close():
 
 @pytest.mark.parametrize(("settles_after", "leads"), [(0, [1]), (1, [1, 2]), (3, [1, 2, 4]), (99, [1, 2, 4, 8, 16])])
 def test_a_motion_is_run_in_for_twice_as_many_periods_until_it_repeats_and_sixteen_at_most(monkeypatch, settles_after, leads):
-    asked, period = [], np.array([0.0, 1.0, 0.0, -1.0])
+    requested, period = [], np.array([0.0, 1.0, 0.0, -1.0])
 
     def run(plant, friction, effort, dt, *, hold):
         assert np.array_equal(effort[4:], effort[:-4])
-        asked.append((effort.size - 1) // 4 - 1)
+        requested.append((effort.size - 1) // 4 - 1)
         periods = np.arange(effort.size) // 4
         position = np.tile(period, effort.size)[: effort.size] + np.where(periods > settles_after, 0.0, 1e-5 * periods)
         return SimpleNamespace(position=position, status=Status.OK)
 
     monkeypatch.setitem(open_loop_of.__globals__, "run_open_loop", run)
     position, _ = open_loop_of(record(np.tile([1.0, 3.0, 2.0, -4.0], 3)), Axis(), slice(0, 12), 1).position(PLANT, FILM)
-    assert asked == leads
+    assert requested == leads
     assert position == pytest.approx(np.tile(period, 3), abs=2e-4)
 
 

@@ -131,8 +131,8 @@ def result_of(*variants, refused=()):
 
 
 def test_an_experiment_tells_its_card():
-    one, two = result_of(variant()), result_of(variant(), variant("other"), refused={"third": "has no gains"})
-    assert one._card().title == "bench: 1 variant simulated"
+    single, two = result_of(variant()), result_of(variant(), variant("other"), refused={"third": "has no gains"})
+    assert single._card().title == "bench: 1 variant simulated"
     card = two._card()
     assert card.title == "bench: 2 variants simulated"
     assert card.heads[1] == "Following error, peak to peak"

@@ -309,9 +309,9 @@ def refused(before, now):
 
 
 def test_the_first_difference_is_named_and_the_rest_counted():
-    one = refused({"study": {"seed": 7}}, {"study": {"seed": 8}})
-    assert "holds another study: seed was 7 and is now 8" in one
-    assert "more" not in one
+    single = refused({"study": {"seed": 7}}, {"study": {"seed": 8}})
+    assert "holds another study: seed was 7 and is now 8" in single
+    assert "more" not in single
     two = refused({"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4})
     assert "seed was 7 and is now 8, and 1 more" in two
     assert "a was not there and is now 3" in refused({"study": {}}, {"study": {"a": 3}})

@@ -94,9 +94,9 @@ def test_the_checksum_of_code_is_that_of_the_text_whatever_the_line_ends(tmp_pat
 
 
 def test_a_worker_states_versions_and_code():
-    said = workers.described()
-    assert set(said) == {"bristle", "numpy", "scipy", "numba", "code"}
-    assert len(said["code"]) == 12
+    text_shown = workers.described()
+    assert set(text_shown) == {"bristle", "numpy", "scipy", "numba", "code"}
+    assert len(text_shown["code"]) == 12
 
 
 def test_a_worker_with_other_software_simulates_nothing(monkeypatch):
@@ -323,12 +323,12 @@ def test_a_process_is_asked_by_a_message_and_answers_by_another():
 
 
 def test_a_process_has_a_single_thread_for_linear_algebra_and_finds_the_same_modules(monkeypatch):
-    begun, asked, crew = [], [], Crew("study", 1, "make")
+    begun, queries, crew = [], [], Crew("study", 1, "make")
     monkeypatch.setattr(workers.subprocess, "Popen", lambda command, **how: begun.append((command, how)) or Fake())
-    monkeypatch.setattr(crew, "_asked", lambda process, message: asked.append(message))
+    monkeypatch.setattr(crew, "_asked", lambda process, message: queries.append(message))
     assert crew._process() is crew._process()
-    ((_, _, code), how), *others = begun
-    assert (len(others), asked) == (0, [("make", "study")])
+    ((_, _, code), how), *rest = begun
+    assert (len(rest), queries) == (0, [("make", "study")])
     assert repr(workers.sys.path) in code
     assert code.endswith("serve()")
     assert {how["env"][name] for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {"1"}
@@ -362,8 +362,8 @@ def test_a_worker_answers_that_it_is_ready_and_then_each_block_in_turn(monkeypat
     monkeypatch.setattr(workers.signal, "signal", lambda *passed: done.append(passed))
     with pytest.raises(InterruptedError):
         workers.serve()
-    told = io.BytesIO(answers.getvalue())
-    assert [pickle.load(told), pickle.load(told)] == [("ready", None), ("done", {"run": [4, 5]})]
-    outcome, trace = pickle.load(told)
+    reported = io.BytesIO(answers.getvalue())
+    assert [pickle.load(reported), pickle.load(reported)] == [("ready", None), ("done", {"run": [4, 5]})]
+    outcome, trace = pickle.load(reported)
     assert (outcome, "ZeroDivisionError" in trace) == ("failed", True)
     assert {(signal.SIGINT, signal.SIG_IGN), ("nowhere", 1), "study"} <= set(done)
