@@ -56,7 +56,7 @@ def test_the_condition_for_constant_micro_damping(model, needed):
         (friction.stribeck(F_C=8.0, F_S=12.0, v_S=1e-3, F_v=30.0), 30.0),
         (friction.dahl(F_C=8.0, sigma_0=1e6, sigma_2=30.0), 30.0),
     ],
-    ids=lambda single: getattr(single, "name", None),
+    ids=lambda item: getattr(item, "name", None),
 )
 def test_what_gives_nothing_back_is_passive_whatever_its_viscosity(model, present):
     result = passive_of(model)

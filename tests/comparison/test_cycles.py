@@ -112,8 +112,8 @@ def test_motions_are_numbered_through_both_sides():
 
 @pytest.mark.parametrize(("complete", "number"), [(True, 1), (False, 0)])
 def test_pieces_are_placed_from_where_their_motion_begins(complete, number):
-    here, present = (recording(origin + np.arange(10.0)) for origin in (0.0, 40.0))
-    numbered = cycles._numbered([[Cycle(here, slice(0, 10))], [Cycle(present, slice(0, 10))]], 0.0, 0.02, complete=complete)
+    near, far = (recording(origin + np.arange(10.0)) for origin in (0.0, 40.0))
+    numbered = cycles._numbered([[Cycle(near, slice(0, 10))], [Cycle(far, slice(0, 10))]], 0.0, 0.02, complete=complete)
     assert numbered[1][0].kind == number
 
 

@@ -27,17 +27,17 @@ ZIGZAG = [0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0]
 
 def values_of(measure, *sides):
     """What a quantity is, of each side."""
-    return [float(measure.value(measure.sums(custom).sum(axis=0))) for custom in sides]
+    return [float(measure.value(measure.sums(chosen).sum(axis=0))) for chosen in sides]
 
 
 def test_levels_are_the_root_mean_square_of_all_samples_and_the_mean_of_peaks():
-    custom = side(recording(range(6), [3.0, -4.0, 0.0, 1.0, -2.0, 9.0]), (0, 2, 0), (2, 5, 0))
+    chosen = side(recording(range(6), [3.0, -4.0, 0.0, 1.0, -2.0, 9.0]), (0, 2, 0), (2, 5, 0))
     rms, peak = level_measures("error", "following_error", "length")
     assert (rms.name, peak.name) == ("following_error.rms", "following_error.peak")
     assert {rms.quantity, peak.quantity} == {"length"}
-    assert values_of(rms, custom) == pytest.approx([np.sqrt(30.0 / 5.0)])
-    assert values_of(peak, custom) == [3.0]  # of 4 and 2
-    assert rms.sums(custom).tolist() == [[25.0, 2.0], [5.0, 3.0]]
+    assert values_of(rms, chosen) == pytest.approx([np.sqrt(30.0 / 5.0)])
+    assert values_of(peak, chosen) == [3.0]  # of 4 and 2
+    assert rms.sums(chosen).tolist() == [[25.0, 2.0], [5.0, 3.0]]
 
 
 def test_peaks_behind_reversals_are_those_of_each_direction():
@@ -47,12 +47,12 @@ def test_peaks_behind_reversals_are_those_of_each_direction():
     backward, forward = turn_measures(2)
     assert (backward.name, forward.name) == ("reversals.forward_to_backward", "reversals.backward_to_forward")
     assert backward.quantity == forward.quantity == "length"
-    custom = side(stretch, (0, 6, 0), (6, 12, 0))
+    chosen = side(stretch, (0, 6, 0), (6, 12, 0))
     # Behind 3 it is 7, behind 9 it is 5, which lies at the end of the window; behind 0 nothing, behind 6 it is 3.
-    assert backward.sums(custom).tolist() == [[7.0, 1.0], [5.0, 1.0]]
-    assert forward.sums(custom).tolist() == [[0.0, 1.0], [3.0, 1.0]]
-    assert values_of(backward, custom) == [6.0]
-    assert turn_measures(1)[1].sums(custom).tolist() == [[0.0, 1.0], [1.0, 1.0]]  # a log may begin with a reversal
+    assert backward.sums(chosen).tolist() == [[7.0, 1.0], [5.0, 1.0]]
+    assert forward.sums(chosen).tolist() == [[0.0, 1.0], [3.0, 1.0]]
+    assert values_of(backward, chosen) == [6.0]
+    assert turn_measures(1)[1].sums(chosen).tolist() == [[0.0, 1.0], [1.0, 1.0]]  # a log may begin with a reversal
 
 
 def test_a_reversal_counts_in_the_cycle_that_begins_with_it():
@@ -66,9 +66,9 @@ def test_a_reversal_counts_in_the_cycle_that_begins_with_it():
 
 def test_a_window_that_ends_behind_the_log_is_no_window():
     stretch = recording(ZIGZAG, np.ones(13), turns=[9])
-    custom = side(stretch, (6, 13, 0))
-    assert turn_measures(3)[0].sums(custom).tolist() == [[1.0, 1.0]]  # sample 12 is the last one
-    assert turn_measures(4)[0].sums(custom).tolist() == [[0.0, 0.0]]
+    chosen = side(stretch, (6, 13, 0))
+    assert turn_measures(3)[0].sums(chosen).tolist() == [[1.0, 1.0]]  # sample 12 is the last one
+    assert turn_measures(4)[0].sums(chosen).tolist() == [[0.0, 0.0]]
 
 
 def test_courses_are_means_over_cycles_motion_behind_motion():
@@ -188,7 +188,7 @@ def test_a_motion_without_rows_takes_no_part_in_friction():
     rows = SlidingRows(before, after)
     assert rows.kinds.tolist() == [0]
     sums = rows.measures()[0].sums(before)
-    assert [bool(custom.any()) for custom in sums] == [True, False, True, False]
+    assert [bool(chosen.any()) for chosen in sums] == [True, False, True, False]
 
 
 def test_cycles_without_rows_tell_no_friction():
@@ -208,8 +208,8 @@ def test_rows_that_are_not_numbers_are_left_out():
 
 def test_rows_are_those_of_the_cycle():
     part = sliding()
-    custom = side(recording(np.zeros(part.shape[1]), sliding=part), (10, 14, 0))
-    assert measures._rows(custom.cycles[0])[0].tolist() == part[0, 10:14].tolist()
+    chosen = side(recording(np.zeros(part.shape[1]), sliding=part), (10, 14, 0))
+    assert measures._rows(chosen.cycles[0])[0].tolist() == part[0, 10:14].tolist()
 
 
 @pytest.mark.parametrize(("rows", "blocks", "serves"), [(10, 2, True), (9, 2, False), (19, 2, True), (40, 1, False)])

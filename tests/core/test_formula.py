@@ -54,7 +54,7 @@ def test_each_equation_and_each_case_has_a_line():
     assert lines_of(cases) == ("F = { k x   sticking", "    { G(v)   slipping")
 
 
-@pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda single: single.name)
+@pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda item: item.name)
 def test_nothing_of_the_source_is_left_in_what_a_component_tells(component):
     text = laid_out(component.explanation)
     assert not re.search(r"\\[A-Za-z]|[{}]\w|:math:|``|\bqquad\b|\bfrac\b", text.replace("{ ", "")), text

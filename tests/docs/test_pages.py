@@ -197,8 +197,8 @@ def keys_of(schema, prefix=""):
         yield from keys_of(inner) if inner else [field.alias or name]
 
 
-def is_table(single):
-    return isinstance(single, type) and issubclass(single, Strict)
+def is_table(annotation):
+    return isinstance(annotation, type) and issubclass(annotation, Strict)
 
 
 def test_the_axis_page_tells_every_key():

@@ -45,10 +45,10 @@ def test_forces_have_the_same_unit_and_a_margin():
 def test_the_part_before_a_sample_is_wide_and_both_parts_share_the_sample():
     axes, units = Figure().add_subplot(), loop_units(TRACES.values(), "translational")
     plot_parts(axes, units, TRACES["a"], 20, ("there", "back"))
-    present, back = lines(axes)["there"], lines(axes)["back"]
-    assert (present.get_xdata().size, back.get_xdata().size) == (21, 22)
-    assert present.get_xdata()[-1] == back.get_xdata()[0] == pytest.approx(2.0)
-    assert present.get_linewidth() > back.get_linewidth()
+    forth, back = lines(axes)["there"], lines(axes)["back"]
+    assert (forth.get_xdata().size, back.get_xdata().size) == (21, 22)
+    assert forth.get_xdata()[-1] == back.get_xdata()[0] == pytest.approx(2.0)
+    assert forth.get_linewidth() > back.get_linewidth()
 
 
 def test_panels_stand_in_rows_of_three_with_numbers_at_the_first():
