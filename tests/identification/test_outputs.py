@@ -225,3 +225,10 @@ def test_an_effort_is_read_through_the_encoder_of_the_axis_from_a_phase_that_nob
     assert 0.0 < way < 1e-3
     assert (sensor["resolution"], sensor["noise"], lag) == (1e-3, 2e-4, None)
     assert disturbance.tolist() == push.tolist()
+
+
+def test_an_effort_closes_the_loop_and_a_position_is_integrated_more_finely_at_the_end():
+    facts = [(kind.in_loop, kind.is_effort, kind.is_refined, kind.away_evaluations) for kind in (Position, Effort)]
+    assert facts == [(False, False, True, 15), (True, True, False, 5)]
+    assert not Effort.refits_linearly(friction.lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5))
+    assert Effort.refits_linearly(SLIDING)

@@ -10,6 +10,8 @@ from tests.identification.known_logs import Motion, log_of, sliding_effort
 from tests.identification.test_redundancy import one_way
 
 from bristle.core import Axis
+from bristle.core.diagnostic import Diagnostic
+from bristle.friction import lugre
 from bristle.identification import identify, uncertainty
 from bristle.identification.dataset import Alignment
 from bristle.identification.half_cycles import Disturbance
@@ -57,6 +59,13 @@ def test_of_a_variance_that_rounding_left_below_nothing_no_error_is_known():
 # Patterns of eight rows that are orthogonal on each chunk of eight, so on each quarter of the rows too.
 WALSH = [np.tile(part, 40) for part in ([1.0, -1.0] * 4, [1.0, 1.0, -1.0, -1.0] * 2, [1.0] * 4 + [-1.0] * 4, [1.0] * 8)]
 COUNT = 320
+CLEAR = [
+    ("sure", 0.1, "identified"),
+    ("half", 1.0, "identified"),
+    ("unsure", 1.01, "identified"),
+    ("none", None, "identified"),
+    ("edge", 0.1, "at_edge"),
+]
 
 
 class Exponential(ParameterSpace):
@@ -228,3 +237,38 @@ def test_bands_take_over_the_draws_and_the_disturbance_and_of_an_effort_the_unex
     assert (bands.scatter, bands.noise, bands.unexplained) == (0.0, 0.2, unexplained)
     assert (bands.left_in_closed_loop, bands.left_in_open_loop) == (1e-7, 1e-7)
     assert bands.lasting == pytest.approx(0.01 * COUNT / 40 if is_effort else 0.0)
+
+
+class AskedError(Exception):
+    """What a bootstrap is asked for."""
+
+
+@pytest.mark.parametrize(
+    ("structure", "scale"), [(None, 1.0), ((3.0, 4.0), 1.25), ((0.0, 4.0), 1.0), ((10.0, 4.0), 2.0), ((1.0, 0.0), 2.0)]
+)
+def test_errors_of_replicates_grow_by_a_missing_force_and_where_the_treatment_is_in_doubt(monkeypatch, structure, scale):
+    problem, solution = fitted({"F_C": 2.0, "sigma_0": 3.0}, WALSH[:2], 0.5)
+    problem.parameters.variables, problem.refits_linearly = lugre.variables, lambda friction: True
+    asked = []
+
+    def lose(problem, solution, clear, settings):
+        asked.append(clear)
+        return (uncertainty.Unidentifiable("sigma_0", 0.0, structure is None, (), 30.0),)
+
+    def bootstrap(problem, solution, draws, **requested):
+        asked.append(requested | {"draws": draws})
+        raise AskedError
+
+    monkeypatch.setattr(uncertainty, "unidentifiable", lose)
+    monkeypatch.setattr(uncertainty, "bootstrap", bootstrap)
+    estimates = [Estimate(name, "N", "", -2.0, std, status) for name, std, status in CLEAR]
+    about = [Diagnostic("structure", numbers={"missing": structure[0], "chance": structure[1]})] if structure else []
+    for doubts, wide in (([], None), ([Diagnostic("delay_rough")], [1.0, 2.5])):
+        fit = SimpleNamespace(estimates=estimates, diagnostics=[*about, *doubts], friction=None)
+        with pytest.raises(AskedError):
+            uncertainty.with_uncertainty(fit, SimpleNamespace(resampled=(problem, solution)), 7, DEFAULT)
+        clear, requested = asked[-2:]
+        assert clear == {"sure", "half"}
+        assert (requested["draws"], requested["linear"], requested["scale"]) == (7, True, pytest.approx(scale))
+        assert requested["free"].tolist() == [True, structure is not None]  # what is seen weakly stays free
+        assert (None if requested["wide"] is None else requested["wide"].tolist()) == wide
