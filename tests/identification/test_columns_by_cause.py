@@ -308,3 +308,11 @@ def test_play_shows_in_four_changes_and_more_of_which_none_is_most_of_it():
     assert knocks(1.0, trains=8, first=10.0) == ((), 0.0)
     (play,), _ = knocks(5.0, trains=8, first=20.0)
     assert play.ratio == pytest.approx(5.0, rel=0.1)
+
+
+def test_fewer_than_ten_half_cycles_tell_no_slow_force():
+    rows = with_residual(rows_of(), 0.4 * (rows_of().position / 0.06) ** 2, noise=0.1)
+    few = rows.at(rows.cycles.index < 9)
+    assert few.enough
+    assert slow_forces(few, DEFAULT) == ((), 0.0)
+    assert slow_forces(rows, DEFAULT)[0] != ()
