@@ -143,7 +143,7 @@ def test_a_parameter_is_seen_from_its_rise_on_and_beyond_doubt_from_a_hundred_ti
         assert lost({"a": 2.0}, WALSH[:1], 30.0, settings=replace(DEFAULT, seen_rise=share * rise)) == names
     asked, plain = [], _Followed.without
     monkeypatch.setattr(_Followed, "without", lambda self, name: asked.append(name) or plain(self, name))
-    for share in (0.0099, 0.0101):
+    for share in (0.00999, 0.01001):
         lost({"a": 2.0}, WALSH[:1], 30.0, settings=replace(DEFAULT, seen_rise=share * rise))
     assert asked == ["a"]
 
