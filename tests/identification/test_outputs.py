@@ -232,3 +232,10 @@ def test_an_effort_closes_the_loop_and_a_position_is_integrated_more_finely_at_t
     assert facts == [(False, False, True, 15), (True, True, False, 5)]
     assert not Effort.refits_linearly(friction.lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5))
     assert Effort.refits_linearly(SLIDING)
+
+
+def test_a_position_is_that_of_the_plant_with_its_friction():
+    asked = []
+    loop = SimpleNamespace(position=lambda *given: asked.append(given) or (np.arange(4.0), None))
+    assert Position(np.zeros(4), np.zeros(4), loop).simulated(Mechanism(PLANT, SLIDING, {})).tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert asked == [(PLANT, SLIDING, None)]
