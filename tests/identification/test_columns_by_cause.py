@@ -316,3 +316,9 @@ def test_fewer_than_ten_half_cycles_tell_no_slow_force():
     assert few.enough
     assert slow_forces(few, DEFAULT) == ((), 0.0)
     assert slow_forces(rows, DEFAULT)[0] != ()
+
+
+def test_a_single_row_that_is_left_out_ends_a_stretch():
+    rows = rows_of()
+    assert rows.stretch.max() == 0
+    assert np.flatnonzero(np.diff(rows.at(np.arange(TIME.size) != 700).stretch)).tolist() == [699]

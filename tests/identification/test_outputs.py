@@ -239,3 +239,11 @@ def test_a_position_is_that_of_the_plant_with_its_friction():
     loop = SimpleNamespace(position=lambda *given: asked.append(given) or (np.arange(4.0), None))
     assert Position(np.zeros(4), np.zeros(4), loop).simulated(Mechanism(PLANT, SLIDING, {})).tolist() == [0.0, 1.0, 2.0, 3.0]
     assert asked == [(PLANT, SLIDING, None)]
+
+
+def test_half_cycles_of_a_simulation_are_counted_through_all_segments_without_trembles():
+    there = np.array([0.0, 1.0, 2.0, 1.9, 3.0, 2.0, 1.0])
+    outputs = tuple(SimpleNamespace(position=part) for part in (there, there[::-1]))
+    for resolution, count in ((0.4, 4), (0.01, 8)):  # a step of 0.1 back is no turn, and is two
+        dataset = SimpleNamespace(resolution=resolution, noise=0.0)
+        assert OutputError(SimpleNamespace(dataset=dataset), outputs).half_cycles.count == count
