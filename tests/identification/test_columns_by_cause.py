@@ -15,6 +15,7 @@ from bristle.identification.missing_force import (
     force_of,
     lagging_columns,
     missing_forces,
+    play_at_flanks,
     ripple_in,
     slow_forces,
 )
@@ -252,3 +253,72 @@ def test_forces_far_from_reversals_are_explained_before_forces_around_reversals(
     more = columns_by_cause(rows)["position"].shape[1] if more is None else more
     assert explained.shape[1] == rows.explained.shape[1] + more
     assert np.array_equal(explained[:, : rows.explained.shape[1]], rows.explained)
+
+
+def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFAULT):
+    """What is found in rows of one speed whose load changes sides amid strokes, and leaves so many times the usual residual there."""
+    count = 5000
+    row, residual, load = np.arange(count), 0.1 * np.random.default_rng(2).choice([-1.0, 1.0], count), np.ones(count)
+    side, none = np.where(row // 250 % 2 == 0, 1.0, -1.0), np.zeros(count)
+    for number in range(trains):
+        start = 250 * number + 100
+        for flip in range(flips):
+            load[start + 3 * flip :] *= -1.0
+        residual[start - 2 : start + 3 * flips + 1] *= first if first and number == 0 else times
+    x, long = 0.001 * np.cumsum(side), np.full(count, 1e3)
+    cycles = Groups(row // 250)
+    rows = Rows(
+        0.01 * row,
+        x,
+        0.1 * side,
+        none,
+        load,
+        residual,
+        none[:, None],
+        load,
+        friction * side,
+        side,
+        cycles,
+        {},
+        50.0,
+        "translational",
+        long,
+        10.0,
+    )
+    return play_at_flanks(rows, settings)
+
+
+def test_play_shows_where_the_residual_is_twice_the_usual_one_around_changes_of_sides():
+    (play,), usual = knocks(3.0)
+    excess = 20 * 6 * 0.1**2 * (3.0**2 - 1.0)  # two rows ahead of a change, four after it
+    assert (play.cause, play.ratio) == ("flanks", pytest.approx(3.0, rel=0.06))
+    assert play.force == pytest.approx((excess / 5000) ** 0.5, rel=0.1)
+    assert play.share == pytest.approx(excess / (excess + 5000 * 0.1**2), rel=0.1)
+    assert usual == pytest.approx(0.1, rel=0.05)
+    assert knocks(1.9) == ((), 0.0)
+    assert knocks(2.4)[0] != ()
+    assert knocks(3.0, friction=3.0)[0] != ()
+    assert knocks(3.0, friction=6.0) == ((), 0.0)  # less than a hundredth of it
+
+
+def test_play_shows_in_four_changes_and_more_of_which_none_is_most_of_it():
+    assert knocks(5.0, trains=4)[0] != ()
+    assert knocks(5.0, trains=3, flips=5) == ((), 0.0)
+    assert knocks(5.0, trains=4, flips=5)[0] != ()
+    assert knocks(1.0, trains=8, first=10.0) == ((), 0.0)
+    (play,), _ = knocks(5.0, trains=8, first=20.0)
+    assert play.ratio == pytest.approx(5.0, rel=0.1)
+
+
+def test_fewer_than_ten_half_cycles_tell_no_slow_force():
+    rows = with_residual(rows_of(), 0.4 * (rows_of().position / 0.06) ** 2, noise=0.1)
+    few = rows.at(rows.cycles.index < 9)
+    assert few.enough
+    assert slow_forces(few, DEFAULT) == ((), 0.0)
+    assert slow_forces(rows, DEFAULT)[0] != ()
+
+
+def test_a_single_row_that_is_left_out_ends_a_stretch():
+    rows = rows_of()
+    assert rows.stretch.max() == 0
+    assert np.flatnonzero(np.diff(rows.at(np.arange(TIME.size) != 700).stretch)).tolist() == [699]

@@ -411,3 +411,10 @@ def test_a_delay_is_scanned_for_where_it_is_sought(monkeypatch):
     start, fits = ladder(monkeypatch, sought=False)
     assert (start, fits[0][1], fits[0][2]) == (0.0, 0.0, (False, False))
     assert fits[1][2] == (False, True)
+
+
+@pytest.mark.parametrize(("c", "seen"), [(3.9e-5, True), (4.1e-5, False), (1.4e-5, True), (1.3e-5, False)])
+def test_a_filter_is_one_where_a_step_from_none_sees_half_of_it(c, seen):
+    item = rung(c=2e-5)
+    assert (aligned_by(item, item, bent=instruments(c=c)).smoothing is not None) is seen
+    assert aligned_by(item, item, bent=instruments(c=2e-5, converged=False)).smoothing is None

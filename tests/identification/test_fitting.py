@@ -222,3 +222,9 @@ def test_products_of_a_redundant_factor_have_the_errors_of_their_member():
     (product,) = combinations_of(component, {"alpha": entry("alpha", value=-3.0), "k": entry("k")}, "translational")
     assert (product.name, product.unit, product.value) == ("alpha*k", "N/m", -6.0)
     assert (product.std, product.robust_std) == (pytest.approx(0.3), pytest.approx(0.9))
+
+
+def test_in_a_simulation_two_samples_show_a_zone_and_one_does_not():
+    for samples, is_hidden in ((1, True), (2, False), (3, False)):
+        shown, _ = cause_of("sigma_0", values={"sigma_0": 20.0 / ((samples - 0.5) * 1e-5)})
+        assert shown.is_hidden("sigma_0", filtered=False) is is_hidden

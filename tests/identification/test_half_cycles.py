@@ -101,7 +101,8 @@ def test_blocks_follow_each_other_unless_one_has_speeds_of_its_own():
     assert of == SHORT
     assert np.sum(parts, axis=0).tolist() == [1] * 1000
     assert all(part[750:].any() for part in parts)
-    assert time_blocks(rows_like(grown, reach=500), 4)[0] == TIME  # no room for short ones
+    # Each of two pieces of each part is four times the reach of the filters at either end.
+    assert [time_blocks(rows_like(grown, reach=reach), 4)[0] for reach in (15, 16, 500)] == [SHORT, TIME, TIME]
 
 
 def test_rows_beside_a_part_share_no_sample_with_the_filters():

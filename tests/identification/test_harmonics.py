@@ -117,3 +117,10 @@ def test_a_pitch_is_looked_for_from_three_turns_over_the_range_on():
     few = dataset_with((1, 5.0), turn=stroke / 4.2, noise=0.05)
     periodic = with_slots(find("coulomb_viscous"), ["periodic"])
     assert with_pitch(context_of(few, prior_of()), periodic).prior.pitch == pytest.approx(stroke / 4.2, rel=0.02)
+
+
+def test_harmonics_are_sought_up_to_the_highest_order_and_taken_up_to_the_largest_number(rippled, monkeypatch):
+    monkeypatch.setattr("bristle.identification.estimation.MOST_ORDER", 6)
+    assert found_in(rippled) == [2, 6]
+    monkeypatch.setattr("bristle.identification.estimation.MOST", 1)
+    assert found_in(rippled) == [2]

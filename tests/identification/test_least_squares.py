@@ -13,6 +13,7 @@ from bristle.friction import find
 from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import OF_SLOTS, Search, Sliding
+from bristle.identification.parameter_space import Ceiling, Transform
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 
@@ -90,3 +91,20 @@ def test_a_cost_is_told_as_a_share_of_the_signal():
     residual = np.array([0.3, 0.4])  # in units of 2
     assert search.percent(0.5 * float(residual @ residual)) == pytest.approx(20.0)
     assert Search(SimpleNamespace(measured=np.zeros(2)), None, SLIDING, 2.0).percent(0.0) == 0.0
+
+
+def test_a_start_is_computed_in_order_and_lies_within_what_is_sought():
+    variables = {name: Variable("force", name, excitation="sliding") for name in ("F_C", "F_S")} | {"share": Variable("length", "share")}
+    parameters = SimpleNamespace(component=SimpleNamespace(defaults={}), variables=variables, complete=lambda values: {"a": 2.0})
+    transforms = (
+        Transform("F_C", "plain", 4.0, 0.0, 9.0, 0.0, np.inf),
+        Transform("F_S", "excess", 4.0, 0.0, 9.0, 0.0, np.inf, above="F_C"),
+        Transform("share", "below", 1.0, 0.2, 0.6, 0.0, np.inf, ceiling=Ceiling("a", ("F_C",))),
+    )
+    search = Search(SimpleNamespace(parameters=parameters), None, SLIDING, 1.0)
+    object.__setattr__(search, "space", SimpleNamespace(transforms=transforms, theta=dict))
+    starts = [search._start(np.random.default_rng(seed)) for seed in range(500)]
+    assert {start["F_C"] for start in starts} == {8.0}
+    assert np.mean([start["F_S"] - 8.0 for start in starts]) == pytest.approx(0.3 * 8.0, rel=0.15)
+    shares = [start["share"] / 4.0 for start in starts]  # of the level over a factor of 2
+    assert (min(shares), max(shares)) == pytest.approx((0.2, 0.6), abs=0.01)

@@ -225,3 +225,25 @@ def test_an_effort_is_read_through_the_encoder_of_the_axis_from_a_phase_that_nob
     assert 0.0 < way < 1e-3
     assert (sensor["resolution"], sensor["noise"], lag) == (1e-3, 2e-4, None)
     assert disturbance.tolist() == push.tolist()
+
+
+def test_an_effort_closes_the_loop_and_a_position_is_integrated_more_finely_at_the_end():
+    facts = [(kind.in_loop, kind.is_effort, kind.is_refined, kind.away_evaluations) for kind in (Position, Effort)]
+    assert facts == [(False, False, True, 15), (True, True, False, 5)]
+    assert not Effort.refits_linearly(friction.lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5))
+    assert Effort.refits_linearly(SLIDING)
+
+
+def test_a_position_is_that_of_the_plant_with_its_friction():
+    asked = []
+    loop = SimpleNamespace(position=lambda *given: asked.append(given) or (np.arange(4.0), None))
+    assert Position(np.zeros(4), np.zeros(4), loop).simulated(Mechanism(PLANT, SLIDING, {})).tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert asked == [(PLANT, SLIDING, None)]
+
+
+def test_half_cycles_of_a_simulation_are_counted_through_all_segments_without_trembles():
+    there = np.array([0.0, 1.0, 2.0, 1.9, 3.0, 2.0, 1.0])
+    outputs = tuple(SimpleNamespace(position=part) for part in (there, there[::-1]))
+    for resolution, count in ((0.4, 4), (0.01, 8)):  # a step of 0.1 back is no turn, and is two
+        dataset = SimpleNamespace(resolution=resolution, noise=0.0)
+        assert OutputError(SimpleNamespace(dataset=dataset), outputs).half_cycles.count == count

@@ -143,3 +143,8 @@ def test_a_share_of_a_share_is_computed_after_it():
     (ceiling,) = [transform.name for transform in space.transforms if transform.ceiling]
     assert ceiling == "b"  # a in turn would hang on itself
     assert space.names.index("b") > max(space.names.index(name) for name in ("a", "F_C"))
+
+
+def test_of_two_relations_that_bind_each_other_the_first_makes_an_excess():
+    space = space_for(own_model(["F_S >= F_C", "F_C >= F_S"]))
+    assert [(transform.name, transform.above) for transform in space.transforms if transform.above] == [("F_S", "F_C")]

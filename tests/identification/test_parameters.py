@@ -1,14 +1,29 @@
 """Roles of parameters, and the magnitudes that a log gives them."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, strokes
 
+from bristle.core.dimensions import exponents_of
+from bristle.core.errors import InputError
 from bristle.core.variable import Variable
-from bristle.friction import coulomb_viscous, lugre, stribeck, with_slots
-from bristle.identification.parameters import Role, Scales, acts_in_sliding, constant_of, name_of, names_of, offset_of, scales_of, stroke_of
+from bristle.friction import coulomb_viscous, find, lugre, stribeck, with_slots
+from bristle.identification.parameters import (
+    PriorKnowledge,
+    Role,
+    Scales,
+    acts_in_sliding,
+    constant_of,
+    name_of,
+    names_of,
+    offset_of,
+    parameters_of,
+    scales_of,
+    stroke_of,
+)
 from bristle.identification.preprocessing import treat
 
 SCALES = Scales(
@@ -118,3 +133,53 @@ def test_the_constant_part_is_the_offset_and_half_of_what_two_levels_differ_by()
     assert offset_of(variables, {}) == 0.0
     assert offset_of({}, values) == 0.0
     assert constant_of(coulomb_viscous.variables, {"F_C": 3.0, "F_v": 1.0}) == 0.0
+
+
+def held_by(name, velocity=(1.0, -1.0), effort=(8.0, -6.0), reach=0.03, **known):
+    """The parameters of a model in a log of these rows, all of them fast, and of samples alike."""
+    velocity, effort = (np.tile(signal, 50) for signal in (velocity, effort))
+    segment = SimpleNamespace(position=np.array([0.01, 0.01 + reach]), surroundings={})
+    facts = {"velocity": velocity, "all_velocities": velocity, "effort": effort, "acceleration": np.zeros(velocity.size)}
+    dataset = SimpleNamespace(segments=(segment,), kind="translational", units={}, **facts)
+    return parameters_of(find(name), PriorKnowledge(**known), dataset)
+
+
+def test_what_no_log_tells_is_held_at_a_round_number_and_what_is_known_at_its_value():
+    for reach, length in ((0.03, 0.01), (0.3, 0.1)):
+        parameters = held_by("bouc_wen_classic", reach=reach)
+        beta = parameters.fixed["beta"]
+        assert parameters.is_redundant("beta")
+        power = exponents_of(parameters.variables["beta"].quantity).get("length", 0.0)
+        assert beta.value == pytest.approx(length**power)
+        assert (beta.reason, beta.numbers) == ("redundant", {"products": ("beta*gamma", "beta*delta")})
+    known = held_by("coulomb_viscous", values={"M": 3.0}, offset=2.0, measured={"M": (4.0, 0.5)})
+    assert (known.fixed["M"].value, known.fixed["M"].reason, known.held["offset"]) == (3.0, "held_known", 2.0)
+    measured = held_by("coulomb_viscous", measured={"M": (4.0, 0.5)})
+    assert (measured.fixed["M"].value, measured.fixed["M"].half_width, measured.free) == (4.0, 0.5, ("F_v", "F_C", "offset"))
+    place = held_by("coulomb_viscous+position").held
+    assert (place["x_0"], place["x_L"]) == pytest.approx((0.025, 0.015))
+    shape = held_by("dahl")
+    assert shape.fixed["exponent"].reason == "held_default"
+    assert "exponent" in held_by("dahl", free=("exponent",)).free
+    assert held_by("coulomb_viscous+periodic", pitch=0.005).fixed["pitch"].value == 0.005
+
+
+def test_a_log_of_one_direction_tells_no_constant_beside_a_level():
+    for velocity, side in (((1.0,), "forward"), ((-1.0,), "backward")):
+        offset = held_by("coulomb_viscous", velocity, (8.0,)).fixed["offset"]
+        assert (offset.value, offset.reason, offset.numbers) == (0.0, "held_one_direction", {"level": "F_C", "direction": side})
+        with pytest.raises(InputError, match=f"the log moves {side} only"):
+            held_by("coulomb_viscous+asymmetry", velocity, (8.0,))
+    assert "offset" in held_by("coulomb_viscous").free
+
+
+def test_a_constant_beside_levels_by_direction_is_guessed_where_the_effort_keeps_its_sign():
+    velocity = (1.0, 2.0, -1.0, -2.0)
+    held = held_by("coulomb_viscous+asymmetry", velocity, (11.0, 14.0, 4.0, 1.0)).fixed["offset"]  # levels of 8 and 7, no weight
+    assert (held.reason, held.numbers) == ("held_constant", {"levels": ("F_C_pos", "F_C_neg")})
+    assert held.value == pytest.approx(7.5)
+    # Rows below a tenth of the largest speed are not asked.
+    slow = held_by("coulomb_viscous+asymmetry", (*velocity, 0.19, -0.19), (11.0, 14.0, 4.0, 1.0, 50.0, 50.0)).fixed["offset"]
+    assert slow.value == pytest.approx(7.5)
+    none = held_by("coulomb_viscous+asymmetry", velocity, (8.0, 11.0, -6.0, -9.0)).fixed["offset"]
+    assert (none.value, none.reason) == (0.0, "held_levels")

@@ -11,7 +11,8 @@ from bristle.friction import find
 from bristle.identification import HeldOut, identify
 from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.preprocessing import treat_all
-from bristle.identification.validation import ranked
+from bristle.identification.settings import DEFAULT
+from bristle.identification.validation import held_out_error, in_order, ranked, with_information
 
 BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
 
@@ -119,3 +120,48 @@ def test_the_spread_is_that_of_the_effort_between_repeats():
     assert spreads[0] < 1.0
     assert spreads[1] == pytest.approx(5.0, rel=0.1)
     assert spread_between_repeats(treat_all([sliding_log()], [None], 50.0, 10)) == 0.0
+
+
+def test_an_interrupted_fit_leads_where_it_leaves_far_less_than_the_best_of_the_others(made, fit):
+    finished, second = made("finished", BLOCKS, 3), made("second", [2.0 * block for block in BLOCKS], 3)  # 3.1 % of the blocks
+    for percent, names in ((2.1, ["part", "finished", "second"]), (2.2, ["finished", "second", "part"])):
+        part = replace(fit, held_out=None, force_error_percent=percent, unfinished=True, friction=SimpleNamespace(name="part"))
+        assert [item.name for item in in_order([second, part, finished])] == names
+        assert [item.name for item in in_order([part])] == ["part"]
+
+
+def test_criteria_are_those_of_the_squares_of_rows_or_of_what_was_simulated(made):
+    noise = np.random.default_rng(3).standard_normal(2000)
+
+    def fit_of(size, parameters, **changes):
+        item = made("made", BLOCKS, parameters)
+        traces = replace(item.traces, measured=size * noise, predicted=0.0 * noise)
+        return replace(item, traces=traces, information=None, **changes)
+
+    def criteria(*fits):
+        return [item.information for item in with_information(fits)]
+
+    small, large = criteria(fit_of(1.2, 3), fit_of(1.0, 5))
+    count = small.measurements
+    assert count == large.measurements == pytest.approx(2000, rel=0.1)
+    assert (large.aic, large.bic) == (0.0, 0.0)
+    assert small.aic == pytest.approx(count * np.log(1.44) - 2.0 * 2)
+    assert small.bic == pytest.approx(count * np.log(1.44) - np.log(count) * 2)
+    for name in ("position_rmse", "loop_rmse"):
+        small, large = criteria(fit_of(9.0, 3, **{name: 1.2}), fit_of(7.0, 3, **{name: 1.0}))
+        assert small.aic == pytest.approx(small.measurements * np.log(1.44))
+        assert large.aic == 0.0
+    assert criteria(fit_of(0.0, 3), fit_of(1.0, 3)) == [None, None]
+    assert with_information([]) == []
+
+
+def test_what_was_held_out_is_compared_with_the_signal_of_each_part():
+    measured = np.array([3.0, 4.0, 6.0, 8.0])
+    folds = [SimpleNamespace(held_out=np.arange(4) // 2 == number, fitted=np.arange(4) // 2 != number) for number in range(2)]
+    problem = SimpleNamespace(parts_of=lambda blocks, settings: ("time blocks", folds), measured=measured)
+    estimation = SimpleNamespace(problem=problem, residual_without=lambda rows: np.where(rows, 9.0, [0.3, 0.4, 1.2, 1.6]))
+    shares = []
+    held_out = held_out_error(estimation, 2, DEFAULT, shares.append)
+    assert held_out.block_errors_percent == pytest.approx((10.0, 20.0))
+    assert (held_out.mean_percent, held_out.std_percent) == pytest.approx((15.0, 50.0**0.5))
+    assert shares == [0.0, 0.5]

@@ -39,3 +39,43 @@ def test_where_it_ends_depends_on_no_unit(unit):
     assert other == pytest.approx(plain, rel=1e-9)
     # Not after the first step, which leaves more than a third.
     assert abs(plain[0]) < 0.05
+
+
+def step_of(low, high, residual, free=(True, True), theta=(1.0, 1.0)):
+    """The step of two coordinates whose columns are 1 and 2 long, at a right angle."""
+    space = ParameterSpace(("x", "y"), np.array(low), np.array(high))
+    solution = Solution(space, np.zeros(2), np.array([[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]]))
+    return Refit(solution, np.array(free)).step(np.array(theta), np.array(residual)).tolist()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        ((-np.inf, -np.inf), (np.inf, np.inf), (-3.0, 2.0)),
+        ((0.0, -np.inf), (np.inf, np.inf), (-1.0, 2.0)),
+        ((0.0, 0.0), (np.inf, np.inf), (-1.0, 2.0)),
+        ((-np.inf, -np.inf), (np.inf, 2.5), (-3.0, 1.5)),
+        ((0.0, 0.0), (9.0, 1.5), (-1.0, 0.5)),
+        ((1.0, 0.0), (9.0, 1.0), (0.0, 0.0)),
+    ],
+)
+def test_a_step_ends_at_the_bounds(low, high, expected):
+    assert step_of(low, high, (-3.0, 4.0, 5.0)) == pytest.approx(expected, abs=1e-9)
+    assert step_of(low, high, (-3.0, 4.0, 5.0), free=(False, True)) == pytest.approx((0.0, expected[1]), abs=1e-9)
+
+
+def test_a_linear_signal_is_solved_by_one_step_and_what_is_not_free_stays():
+    space = ParameterSpace(("x", "y"), np.full(2, -np.inf), np.full(2, np.inf))
+    jacobian = np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
+    solution, signal = Solution(space, np.zeros(2), jacobian), np.array([3.0, 8.0, 7.0])
+
+    class Plane:
+        def residual(self, free):
+            return signal - jacobian @ [free["x"], free["y"]]
+
+    theta, residual = Refit(solution, np.array([True, True])).solve(Plane(), np.array([9.0, -5.0]))
+    assert theta.tolist() == pytest.approx([3.0, 4.0])
+    assert residual == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    theta, residual = Refit(solution, np.array([True, False]), rows=np.array([True, False, True])).solve(Plane(), np.array([0.0, 2.0]))
+    assert theta.tolist() == pytest.approx([4.0, 2.0])  # of 3 and 5
+    assert residual == pytest.approx([-1.0, 4.0, 1.0])

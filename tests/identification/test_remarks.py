@@ -309,3 +309,21 @@ def test_the_treatment_of_a_log_is_told_in_numbers():
     assert lacks.effective == ("F_C",)
     assert lacks.doubted == ()
     assert traded.doubted == ("F_v",)
+
+
+def test_the_forces_that_a_model_lacks_are_told_together_before_each_and_as_notes_where_small(monkeypatch):
+    traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
+    estimates, other = (estimate("F_C"), estimate("F_v", status="held")), Diagnostic("correlated")
+    fit = FakeFit(SLIDING, traces, (other,), estimates)
+    for scale, severity in ((1.0, "warning"), (0.0045, "note")):  # of a friction of 4 N; 0.6 % of it may matter
+        forces = (Missing("position", 0.4, 3.0 * scale), Missing("speed", 0.2, 4.0 * scale))
+        monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_, forces=forces: (forces, 0.7))
+        structure, *named, last = with_structure(fit, None, DEFAULT).diagnostics
+        expected = {"missing": 5.0 * scale, "percent": 125.0 * scale, "chance": 0.7}
+        assert {name: structure.numbers[name] for name in expected} == pytest.approx(expected)
+        assert (structure.numbers["names"], structure.numbers["causes"]) == (("F_C",), ("position", "speed"))
+        assert (structure.numbers["small"], last) == (int(severity == "note"), other)
+        assert [item.code for item in named] == ["missing_position", "missing_speed"]
+        assert {item.severity for item in (structure, *named)} == {severity}
+    monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((), 0.0))
+    assert with_structure(fit, None, DEFAULT) is fit

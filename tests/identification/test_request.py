@@ -1,12 +1,18 @@
 """Which models a person asks for."""
 
+from types import SimpleNamespace
+
 import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
-from bristle.core import InputError
+from bristle.core import Axis, InputError
+from bristle.core.axis import Cogging
 from bristle.friction import MODELS
 from bristle.identification import identify, least_squares
-from bristle.identification.request import models_of
+from bristle.identification.parameters import PriorKnowledge
+from bristle.identification.request import freed, models_of, prior_knowledge_of, settings_of, treatment_of, with_method
+from bristle.identification.settings import Settings
+from bristle.plants import PLANTS
 
 REFUSED = {"maxwell_stribeck"}  # its elements are given, not found
 
@@ -44,3 +50,51 @@ def test_all_models_are_ranked_and_the_one_that_made_the_log_is_not_beaten(monke
     assert [fit.name for fit in identification.fits if fit not in plain] == ["coulomb_viscous+asymmetry"]
     assert identification.best.name == "coulomb_viscous"
     assert identification.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
+
+
+def test_what_is_asked_for_goes_before_the_axis_and_the_axis_before_what_is_sought():
+    known = Axis(mass=12.0, offset=2.0, plant="oscillator", damping=3.0, stiffness=40.0, pitch=0.01)
+    prior = prior_knowledge_of(known, None, None, "translational")
+    assert (prior.offset, prior.pitch, prior.plant) == (2.0, 0.01, PLANTS["oscillator"])
+    assert sorted(prior.values.values()) == [3.0, 12.0, 40.0]
+    asked = prior_knowledge_of(known, "500 g", "3 N", "translational")
+    assert (asked.offset, sorted(asked.values.values())) == (3.0, [0.5, 3.0, 40.0])
+    assert prior_knowledge_of(known, None, "identify", "translational").offset is None
+    assert prior_knowledge_of(None, None, None, "rotational").offset is None
+    assert prior_knowledge_of(None, 4.0, 0.0, "rotational") == PriorKnowledge(0.0, {"M": 4.0})
+    for mass in (0.0, -1.0, 1e-16, float("inf")):
+        with pytest.raises(InputError, match="mass"):
+            prior_knowledge_of(known, mass, None, "translational")
+    assert prior_knowledge_of(known, 1e-15, None, "translational").values["M"] == 1e-15
+    with pytest.raises(InputError, match="offset"):
+        prior_knowledge_of(known, None, float("nan"), "translational")
+
+
+def test_turns_of_cogging_are_known_where_its_harmonics_are():
+    axis = Axis(cogging=(Cogging("motor", 0.01, (6,)), Cogging("screw", 0.02, None)))
+    prior = prior_knowledge_of(axis, None, None, "translational")
+    assert (prior.values, prior.plant.orders) == ({"motor_turn": 0.01}, (("motor", 6),))
+
+
+def test_shapes_are_freed_and_what_is_none_is_refused():
+    components = models_of("dahl, stribeck+position")
+    assert freed(["exponent", "delta_S"], components) == ("exponent", "delta_S")
+    for name in ("F_C", "exponents"):
+        with pytest.raises(InputError, match=r"no shape that is kept at a default.*delta_S, exponent"):
+            freed([name], components)
+
+
+def test_thresholds_method_and_treatment_are_those_that_are_asked_for():
+    axis = Axis(settings={"unsure_std": 0.3, "follows": 0.2})
+    assert settings_of(axis, {"follows": 0.4}) == Settings(unsure_std=0.3, follows=0.4)
+    assert settings_of(axis, Settings()) == settings_of(None, None) == Settings()
+    pairs = [("log", axis)]
+    assert with_method(pairs, None) == pairs
+    assert with_method(pairs, "output_error")[0][1].method == "output_error"
+    assert with_method([(SimpleNamespace(kind="rotational"), None)], "output_error")[0][1].kind == "rotational"
+    assert treatment_of("0.2 kHz", 5, "translational") == (200.0, 5)
+    assert treatment_of(None, None, "translational") == (None, None)
+    for rows in (0, 10_001):
+        with pytest.raises(InputError, match="decimation"):
+            treatment_of(None, rows, "translational")
+    assert [treatment_of(None, rows, "translational")[1] for rows in (1, 10_000)] == [1, 10_000]

@@ -1,5 +1,8 @@
 """Standard errors of least squares, against those that textbooks give for a mean and a straight line."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -7,8 +10,17 @@ from tests.identification.known_logs import Motion, log_of, sliding_effort
 from tests.identification.test_redundancy import one_way
 
 from bristle.core import Axis
-from bristle.identification import identify
-from bristle.identification.problem import _root
+from bristle.core.diagnostic import Diagnostic
+from bristle.friction import lugre
+from bristle.identification import identify, uncertainty
+from bristle.identification.dataset import Alignment
+from bristle.identification.half_cycles import Disturbance
+from bristle.identification.parameter_space import ParameterSpace, Solution
+from bristle.identification.problem import Fold, _root
+from bristle.identification.result import Estimate
+from bristle.identification.settings import DEFAULT
+from bristle.identification.uncertainty import _bands, _Followed, _inflation, _with_interval, as_soft, unidentifiable
+from bristle.plants import inertia
 
 BLOCKS = 40  # over which residuals may be correlated
 ROWS = 20 * BLOCKS
@@ -42,3 +54,221 @@ def test_viscous_friction_with_an_offset_is_a_straight_line():
 def test_of_a_variance_that_rounding_left_below_nothing_no_error_is_known():
     with np.errstate(all="raise"):
         assert _root(np.array([-1e-30, 0.0, 4.0])).tolist() == [np.inf, 0.0, 2.0]
+
+
+# Patterns of eight rows that are orthogonal on each chunk of eight, so on each quarter of the rows too.
+WALSH = [np.tile(part, 40) for part in ([1.0, -1.0] * 4, [1.0, 1.0, -1.0, -1.0] * 2, [1.0] * 4 + [-1.0] * 4, [1.0] * 8)]
+COUNT = 320
+CLEAR = [
+    ("sure", 0.1, "identified"),
+    ("half", 1.0, "identified"),
+    ("unsure", 1.01, "identified"),
+    ("none", None, "identified"),
+    ("edge", 0.1, "at_edge"),
+]
+
+
+class Exponential(ParameterSpace):
+    """Parameters that are sought in their logarithm, the negative ones too."""
+
+    def values(self, theta):
+        return dict(zip(self.names, np.exp(theta).tolist(), strict=True))
+
+
+def fitted(values, columns, size, space=ParameterSpace):
+    """The fit of a signal to columns, which leaves a residual of this size beside all of them, and its problem."""
+    names, theta = tuple(values), np.array(list(values.values()))
+    jacobian = np.column_stack(columns)
+    signal = jacobian @ theta + size * WALSH[3]
+    problem = SimpleNamespace(
+        residual=lambda free: signal - jacobian @ np.array([free[name] for name in names]),
+        dataset=SimpleNamespace(kind="translational"),
+        parameters=SimpleNamespace(complete=dict),
+    )
+    ends = np.full(theta.size, np.inf)
+    return problem, Solution(space(names, -ends, ends), theta, jacobian)
+
+
+def followed(values, columns, size=0.5, settings=DEFAULT):
+    problem, solution = fitted(values, columns, size)
+    return _Followed(problem, solution, np.ones(len(values), dtype=bool), settings)
+
+
+def test_a_parameter_that_nothing_makes_up_for_raises_the_error_by_the_square_of_the_change():
+    variance = COUNT * 0.5**2 / (COUNT - 2)
+    alone = followed({"a": 2.0, "b": -1.0}, WALSH[:2])
+    assert alone.changes == (1.3, 0.7)
+    rise = COUNT * 0.6**2 / variance
+    assert alone.linear_rise("a", 1.3) == pytest.approx(rise)
+    assert alone.linear_rise("a", 1.6) == pytest.approx(4.0 * rise)
+    assert alone.linear_rise("b", 0.7) == pytest.approx(COUNT * 0.3**2 / variance)
+    result = alone.without("a")
+    assert result.rise == pytest.approx(rise)
+    assert (result.name, result.flat, result.instead, result.percent) == ("a", False, (), pytest.approx(30.0))
+    assert followed({"a": 2.0}, WALSH[:1], 0.0).linear_rise("a", 1.3) == np.inf
+
+
+@pytest.mark.parametrize(("value", "instead"), [(-1.0, ("b",)), (-5.9, ("b",)), (-6.1, ()), (0.0, ())])
+def test_a_parameter_whose_change_another_one_takes_is_flat_and_the_other_is_named(value, instead):
+    # Of 0.6 by which the first one changes: more than a tenth of the second one, or less.
+    result = followed({"a": 2.0, "b": value, "c": 1.0}, [WALSH[0], WALSH[0], WALSH[1]]).without("a")
+    assert result.rise == pytest.approx(0.0, abs=1e-6)
+    assert (result.flat, result.instead) == (True, instead)
+
+
+@pytest.mark.parametrize(("rise", "flat"), [(0.09, True), (0.11, False)])
+def test_a_parameter_is_flat_below_a_tenth_of_the_variance(rise, flat):
+    size = 0.6 * np.sqrt((COUNT - 1) / rise)  # 320 rows of 0.6**2, over a variance of 320 size**2 / 319
+    result = followed({"a": 2.0}, WALSH[:1], size).without("a")
+    assert result.rise == pytest.approx(rise)
+    assert result.flat is flat
+
+
+def lost(values, columns, size=0.5, candidates="abc", settings=DEFAULT):
+    return [item.name for item in unidentifiable(*fitted(values, columns, size), frozenset(candidates), settings)]
+
+
+def test_of_two_parameters_that_trade_places_the_first_is_lost_and_the_other_is_seen_with_the_first_held():
+    columns = [WALSH[0], WALSH[0] + 1e-4 * WALSH[1], WALSH[2]]
+    assert len(lost({"a": 2.0, "b": 3.0, "c": 1.0}, columns)) == 1
+    assert lost({"a": 2.0, "b": 3.0, "c": 1.0}, columns, candidates="bc") == ["b"]
+    assert lost({"a": 2.0, "b": 3.0, "c": 1.0}, columns, candidates="c") == []
+    assert lost({"a": 0.0, "b": 3.0, "c": 1.0}, columns) == ["b"]  # zero has no share to change by
+    assert lost({"a": 2.0, "b": 3.0, "c": 1.0}, WALSH[:3]) == []
+
+
+def test_a_parameter_is_seen_from_its_rise_on_and_beyond_doubt_from_a_hundred_times(monkeypatch):
+    rise = COUNT * 0.6**2 / (COUNT * 30.0**2 / (COUNT - 1))
+    for share, names in ((0.99, []), (1.01, ["a"])):
+        assert lost({"a": 2.0}, WALSH[:1], 30.0, settings=replace(DEFAULT, seen_rise=share * rise)) == names
+    asked, plain = [], _Followed.without
+    monkeypatch.setattr(_Followed, "without", lambda self, name: asked.append(name) or plain(self, name))
+    for share in (0.00999, 0.01001):
+        lost({"a": 2.0}, WALSH[:1], 30.0, settings=replace(DEFAULT, seen_rise=share * rise))
+    assert asked == ["a"]
+
+
+def test_a_parameter_is_moved_alone_as_far_as_its_bounds_let_it():
+    problem, solution = fitted({"a": 0.5, "b": -1.0}, WALSH[:2], 0.5, Exponential)
+    item = _Followed(problem, solution, np.ones(2, dtype=bool), DEFAULT)
+    assert item.moved("a", 1.3).tolist() == pytest.approx([0.5 + np.log(1.3), -1.0])
+    assert item.moved("b", 10.0).tolist() == pytest.approx([0.5, -1.0 + np.log(10.0)])
+    narrow = replace(solution, space=replace(solution.space, low=np.array([0.4, -9.0]), high=np.array([0.6, 9.0])))
+    for change, end in ((1.3, 0.6), (0.7, 0.4)):
+        assert replace(item, solution=narrow).moved("a", change).tolist() == pytest.approx([end, -1.0])
+    assert solution.theta.tolist() == [0.5, -1.0]
+
+
+@pytest.mark.parametrize(
+    ("shift", "end", "alike"), [(0.0, 2.9, 0), (-18.0, 2.9, 16), (-18.0, 1.0, 16), (-17.5, 2.4, 0), (-17.5, 2.6, 16), (-19.0, 20.1, None)]
+)
+def test_a_stiffness_counts_as_soft_where_fits_to_a_stiffer_axis_end_in_its_interval(shift, end, alike):
+    problem, solution = fitted({"k": 2.0}, WALSH[:1], 0.5)
+    made = []
+
+    def made_with(values):
+        made.append(values)
+        log = SimpleNamespace(residual=lambda free: WALSH[0] * (values["k"] + shift - free["k"]))
+        return SimpleNamespace(draw=lambda disturbance, rng, side: log)
+
+    found = SimpleNamespace(
+        solution=solution, interval=lambda name: (0.0, end), replicates=SimpleNamespace(made_with=made_with), disturbance=None
+    )
+    result = as_soft(problem, found, np.ones(1, dtype=bool), ["k"], DEFAULT)
+    assert made[0]["k"] == pytest.approx(20.0)
+    if not alike:
+        assert result == {}
+    else:
+        assert (result["k"].code, result["k"].parameter) == ("as_soft", "k")
+        assert result["k"].numbers == {"times": pytest.approx(10.0), "alike": alike, "fits": 16}
+
+
+def interval_of(ends, mass=12.0, half_width=0.5, name="M", value=12.0):
+    replicates = SimpleNamespace(reported=("M", "F_C"), interval=lambda name: ends)
+    alignment = Alignment(mass=mass, mass_half_width=half_width)
+    dataset, plant = SimpleNamespace(alignment=alignment, kind="translational"), SimpleNamespace(variables=inertia.variables)
+    problem = SimpleNamespace(dataset=dataset, parameters=SimpleNamespace(plant=plant))
+    return _with_interval(Estimate(name, "kg", "", value, 0.1), replicates, problem)
+
+
+def test_the_interval_of_an_inertia_reaches_over_the_first_stage_where_both_lie_apart():
+    for ends, joined in (((12.6, 12.8), (11.5, 12.8)), ((11.0, 11.4), (11.0, 12.5))):
+        estimate, warning = interval_of(ends)
+        assert estimate.interval == joined
+        assert (warning.code, warning.parameter, warning.severity) == ("stages_differ", "M", "warning")
+        assert warning.numbers == {"first": 12.0, "value": 12.0}
+        assert interval_of(ends, name="F_C")[0].interval == ends
+        assert interval_of(ends, half_width=None)[0].interval == interval_of(ends, mass=None)[0].interval == ends
+    for ends in ((12.4, 12.8), (11.0, 11.6), (11.9, 12.1), (12.5, 12.8), (11.0, 11.5)):
+        estimate, warning = interval_of(ends)
+        assert (estimate.interval, warning) == (ends, None)
+    assert interval_of((12.6, 12.6)) == (Estimate("M", "kg", "", 12.0, 0.1), None)  # all replicates on the edge
+    assert interval_of((12.6, 12.8), name="F_v")[0].interval is None  # not fitted to replicates
+
+
+@pytest.mark.parametrize(("size", "factor"), [(0.5, 1.0), (3.0, 1.5)])
+def test_bands_grow_until_they_hold_nineteen_of_twenty_rows_that_were_held_out(monkeypatch, size, factor):
+    problem, solution = fitted({"a": 2.0}, WALSH[:1], size)
+    outside = np.arange(COUNT) < 160
+    folds = [
+        Fold(outside, ~outside, outside),
+        Fold(outside, ~outside, np.zeros(COUNT, dtype=bool)),
+        Fold(~outside, np.zeros(COUNT, dtype=bool), outside),
+    ]
+    problem.folds = lambda count: ("time blocks", folds)
+    problem.effort_residual = lambda free, residual: residual
+    monkeypatch.setattr(uncertainty, "half_width", lambda *_: np.full(COUNT, 2.0))
+    fit, estimation = SimpleNamespace(plant=None, friction=None), SimpleNamespace(resampled=(problem, solution))
+    assert _inflation(None, fit, estimation, np.ones(1, dtype=bool), linear=True) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(("is_effort", "unexplained"), [(True, 0.3), (False, 0.0)])
+def test_bands_take_over_the_draws_and_the_disturbance_and_of_an_effort_the_unexplained_part(is_effort, unexplained):
+    problem = SimpleNamespace(is_effort=is_effort, row_time=0.01, parameters=SimpleNamespace(loop={"lag": None}))
+    replicates = SimpleNamespace(
+        members=[{"F_C": 1.0, "lag": 2.0}, {"F_C": 3.0, "lag": 4.0}],
+        unexplained=0.3,
+        residual=np.full(COUNT, 0.3),
+        disturbance=Disturbance(0.0, 0.2, 1e-6, 1e-7),
+        scatter=SimpleNamespace(value=0.0),
+    )
+    bands = _bands(replicates, SimpleNamespace(resampled=(problem, None), finished=dict))
+    assert {name: draws.tolist() for name, draws in bands.draws.items()} == {"F_C": [1.0, 3.0]}
+    assert (bands.scatter, bands.noise, bands.unexplained) == (0.0, 0.2, unexplained)
+    assert (bands.left_in_closed_loop, bands.left_in_open_loop) == (1e-7, 1e-7)
+    assert bands.lasting == pytest.approx(0.01 * COUNT / 40 if is_effort else 0.0)
+
+
+class AskedError(Exception):
+    """What a bootstrap is asked for."""
+
+
+@pytest.mark.parametrize(
+    ("structure", "scale"), [(None, 1.0), ((3.0, 4.0), 1.25), ((0.0, 4.0), 1.0), ((10.0, 4.0), 2.0), ((1.0, 0.0), 2.0)]
+)
+def test_errors_of_replicates_grow_by_a_missing_force_and_where_the_treatment_is_in_doubt(monkeypatch, structure, scale):
+    problem, solution = fitted({"F_C": 2.0, "sigma_0": 3.0}, WALSH[:2], 0.5)
+    problem.parameters.variables, problem.refits_linearly = lugre.variables, lambda friction: True
+    asked = []
+
+    def lose(problem, solution, clear, settings):
+        asked.append(clear)
+        return (uncertainty.Unidentifiable("sigma_0", 0.0, structure is None, (), 30.0),)
+
+    def bootstrap(problem, solution, draws, **requested):
+        asked.append(requested | {"draws": draws})
+        raise AskedError
+
+    monkeypatch.setattr(uncertainty, "unidentifiable", lose)
+    monkeypatch.setattr(uncertainty, "bootstrap", bootstrap)
+    estimates = [Estimate(name, "N", "", -2.0, std, status) for name, std, status in CLEAR]
+    about = [Diagnostic("structure", numbers={"missing": structure[0], "chance": structure[1]})] if structure else []
+    for doubts, wide in (([], None), ([Diagnostic("delay_rough")], [1.0, 2.5])):
+        fit = SimpleNamespace(estimates=estimates, diagnostics=[*about, *doubts], friction=None)
+        with pytest.raises(AskedError):
+            uncertainty.with_uncertainty(fit, SimpleNamespace(resampled=(problem, solution)), 7, DEFAULT)
+        clear, requested = asked[-2:]
+        assert clear == {"sure", "half"}
+        assert (requested["draws"], requested["linear"], requested["scale"]) == (7, True, pytest.approx(scale))
+        assert requested["free"].tolist() == [True, structure is not None]  # what is seen weakly stays free
+        assert (None if requested["wide"] is None else requested["wide"].tolist()) == wide

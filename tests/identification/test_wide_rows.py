@@ -156,3 +156,18 @@ def test_rows_count_by_their_speed_from_a_twentieth_of_the_top_on_and_fully_from
     assert np.median(stretch.weight[share > 0.16]) == pytest.approx(1.0)
     assert np.max(stretch.weight) == pytest.approx(1.0)
     assert np.all(stretch.weight[(stretch.time < 0.49) | (stretch.time > 12.0 - 0.49)] == 0.0)
+
+
+def test_noise_makes_the_inertia_too_small_by_as_much_as_is_foreseen(rows):
+    noise = 1e-5 * np.random.default_rng(1).standard_normal(MOTION.time.size)
+    noisy = rows_of(motion=MOTION._replace(position=MOTION.position + noise)).fit(60.0, 0.0, free=(False, False))
+    assert noisy.bias == pytest.approx(rows.fit(60.0, 0.0, free=(False, False)).theta[0] - noisy.theta[0], rel=0.3)
+
+
+def test_waves_that_the_residual_shows_are_columns_and_those_of_noise_are_none():
+    noise = 0.2 * np.random.default_rng(2).standard_normal(EFFORT.size)
+    for size, shown in ((0.0, False), (3.0, True)):
+        found = rows_of(EFFORT + noise + size * np.sin(2.0 * np.pi * MOTION.position / 0.004))
+        before = found.stretches[0].columns.shape[0]
+        found.find_waves(0.0)
+        assert (found.stretches[0].columns.shape[0] > before) is shown
