@@ -1,4 +1,4 @@
-"""Which way a command takes by its options, what it hands on, and its exit code: the work itself is put in its place."""
+"""Which way a command takes by its options, and what it hands on to the work."""
 
 import inspect
 from contextlib import contextmanager
@@ -26,11 +26,15 @@ class Told:
     @contextmanager
     def opened(self, words, reads=(), **how):
         self.opens.append((words, [file for file in reads if file is not None], how))
-        yield self.out, lambda share, text: None
+        yield self.out, reported
 
     def tell(self, summary, *parts, warnings=(), files=""):
         self.told = [summary, *(part for part in parts if part is not None)]
         self.warnings = list(warnings)
+
+
+def reported(share, text):
+    assert 0.0 <= share <= 1.0, text
 
 
 def named(**parts):
@@ -61,7 +65,7 @@ def ways(asked):
     return asked.calls
 
 
-def test_logs_are_identified_together_or_each_by_itself(ways):
+def test_logs_are_identified_together_or_as_a_fleet(ways):
     output, logs = Told(), [Path("a.csv"), Path("b.csv")]
     assert identify.identify(log=logs, output=output) == 5
     assert identify.identify(log=logs, output=output, separate=True, workers=3, reader=None) == 7
