@@ -87,6 +87,22 @@ def test_options_of_an_identification_are_handed_on_in_si(ways):
         identify.identify(log=[Path("a.csv")], output=Told(), cutoff="0 Hz")
 
 
+@pytest.mark.parametrize(
+    ("command", "files"),
+    [
+        (identify.identify, {"log": [Path("a.csv")]}),
+        (compare.compare, {"before": Path("a.csv"), "after": Path("b.csv")}),
+        (design.design, {"experiment": Path("e.toml")}),
+        (run.run, {"experiment": Path("e.toml")}),
+    ],
+)
+def test_a_figure_needs_a_folder(command, files, tmp_path):
+    with pytest.raises(InputError, match="--figure: needs a folder to write into"):
+        command(**files, output=Told(), figure=[tmp_path / "f.py"])
+    with pytest.raises(InputError, match=r"f\.py"):
+        command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
+
+
 # --- paper, lab and demonstration ------------------------------------------------------------------------------------
 
 

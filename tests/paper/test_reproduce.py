@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from bristle.paper.reproduce import FIGURES
+
 reproduce = import_module("bristle.paper.reproduce")
 FOLDER = Path("experiments")
 
@@ -34,7 +36,7 @@ def made(monkeypatch):
 
 def test_each_figure_has_its_number_and_its_experiment(made):
     figures = reproduce.reproduce(folder=FOLDER)
-    assert [figure[0] for figure in figures] == list(range(1, 15)) == list(reproduce.FIGURES)
+    assert [figure[0] for figure in figures] == list(range(1, 15)) == list(FIGURES)
     by_number = {figure[0]: figure[1:] for figure in figures}
     for number in (1, 2, 3, 4, 5, 6, 8, 9, 10):
         assert by_number[number] == ((f"fig_{number:02d}.toml", False),)

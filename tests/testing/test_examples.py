@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from bristle.figures import ReportFigure
 from bristle.testing import figures
+from bristle.testing.check import UnmetError
 from bristle.testing.figures import EXAMPLES, _experiment, _study
 
 
@@ -37,3 +39,16 @@ def test_an_example_comparison_is_of_a_log_that_misses_its_reference_twice_as_fa
     assert apart == pytest.approx([2e-5, 1e-5], rel=0.01)
     assert (before.kind, after.kind, none, nothing) == ("rotational", "rotational", None, None)
     assert before.effort.values.tolist() != after.effort.values.tolist()
+
+
+def test_a_figure_that_pyplot_keeps_is_closed(monkeypatch):
+    from matplotlib import pyplot
+
+    monkeypatch.setattr(figures, "example_facts", lambda kind, takes: {"log": kind})
+    before = set(pyplot.get_fignums())
+    parts = {"title": "Title", "caption": "A sentence.", "alternative": "lines", "takes": "log"}
+    kept, returned = (figures._Trial(ReportFigure(name="mine", draw=draw, **parts)) for draw in (lambda log: pyplot.figure(), print))
+    with pytest.raises(UnmetError, match="pyplot keeps the figure"):
+        figures.nothing_left_open(kept)
+    assert set(pyplot.get_fignums()) == before
+    assert figures.nothing_left_open(returned).applies

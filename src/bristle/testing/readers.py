@@ -247,7 +247,7 @@ def other_files() -> Mapping[str, bytes]:
         "MAT": b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(128),
         "MAT v7.3": b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512),
         "Parquet": b"PAR1\x15\x04\x15" + bytes(64),
-        "MF4": b"MDF     4.10    ".ljust(64, b"\0"),
+        "MF4": b"MDF     4.10    ",
         "MCAP": b"\x89MCAP0\r\n" + bytes(64),
         "TDMS": b"TDSm" + bytes(64),
         "a spreadsheet": b"PK\x03\x04" + bytes(22) + b"xl/workbook.xml",
