@@ -184,3 +184,28 @@ def test_options_have_their_defaults_and_their_ranges():
                 words[name, option] = default
     assert numbers == NUMBERS
     assert words == WORDS
+
+
+def test_an_export_hands_on_its_options_and_tells_its_files(asked, monkeypatch, tmp_path):
+    outputs, written = [], []
+
+    def output(context, out, force, as_json):
+        outputs.append(Told(out))
+        return outputs[-1]
+
+    exported = named(write=written.append, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
+    monkeypatch.setattr(export, "Output", output)
+    asked("bristle.report.exported.export_model_file", exported)
+    asked("bristle.cli.export._law", exported)
+    context = named(obj="bristle export")
+    export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
+    export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
+    (_, model, how), (_, law, of_law) = asked.calls
+    assert model == (tmp_path / "model.toml", "c")
+    assert (how["points"], how["float32"], how["tunable"], how["accept_harm"], how["name"]) == (20, True, True, False, "axis_x")
+    assert (how["log"], how["step"], how["rest"], how["speed"]) == (Path("a.csv"), None, None, None)
+    assert (law, of_law["single"], of_law["accept_harm"], of_law["tunable"]) == ((Path("e.toml"), "fed", "st"), True, True, False)
+    assert outputs[0].opens == [("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False})]
+    assert outputs[1].opens == [("exporting", [Path("e.toml")], {"draws": False})]
+    assert outputs[0].told == [{"notes": ["short"]}, "Note: short"]
+    assert written == [Path("out")] * 2

@@ -143,6 +143,15 @@ def test_speeds_at_which_a_force_is_finite_are_of_both_signs_and_every_size():
     assert (motion.v, motion.x, dt) == (1e-3, 1e-6, 1e-3)
 
 
+def test_rates_are_followed_in_steps_of_100_nanoseconds_at_speeds_of_both_signs():
+    followed = recorded(contract.rate_agrees, rate=lambda state, motion, p: (0.0, (0.0,)))
+    steps = [(motion.v, dt) for motion, dt in followed if dt == 1e-7]
+    assert steps == [(v, 1e-7) for v in (1e-3, -2e-3, 5e-3) for _ in range(20)]
+    parts = {"piece": lambda *contact: (State(), None), "flow": lambda *contact: (0.0, (0.0,), 0.0), "arrival": lambda *contact: None}
+    flown = [motion.v for motion, dt in recorded(contract.flow_agrees, **parts) if dt == 1e-7]
+    assert flown == [v for v in (1e-3, -2e-3, 5e-3, -1e-4) for _ in range(20)]
+
+
 @pytest.mark.parametrize(
     ("forward", "backward", "is_met", "advice"),
     [(1.0, -1.0, True, ""), (1.0, 1.0, True, ""), (-1.0, 1.0, False, "Check signs"), (0.5, 1.0, False, "Use direction(v)")],
