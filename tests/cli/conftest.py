@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -149,9 +150,21 @@ def written_in(folder: str | Path) -> set[str]:
     return names - {NOTE}
 
 
+@contextmanager
+def progress_in_order(text):
+    """Refuse a share of the work that is none."""
+
+    def report(share, words):
+        assert 0.0 <= share <= 1.0, words
+
+    assert text
+    yield report
+
+
 @pytest.fixture
-def bristle(capsys):
+def bristle(capsys, monkeypatch):
     """Run the command line in this process."""
+    monkeypatch.setattr("bristle.cli.options.progress", progress_in_order)
 
     def run(*arguments: object) -> Ended:
         capsys.readouterr()

@@ -227,6 +227,18 @@ def test_a_pipe_hands_on_numbers_and_forgets_what_has_come():
         os.write(pipe.write_to, b"x")
 
 
+@needs_main_thread
+def test_a_thread_watches_while_there_are_signals_to_be_watched():
+    before, idle, watch = signal.set_wakeup_fd(-1), signals._Watch(), signals._Watch()
+    idle.begin(set())
+    idle.end()
+    assert (idle._thread, signal.set_wakeup_fd(-1)) == (None, -1)
+    watch.begin({signal.SIGTERM})
+    assert watch._thread.is_alive()
+    watch.end()
+    assert (watch._thread.is_alive(), signal.set_wakeup_fd(before)) == (False, -1)
+
+
 def test_what_was_seen_in_time_ends_nothing(monkeypatch):
     ended = []
     monkeypatch.setattr(signals, "_end_at_once", ended.append)

@@ -9,6 +9,7 @@ from bristle.core.contracts import Motion
 from bristle.core.status import Status
 from bristle.demo import axis_simulated, truth
 from bristle.demo.axis_simulated import SAMPLE_TIME, motion
+from bristle.paper.rig import spectrum
 
 AXIS = axis_simulated.friction()
 P = AXIS.parameters
@@ -43,6 +44,8 @@ def test_an_oil_film_has_half_of_its_friction_at_its_speed():
 def test_elements_slip_after_their_distances_and_all_of_them_at_7_micrometres():
     force = slid(1e-9, 1e-5, 1e-7)
     assert P.alpha_i.sum() == pytest.approx(1.0)
+    shares, distances = spectrum(30, 7e-6, seed=7)
+    assert (P.alpha_i.tolist(), P.r_i.tolist()) == (shares.tolist(), distances.tolist())
     assert (P.r_i.size, P.r_i.max()) == (30, pytest.approx(7e-6))
     assert force[0] == pytest.approx(0.5e-7 * 41.0 * np.sum(P.alpha_i / P.r_i), rel=1e-6)  # in the middle of a step
     assert force[-1] == pytest.approx(1.06 * 41.0, rel=1e-6)

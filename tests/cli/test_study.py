@@ -5,6 +5,7 @@ import re
 
 import pyarrow.parquet
 import pytest
+from tests.cli.conftest import progress_in_order
 from tests.study.conftest import STUDY, Bench
 
 from bristle.cli.main import main
@@ -14,6 +15,8 @@ from bristle.files.owned import NOTE
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    for module in ("options", "study"):
+        monkeypatch.setattr(f"bristle.cli.{module}.progress", progress_in_order)
     bench = Bench(tmp_path)
     bench.write(STUDY)
     return bench

@@ -42,6 +42,13 @@ def test_a_table_without_room_for_its_words_is_written_row_by_row(monkeypatch, c
         assert lines == ["Two models", "a", "  Value: 1.5", "b", "  Value: 2", f"  Note: {word}"]
 
 
+@pytest.mark.parametrize(("width", "used"), [(99, 99), (100, 100), (101, 100), (160, 100)])
+def test_equations_are_laid_out_in_lines_of_100_letters_at_most(monkeypatch, capsys, width, used):
+    monkeypatch.setattr(terminal, "PIPE_WIDTH", width)
+    terminal.say_laid_out(lambda columns: f"{columns}: {120 * 'x'}")
+    assert capsys.readouterr().out == f"{used}: {120 * 'x'}\n\n"
+
+
 def test_letters_that_an_encoding_lacks_are_spelt_out_and_bytes_that_are_no_text_stay_an_error():
     text, end = terminal._plain(UnicodeEncodeError("ascii", "5 µm", 2, 3, "no such letter"))
     assert (text.isascii(), len(text) > 0, end) == (True, True, 3)

@@ -12,9 +12,9 @@ from tests.logs.exports import EXPORTS, motion
 from bristle.cli.main import main
 from bristle.files.user_model import load_reader_file
 from bristle.logs import json_records
-from bristle.logs.catalogue import FORMATS
+from bristle.logs.catalogue import FORMATS, format_of
 from bristle.testing import check_reader
-from bristle.testing.readers import READER_CHECKS
+from bristle.testing.readers import READER_CHECKS, other_files
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "key_value_log.py"
 WRITTEN = {"hdf5": "h5", "parquet": "parquet", "npz": "npz", "tdms": "tdms", "mat": "mat", "csv": "csv"}
@@ -39,6 +39,14 @@ def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, record
     checks = check_reader(log_format, bytes_of(log_format.name, tmp_path, recording))
     assert [check for check in checks if not check.passed] == []
     assert len(checks) == len(READER_CHECKS)
+
+
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [("NPZ", "npz"), ("HDF5", "hdf5"), ("Parquet", "parquet"), ("MF4", "mf4"), ("MCAP", "mcap"), ("TDMS", "tdms"), ("MAT", "mat")],
+)
+def test_a_file_of_another_kind_is_what_its_title_says(title, name):
+    assert format_of(other_files()[title], "").name == name
 
 
 def test_a_reader_of_the_package_is_written_as_ones_own(tmp_path, recording):

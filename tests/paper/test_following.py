@@ -65,7 +65,7 @@ def test_loops_are_pictured_under_their_titles():
 @pytest.mark.parametrize(("true", "verdict"), [(1.45e-6, "found"), (1.47e-6, "refuted")])
 def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
     item = figure_11(tracked(printed=Loop(BETTER.following_error, statistics(true))))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (11, verdict)
     assert item.found[0] == "The command stays below 9.0 µm."
     assert item.found[1].startswith("What the table really misses it by, which no encoder tells, peak to peak: 1.46 µm no compensator, ")
     assert item.numbers["true_error"][PRINTED] == true
@@ -85,7 +85,7 @@ def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
 )
 def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
     item = figure_13(tracked(printed=Loop(statistics(0.6e-6, mean, std))))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (13, verdict)
     assert words in item.found[0]
     assert item.numbers[PRINTED]["std"] == std
     assert "range from −0.530 µm to 0.930 µm" in item.found[1]
@@ -96,7 +96,7 @@ def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
 )
 def test_14_an_effort_is_the_same_within_five_percent(effort, verdict, words):
     item = figure_14(tracked(printed=Loop(BETTER.following_error, effort=effort)))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (14, verdict)
     assert item.found[1] == f"With the compensator that is {words}."
     arm = tracked().arm
     assert item.numbers["rms"][BEFORE] == pytest.approx(arm * 20.0)
@@ -248,6 +248,10 @@ def test_7_the_rig_and_the_loop_are_told_by_their_numbers(monkeypatch, fed, word
     item = tracked()
     vars(item)["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant])
     figure = tracking.figure_7(item, SimpleNamespace(arm=item.arm))
+    assert (figure.number, figure.verdict) == (7, "shown")
+    assert [figure.numbers[key] for key in ("sample_time", "delay", "resolution")] == [5e-4, 1, 1.25e-7]
+    numbers = [figure.numbers[key] for key in ("lead", "inertia", "inertia_before_sensor")]
+    assert numbers == pytest.approx([5e-3, 4e-4, 2.5e-4])
     assert figure.found == [
         "A screw with a lead of 5 mm. Of an inertia of 4 kg·cm² at the screw, which is 632 kg at the table, 2.5 kg·cm² is before the "
         "torque sensor.",

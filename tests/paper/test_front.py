@@ -70,6 +70,13 @@ def test_the_errors_of_the_loop_stand_beside_those_of_the_paper():
         assert message in good
 
 
+def test_the_cost_is_the_effort_of_figure_14_where_that_is_there():
+    effort = rebuilt(14, "found", rms={NONE: 0.0412, PRINTED: 0.0431, "observer": 0.05})
+    cost = "effort, root mean square: 41.2 mN·m no compensator, 43.1 mN·m (5)–(7) as printed"
+    assert cost in str(dict(paper_front([loop(), effort]).answers).values()).replace("\\xa0", " ")
+    assert "figure 14 has it" in str(paper_front([loop()]).answers)
+
+
 def test_without_the_loop_what_was_found_is_told():
     front = paper_front([rebuilt(3, "found")])
     assert front.figure is None

@@ -26,6 +26,7 @@ from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.trial import Cell, Plan, run_trial
 from bristle.paper.robust.truths import CONDITIONS, FOLDER, NOMINAL, SIMULATED, truths_named, under
+from bristle.plants import inertia
 
 reproduce = importlib.import_module("bristle.paper.reproduce")
 ROOT = Path(__file__).parents[2]
@@ -442,7 +443,8 @@ def test_an_effort_is_logged_as_late_as_it_acts(monkeypatch, delay, lag, late):
     described = read_experiment(loops.LOG)
     variant = described.variants[0]
     run = replace(variant.run, delay=delay, current_lag=lag, sample_time=1e-3)
-    described = replace(described, variants=(replace(variant, run=run),))
+    beside = replace(variant, name="beside", plant=inertia(M=1.0))
+    described = replace(described, variants=(replace(variant, run=run), beside))
     outcome = SimpleNamespace(command=10.0 * np.arange(9.0), time=1e-3 * np.arange(9.0), measured=np.arange(9.0))
     monkeypatch.setattr(rig, "simulate", lambda experiment: SimpleNamespace(variants={variant.name: outcome}))
     log = rig.logged(described)

@@ -156,7 +156,7 @@ def test_lugre_drifts_where_it_walks_by_more_than_a_share_of_its_orbit(monkeypat
     runs = {"a": rippled([lugre] * 4, 1e-6), "b": rippled([other] * 4, 1e-6)}
     monkeypatch.setattr(drift, "rippled", lambda setting, model: runs[model])
     item = drift.figure_2(Setting(LuGre="a", other="b"))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (2, verdict)
     assert item.found[-1].replace("500 nm", "0.5 µm") == words
     assert item.numbers["drift_per_cycle"] == {"LuGre": pytest.approx(lugre), "other": pytest.approx(other)}
 
@@ -314,6 +314,18 @@ def test_stops_may_have_an_offset_of_either_sign():
         assert min(item.operator.values["weights"]) >= 0.0
 
 
+def test_operators_are_laid_over_a_record_from_its_first_position_on(monkeypatch):
+    record, begun = record_of(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[2e6], spring=0.0), 0.0), []
+    monkeypatch.setattr(economy, "response", lambda operator, x, history: begun.append((*history, x[0], x.size)) or 2.0 * x)
+    assert economy._with_offset("operator", record, 0.5).offset == pytest.approx(np.mean(record.torque - record.x))
+    economy.fitted_stops(record, ARM)
+    economy.fitted_reformed_dahl(record, ARM)
+    economy.Fitted("operator", 0.25, 0.5).torque(record.x)
+    assert len(begun) > economy.STOPS + 2
+    assert {(first, x) for first, x, _ in begun} == {(record.x[0], record.x[0])}
+    assert economy.Fitted("operator", 0.25, 0.5).torque(np.array([1.0, 3.0])).tolist() == [1.25, 3.25]
+
+
 def test_a_single_branch_makes_no_surface():
     record = record_of(hysteresis.stop(r=1e-6), 0.0)
     assert economy.fitted_table(record._replace(turns=record.turns[:3]), ARM) is None
@@ -410,7 +422,9 @@ def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a
     assert item.numbers["half_of_the_saturation_loop"] == pytest.approx(half)
     assert unit == pytest.approx(torque + half)
     assert signed == pytest.approx(0.5 * unit)
-    assert item.verdict == "found in part"
+    assert (item.number, item.verdict) == (4, "found in part")
+    words = f"Torque in mN·m where the input is at each stage: half the saturation loop is {reproduced.in_millinewtons(half, 5)}"
+    assert item.tables[0].caption == words
     assert [row[:2] for row in item.tables[0].rows] == [("(a)", "(14)"), ("(b)", "(15)"), ("(c)", "(14)")]
     assert [float(row[4].replace("−", "-")) for row in item.tables[0].rows] == pytest.approx([1e3 * half] * 3, abs=0.006)
     assert item.found[0].endswith("at every stage, to rounding.")
@@ -446,7 +460,7 @@ def test_1_lugre_misses_by_much_more_than_the_rig(monkeypatch, rig, verdict):
     walks = {"LuGre": led(5.0, 10.0, 4.0), "virtual rig": led(5.0, 10.0, 5.0 + 10.0 * rig)}
     monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: walks)
     item = paths.figure_1(Bench([3e-6, 1e-6, 3e-6]))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (1, verdict)
     assert item.numbers["missing_at_return"] == pytest.approx({"LuGre": -0.1, "virtual rig": rig})
 
 
@@ -468,7 +482,7 @@ def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict)
     monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: {"virtual rig": path, "other": path})
     monkeypatch.setattr(paths, "holding_of", lambda model: SimpleNamespace(forward=model / ARM))
     item = paths.figure_8(Bench([1e-5], virtual_rig=0.5, other=1.2))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (8, verdict)
     assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}  # the larger of limit and top
     assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
     assert math.isnan(item.numbers["position_at_95_percent"]["other"])
@@ -481,10 +495,51 @@ def test_9_no_run_misses_a_return_by_more_than_a_contact_that_scatters(monkeypat
     walks = {"rig": led(10.0, 0.0, 5.0, 1.0, 5.0, 10.0), "other": led(8.0, 0.0, 5.0, 1.0, 5.0 + 10.0 * share, 8.0, 10.0, turns=range(6))}
     on_bench(monkeypatch, walks.get)
     item = paths.figure_9(Bench([6e-6, 0.0, 4e-6, 1e-6, 4e-6, 6e-6], virtual_rig="rig", other="other"))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (9, verdict)
     assert item.numbers["missing_at_return"]["other"] == pytest.approx({"D": share, "B": 0.0})
     assert [len(runs) for runs in item.numbers["missing_of_runs"].values()] == [2, 2]
     assert item.found[-1] == "At this speed: 4"
+
+
+@pytest.mark.parametrize(
+    ("shares", "verdict"),
+    [
+        ((0.0, 0.0), "found"),
+        ((0.0049, 0.0049), "found"),
+        ((0.0, 0.0051), "found in part"),
+        ((0.0, -0.0051), "found in part"),
+        ((0.0051, 0.0), "refuted"),
+        ((0.01, 0.01), "refuted"),
+    ],
+)
+def test_10_branches_close_their_loops_and_equations_do_or_do_not(monkeypatch, shares, verdict):
+    def walk(share):
+        return led(10.0, 0.0, 5.0, 1.0, 5.0 + 10.0 * share, 10.0, turns=range(6))
+
+    on_bench(monkeypatch, lambda model: walk(0.0))
+    branches = SimpleNamespace(inputs=np.arange(5.0), operator=lambda: "operator", corner_error=0.125, symmetry_error=0.25)
+    asked, drawn = [], []
+    monkeypatch.setattr(paths.hysteresis, "transition_branches", lambda *numbers, count: asked.append((*numbers, count)) or branches)
+    monkeypatch.setattr(paths, "follow", lambda operator, turns, arm: asked.append((operator, arm)) or walk(shares[0]))
+    monkeypatch.setattr(paths, "_walks_of", lambda setting: {"virtual rig": walk(0.0), "printed": walk(shares[1])})
+    monkeypatch.setattr(paths, "marked_path", lambda *passed, **compared: drawn.append((passed, compared)))
+    bench = Bench([6e-6, 0.0, 4e-6, 1e-6, 4e-6, 6e-6], virtual_rig="rig")
+    bench |= {("transition_branches", key): value for key, value in {"s": 1e7, "f_p": 20.0, "x_r": 5e-6, "count": 3.0}.items()}
+    item = paths.figure_10(bench)
+    assert (item.number, item.verdict) == (10, verdict)
+    assert asked == [(1e7, 20.0, 5e-6, 3), ("operator", ARM)]
+    name = "4 branches, over z"
+    assert list(item.numbers["missing_at_return"]) == [name, "printed"]
+    assert item.numbers["missing_at_return"][name]["D"] == pytest.approx(shares[0])
+    assert [row[0] for row in item.tables[0].rows] == [name, "printed"]
+    assert item.tables[0].rows[1][1] == reproduced.number(100.0 * shares[1], resolution=1.0)
+    assert "the 4 are not those of an operator" in item.found[2]
+    assert "12.5 % of the tip is missing, and the two directions differ by 25 %" in item.found[2].replace("25.0 %", "25 %")
+    item.draw()
+    ((passed, compared),) = drawn
+    assert (passed[1][name], passed[2], passed[4:]) == ([0, *range(6)], "ABCDEDBF", ("translational", "rotational"))
+    assert passed[3]["printed"] == f"printed: {paths._at_return(shares[1])}"
+    assert (list(compared["beneath"]), compared["names"]) == ([name, "printed"], ("virtual rig, torque sensor", "model"))
 
 
 @pytest.mark.parametrize(("step", "verdict"), [(0.19e-6, "built in"), (-0.19e-6, "built in"), (0.21e-6, "refuted")])
@@ -497,7 +552,7 @@ def test_3_an_orbit_is_closed_to_a_fiftieth_and_encloses_the_work_of_its_torque(
     monkeypatch.setattr(drift, "bench_of", lambda setting: None)
     monkeypatch.setattr(drift, "sensor_says", lambda *passed: "")
     item = drift.figure_3(Bench([], virtual_rig="rig"))
-    assert item.verdict == verdict
+    assert (item.number, item.verdict) == (3, verdict)
     assert item.numbers["share_of_the_orbit"]["virtual rig"] == pytest.approx(abs(step) / run.width)
     # There and back, but for the step that stays.
     assert item.numbers["work_of_friction"] == pytest.approx([2.0 * (2.0 * width - step) / ARM] * 2)
@@ -529,7 +584,7 @@ def test_5_loops_of_the_rig_are_uneven_and_scatter_by_more_than_the_noise(monkey
     bench = Bench([], virtual_rig="rig")
     bench |= {("measurement", "repeats"): 2.0, ("measurement", "noise"): 1e-4, ("measurement", "speed"): 1e-6}
     item = loops.figure_5(bench)
-    assert (item.verdict, asked) == (verdict, [(4e-6, 2), [4e-6, -4e-6, 4e-6]])
+    assert (item.number, item.verdict, asked) == (5, verdict, [(4e-6, 2), [4e-6, -4e-6, 4e-6]])
     assert item.numbers["largest_loop"] == [bottom, 0.04]
     assert item.numbers["forward_tips"] == list(tops)
     assert [row[:2] for row in item.tables[0].rows] == [("1.0", "2"), ("4.0", "2")]

@@ -124,6 +124,34 @@ def test_a_force_is_finite_at_every_speed_and_step():
     assert still.fact.value == 10
 
 
+def recorded(demand, **changed):
+    """Each motion and step that a demand tries on a model without a force."""
+    tried = []
+    demand(model(lambda state, memory, motion, dt, p: tried.append((motion, dt)) or (0.0, Move()), **changed))
+    return tried
+
+
+def test_speeds_at_which_a_force_is_finite_are_of_both_signs_and_every_size():
+    tried = recorded(contract.finite_everywhere)[50:]  # after the motions that a contact begins with
+    speeds = [motion.v for motion, dt in tried if dt == 1.0]
+    assert speeds == [0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6]
+    assert [math.copysign(1.0, v) for v in speeds[:4]] == [1.0, -1.0, 1.0, -1.0]
+    assert [dt for _, dt in tried[:4]] == [0.0, 1e-9, 1e-3, 1.0]
+    assert {motion.x for motion, _ in tried} == {0.0}
+    assert [(motion.v, motion.x, dt) for motion, dt in recorded(contract.one_sided_limits)[50:]] == [(0.0, 0.0, 1e-3), (-0.0, 0.0, 1e-3)]
+    ((motion, dt),) = recorded(contract.scalar_results)
+    assert (motion.v, motion.x, dt) == (1e-3, 1e-6, 1e-3)
+
+
+def test_rates_are_followed_in_steps_of_100_nanoseconds_at_speeds_of_both_signs():
+    followed = recorded(contract.rate_agrees, rate=lambda state, motion, p: (0.0, (0.0,)))
+    steps = [(motion.v, dt) for motion, dt in followed if dt == 1e-7]
+    assert steps == [(v, 1e-7) for v in (1e-3, -2e-3, 5e-3) for _ in range(20)]
+    parts = {"piece": lambda *contact: (State(), None), "flow": lambda *contact: (0.0, (0.0,), 0.0), "arrival": lambda *contact: None}
+    flown = [motion.v for motion, dt in recorded(contract.flow_agrees, **parts) if dt == 1e-7]
+    assert flown == [v for v in (1e-3, -2e-3, 5e-3, -1e-4) for _ in range(20)]
+
+
 @pytest.mark.parametrize(
     ("forward", "backward", "is_met", "advice"),
     [(1.0, -1.0, True, ""), (1.0, 1.0, True, ""), (-1.0, 1.0, False, "Check signs"), (0.5, 1.0, False, "Use direction(v)")],
@@ -293,6 +321,41 @@ def test_what_is_sampled_returns_a_number_and_a_state():
     assert "as its state" in str(unmet(slot._sampled, law, "effort", lambda: (1.0, 2.0), "force"))
     later = iter(range(9))
     assert "another result later" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
+
+
+def test_a_walk_goes_a_millisecond_at_each_speed_in_whatever_units():
+    from bristle.testing import dimensions
+
+    tried = []
+
+    def trial(state, memory, motion, dt, p):
+        tried.append((motion.v, motion.x, dt))
+        return 8.0 * motion.v, Move()
+
+    class Component(SimpleNamespace):
+        """A component without parameters."""
+
+        def __call__(self, **values):
+            return SimpleNamespace(parameters=None)
+
+    stateless = friction.find("coulomb_viscous").State
+    walker = model(trial, State=stateless, variables={})
+    walker.component = Component(**vars(walker.component) | {"commit": lambda state, *_: state, "initial_state": lambda p: stateless()})
+    force, *_ = dimensions._walked(walker, {})
+    speeds = [1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3]
+    assert [v for v, _, _ in tried] == speeds
+    assert math.copysign(1.0, tried[6][0]) == -1.0
+    assert [x for _, x, _ in tried] == pytest.approx(np.cumsum(1e-3 * np.array(speeds)))
+    assert {dt for *_, dt in tried} == {1e-3}
+    assert force == pytest.approx(8.0 * np.array(speeds))
+    del tried[:]
+    scaled, *_ = dimensions._walked(walker, {"length": 16.0, "time": 4.0})
+    assert [v for v, _, _ in tried] == pytest.approx(4.0 * np.array(speeds))
+    assert [x for _, x, _ in tried] == pytest.approx(16e-3 * np.cumsum(speeds))
+    assert {dt for *_, dt in tried} == {4e-3}
+    assert scaled == pytest.approx(32.0 * np.array(speeds))
+    halved, *_ = dimensions._walked(walker, {"force": 2.0})
+    assert halved == pytest.approx(4.0 * np.array(speeds))
 
 
 def test_a_model_has_one_dimension_where_its_units_may_change():

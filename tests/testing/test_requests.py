@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from bristle.core.errors import InputError
+from bristle.engine import response
 from bristle.testing import targets
 from bristle.testing.check import UnmetError
-from bristle.testing.targets import described_target, example_requests, same_bytes_twice, writes_or_refuses
+from bristle.testing.targets import described_target, example_requests, notes_in_words, same_bytes_twice, writes_or_refuses
 
 
 def test_models_of_both_kinds_are_tried_with_an_axis_file_and_without():
@@ -75,3 +76,26 @@ def test_a_target_writes_the_same_bytes_twice():
         with pytest.raises(UnmetError, match=r"of a has other content the second time"):
             same_bytes_twice(trial(first, again))
     assert {request.dt for request in example_requests().values()} == {targets.STEP} == {1e-3}
+
+
+@pytest.mark.parametrize(
+    ("note", "fits"), [("two words", True), ("word", False), (f"a {398 * 'x'}", True), (f"a {399 * 'x'}", False), ("a tab\there", False)]
+)
+def test_a_note_is_a_line_of_words_of_400_letters_at_most(note, fits):
+    item = trial({"a": product((note,))})
+    if fits:
+        assert notes_in_words(item).detail == "1 notes"
+    else:
+        with pytest.raises(UnmetError, match=r"a note is .*") as caught:
+            notes_in_words(item)
+        assert caught.value.advice == "Write each in one line of 400 letters at most, in words"
+
+
+def fed(factor, reads=True, of_cogging=False, name="coulomb_viscous without a speed"):
+    """A target whose drive feeds so many times the friction."""
+
+    def drive(x, dt):
+        return factor * response(example_requests()[name].model, x, dt, rest="held")
+
+    target = SimpleNamespace(reads=(lambda files, request: drive) if reads else None, rest="held", of_cogging=of_cogging)
+    return SimpleNamespace(target=target, first={name: product(x="1")})

@@ -1,0 +1,211 @@
+"""Which way a command takes by its options, and what it hands on to the work."""
+
+import inspect
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Annotated, get_args, get_origin, get_type_hints
+
+import pytest
+
+from bristle.cli import compare, demo, design, excite, export, identify, lab, paper, predict, run, study
+from bristle.core.errors import InputError
+from bristle.friction import DEFAULT_MODELS
+
+
+class Told:
+    """The options of a command's output; what is told is kept."""
+
+    command, formats, force, as_json = "bristle command", None, False, False
+
+    def __init__(self, out=None, **options):
+        self.out, self.told, self.opens, self.warnings = out, [], [], []
+        self.context = SimpleNamespace(with_resource=lambda resource: resource, obj=self.command)
+        self.__dict__ |= options
+
+    @contextmanager
+    def opened(self, words, reads=(), **how):
+        self.opens.append((words, [file for file in reads if file is not None], how))
+        yield self.out, reported
+
+    def tell(self, summary, *parts, warnings=(), files=""):
+        self.told = [summary, *(part for part in parts if part is not None)]
+        self.warnings = list(warnings)
+
+
+def reported(share, text):
+    assert 0.0 <= share <= 1.0, text
+
+
+def named(**parts):
+    return SimpleNamespace(**parts)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What was asked for, instead of being done."""
+    calls = []
+
+    def put(place, answer=None):
+        monkeypatch.setattr(place, lambda *passed, **how: calls.append((place.rpartition(".")[2], passed, how)) or answer)
+        return calls
+
+    put.calls = calls
+    return put
+
+
+# --- identify --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ways(asked):
+    for name, code in (("_identify_each", 7), ("_identify_friction", 5)):
+        asked(f"bristle.cli.identify.{name}", code)
+    asked("bristle.cli.operators.identify_operators", 3)
+    return asked.calls
+
+
+def test_logs_are_identified_together_or_as_a_fleet(ways):
+    output, logs = Told(), [Path("a.csv"), Path("b.csv")]
+    assert identify.identify(log=logs, output=output) == 5
+    assert identify.identify(log=logs, output=output, separate=True, workers=3, reader=None) == 7
+    (together, passed, _), (each, separate, how) = ways
+    assert (together, each, how) == ("_identify_friction", "_identify_each", {"readers": (), "workers": 3})
+    assert passed[:2] == separate[:2] == (logs, [])
+    assert passed[2]["model"] == DEFAULT_MODELS.split(",")
+    assert separate[2]["model"] == ["coulomb_viscous"]
+    rest = {"cutoff": None, "free": "", "draws": 100, "method": None}
+    assert {key: passed[2][key] for key in rest} == {key: separate[2][key] for key in rest} == rest
+
+
+def test_options_of_an_identification_are_handed_on_in_si(ways):
+    chosen = {"model": "dahl , lugre+asymmetry", "cutoff": "0.1 kHz", "draws": 20, "free": "exponent", "method": "output_error"}
+    identify.identify(log=[Path("a.csv")], output=Told(), **chosen)
+    models = ["dahl", "lugre+asymmetry"]
+    assert ways[0][1][2] == chosen | {"model": models, "cutoff": 100.0}
+    with pytest.raises(InputError, match="--cutoff"):
+        identify.identify(log=[Path("a.csv")], output=Told(), cutoff="0 Hz")
+
+
+@pytest.mark.parametrize(
+    ("command", "files"),
+    [
+        (identify.identify, {"log": [Path("a.csv")]}),
+        (compare.compare, {"before": Path("a.csv"), "after": Path("b.csv")}),
+        (design.design, {"experiment": Path("e.toml")}),
+        (run.run, {"experiment": Path("e.toml")}),
+    ],
+)
+def test_a_figure_needs_a_folder(command, files, tmp_path):
+    with pytest.raises(InputError, match="--figure: needs a folder to write into"):
+        command(**files, output=Told(), figure=[tmp_path / "f.py"])
+    with pytest.raises(InputError, match=r"f\.py"):
+        command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
+
+
+# --- paper, lab and demonstration ------------------------------------------------------------------------------------
+
+
+def test_a_page_of_the_lab_holds_the_model_that_was_tried(asked, tmp_path, monkeypatch):
+    monkeypatch.setattr(lab, "toml_content", lambda file: file)
+    facts = {"uncertainty": {"F_C": 1}, "treatment": {}}
+    friction = named(component=None, name="dahl")
+    asked("bristle.files.read_model", (None, friction, facts))
+    asked("bristle.files.provenance", {})
+    asked("bristle.files.origins_of_code", ())
+    asked("bristle.testing.admit")
+    asked("bristle.lab.lab_page", "page")
+    asked("bristle.files.write_whole")
+    lab.lab(named(obj="bristle lab"), model=tmp_path, out=tmp_path / "lab.html", allow_code=True)
+    calls = {name: (passed, how) for name, passed, how in asked.calls}
+    assert calls["read_model"] == ((tmp_path / "model.toml",), {"allow_code": True})
+    assert calls["admit"] == ((friction,), {})
+    inputs = {"model": friction, "source": "model.toml", "uncertainty": {"F_C": 1}, "mass": None, "fastest": 0.0, "provenance": {}}
+    assert calls["lab_page"] == ((), inputs)
+    assert calls["write_whole"] == ((tmp_path / "lab.html", lab.sealed("page")), {"new": True})
+
+
+def test_a_trial_admits_each_truth_and_tells_its_tables(asked, monkeypatch):
+    truth = named(name="gms", friction=named(component=named(inner="inner")), origin="origin")
+    asked("bristle.paper.robust.truths.truths_named", [truth])
+    asked("bristle.testing.admit")
+    asked("bristle.paper.robust.trial.Plan", "plan")
+    asked("bristle.paper.robust.trial.run_trial", "trial")
+    asked("bristle.files.provenance", {})
+    for place in ("findings.best_table", "findings.claim_table", "page.robust_report", "page.robust_summary"):
+        asked(f"bristle.paper.robust.{place}", place.partition(".")[2])
+    asked("bristle.paper.robust.page.words_of", ["words"])
+    asked("bristle.report.results.write_report")
+    output = Told("folder")
+    paper._try_robustness(output, ["gms,lugre", "dahl"], 3, allow_code=True)
+    calls = {name: (passed, how) for name, passed, how in asked.calls}
+    assert calls["truths_named"] == ((["gms", "lugre", "dahl"],), {"allow_code": True})
+    assert (calls["admit"][0], calls["Plan"][0], calls["run_trial"][0][0]) == (("inner",), ((truth,), 3), "plan")
+    assert calls["provenance"] == (("bristle command",), {"gms": ["origin"]})
+    assert calls["write_report"][0] == ("folder", "robust_report", "robust_summary")
+    assert output.told == ["robust_summary", "claim_table", "best_table", "words"]
+
+
+# --- options ---------------------------------------------------------------------------------------------------------
+
+NUMBERS = {
+    ("identify", "draws"): (100, None, None),
+    ("identify", "workers"): (None, 1, 1024),
+    ("study", "workers"): (None, 1, 1024),
+    ("study", "run"): (None, 0, None),
+    ("lab", "port"): (0, None, None),
+    ("export", "points"): (20, None, None),
+    ("paper", "figure"): (None, None, None),
+    ("paper", "seeds"): (None, 1, 1000),
+}
+WORDS = {
+    ("identify", "free"): "",
+    ("predict", "mode"): "inverse",
+    ("excite", "duration"): "60 s",
+    ("export", "name"): "axis_x",
+    ("demo", "out"): Path("bristle-demo"),
+}
+
+
+def test_options_have_their_defaults_and_their_ranges():
+    numbers, words = {}, {}
+    for module in (demo, excite, export, identify, predict, run, study, compare, design, lab, paper):
+        name = module.__name__.rpartition(".")[2]
+        function = getattr(module, name)
+        hints = get_type_hints(function, include_extras=True)
+        for option, parameter in inspect.signature(function).parameters.items():
+            kind, *described = get_args(hints[option]) if get_origin(hints[option]) is Annotated else (None,)
+            default = parameter.default
+            if kind in (int, int | None, list[int] | None):
+                numbers[name, option] = (default, described[0].min, described[0].max)
+            elif kind is bool:
+                assert default is False, option  # nothing is done unasked
+            elif default not in (None, inspect.Parameter.empty):
+                words[name, option] = default
+    assert numbers == NUMBERS
+    assert words == WORDS
+
+
+def test_an_export_hands_on_its_options_and_tells_its_files(asked, monkeypatch, tmp_path):
+    outputs, written = [], []
+
+    def output(context, out, force, as_json):
+        outputs.append(Told(out))
+        return outputs[-1]
+
+    exported = named(write=written.append, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
+    monkeypatch.setattr(export, "Output", output)
+    asked("bristle.report.exported.export_model_file", exported)
+    asked("bristle.cli.export._law", exported)
+    context = named(obj="bristle export")
+    export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
+    export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
+    (_, model, how), (_, law, of_law) = asked.calls
+    assert model == (tmp_path / "model.toml", "c")
+    assert (how["points"], how["float32"], how["tunable"], how["accept_harm"], how["name"]) == (20, True, True, False, "axis_x")
+    assert (how["log"], how["step"], how["rest"], how["speed"]) == (Path("a.csv"), None, None, None)
+    assert (law, of_law["single"], of_law["accept_harm"], of_law["tunable"]) == ((Path("e.toml"), "fed", "st"), True, True, False)
+    assert outputs[0].opens == [("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False})]
+    assert outputs[1].opens == [("exporting", [Path("e.toml")], {"draws": False})]
+    assert outputs[0].told == [{"notes": ["short"]}, "Note: short"]
+    assert written == [Path("out")] * 2
