@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from tests.cli.conftest import written_in
-from tests.exports.test_targets import EXAMPLE, own
+from tests.exports.test_targets import EXAMPLE, target_file
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -27,7 +27,7 @@ def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
 
 
 def test_a_target_that_stops_leaves_nothing_and_tells_its_line(bristle, place):
-    own(place, "1 // 0")
+    target_file(place, "1 // 0")
     ended = bristle("export", "model.toml", "--to", "mine.py", "--out", "out")
     assert ended.code == 2
     assert "mine.py, line 3: stops with ZeroDivisionError" in ended.err
@@ -46,7 +46,7 @@ def test_a_target_that_stops_leaves_nothing_and_tells_its_line(bristle, place):
     ],
 )
 def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, place, old, new, said):
-    file = own(place)
+    file = target_file(place)
     file.write_text(file.read_text().replace(old, new))
     ended = bristle("export", "nowhere.toml", "--to", "mine.py", "--out", "out")
     assert ended.code == 2
@@ -55,10 +55,10 @@ def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, pl
 
 
 def test_check_runs_the_contract_of_a_target(bristle, place):
-    own(place)
+    target_file(place)
     result = bristle("check", "mine.py", "--json")
     assert (result.code, result.data["model"], result.data["passed"]) == (0, "mine", True)
-    own(place, "Product({'a.txt': 'a'}, ('note',))")
+    target_file(place, "Product({'a.txt': 'a'}, ('note',))")
     failed = bristle("check", "mine.py")
     assert failed.code == 1
     assert "The contract of a target of the export: mine" in failed.out

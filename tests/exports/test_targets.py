@@ -25,7 +25,7 @@ WRITES = "def write(request):\n    return {}\n\n\nTARGET = Target(name='mine', d
 GOOD = "Product({request.name + '.txt': 'ok'}, ('a note on it',))"
 
 
-def custom(folder, result=GOOD, before=""):
+def target_file(folder, result=GOOD, before=""):
     file = folder / "mine.py"
     file.write_text(before + HEAD + WRITES.format(result), encoding="utf-8")
     return file
@@ -131,7 +131,7 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
     ],
 )
 def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, said):
-    file = custom(tmp_path, result)
+    file = target_file(tmp_path, result)
     with pytest.raises(br.core.InputError, match=re.escape(said)):
         br.export(br.friction.coulomb(F_C=1.0), file, tmp_path / "out")
     assert {item.name for item in tmp_path.iterdir()} == {"mine.py"}
@@ -161,7 +161,7 @@ def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, 
     ],
 )
 def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said):
-    failed = [item for item in check_target(load_target_file(custom(tmp_path, result, before))) if not item.passed]
+    failed = [item for item in check_target(load_target_file(target_file(tmp_path, result, before))) if not item.passed]
     assert [item.name for item in failed] == [demand]
     assert said in failed[0].detail
     assert failed[0].advice
@@ -213,7 +213,7 @@ def test_a_name_never_loads_a_file_where_names_are_asked_for(tmp_path):
     """The served lab passes on a name that came over the network."""
     from bristle.report.exported import export_model_file
 
-    file = custom(tmp_path, before="raise RuntimeError('executed')\n")
+    file = target_file(tmp_path, before="raise RuntimeError('executed')\n")
     with pytest.raises(br.core.InputError, match="no such target"):
         export_model_file(tmp_path / "model.toml", str(file), command="")
 
