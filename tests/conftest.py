@@ -5,6 +5,7 @@ import itertools
 import os
 from collections import Counter
 from dataclasses import dataclass
+from numbers import Complex
 from pathlib import Path
 
 # Before numpy is loaded: beside another worker a second thread of linear algebra does nothing but wait, on its core.
@@ -37,16 +38,19 @@ class Workbench:
     predicted: Prediction
 
 
-def tolerance_of(expected):
+Approximate = type(pytest.approx(1.0))
+tolerance_of_pytest = Approximate.tolerance.fget
+
+
+def tolerance_of(comparison):
     """Return what `pytest.approx` allows: in SI a square of a micrometre is as small as its absolute tolerance of 1e-12."""
-    if expected.abs is None and isinstance(expected.expected, (int, float)) and expected.expected != 0.0:
-        return abs(expected.expected) * (expected.DEFAULT_RELATIVE_TOLERANCE if expected.rel is None else expected.rel)
-    return WITH_THE_ABSOLUTE_ONE(expected)
+    expected = comparison.expected
+    if comparison.abs is None and isinstance(expected, Complex) and expected != 0.0:
+        return abs(expected) * (comparison.DEFAULT_RELATIVE_TOLERANCE if comparison.rel is None else comparison.rel)
+    return tolerance_of_pytest(comparison)
 
 
-APPROXIMATE = type(pytest.approx(1.0))
-WITH_THE_ABSOLUTE_ONE = APPROXIMATE.tolerance.fget
-APPROXIMATE.tolerance = property(tolerance_of)
+Approximate.tolerance = property(tolerance_of)
 # A machine that does other work is no fault of what is tested.
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -60,3 +61,12 @@ def test_growth_of_the_package_names_what_gives_way(repository, lines, paragraph
     judged = subprocess.run([BASH, repository / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True)
     assert judged.returncode == (1 if fault else 0)
     assert fault in judged.stderr
+
+
+@pytest.mark.parametrize("tiny", [2e-15, np.float32(2e-15), -2e-15, 2e-15j])
+def test_a_tiny_expected_value_is_met_by_its_share_and_zero_by_rounding(tiny):
+    assert 1.1 * tiny == pytest.approx(tiny, rel=0.15)
+    assert 1.2 * tiny != pytest.approx(tiny, rel=0.15)
+    assert [tiny, 0.0] != pytest.approx([0.0, 0.0], abs=1e-18)
+    assert [1.2 * tiny] != pytest.approx([tiny])
+    assert pytest.approx(0.0) == 1e-13

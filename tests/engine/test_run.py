@@ -114,13 +114,13 @@ FREE = (inertia(M=2.0), friction.viscous(F_v=0.0))
 
 def test_a_run_of_which_nothing_is_said_begins_at_rest_at_the_origin():
     with interpreted():
-        still, kept_value = run_open_loop(*FREE, np.zeros(5), 0.1), run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1)
+        still, stepped = run_open_loop(*FREE, np.zeros(5), 0.1), run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1)
         linear = run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1, hold="linear")
         law = controllers.cascade(k_p=0.0, k_v=0.0)
         loop = run_closed_loop(*FREE, law, sensors.encoder(), np.zeros((4, 5)), 0.1)
     for trace in (still, loop):
         assert not np.any([trace.position, trace.velocity, trace.effort, trace.friction])
-    assert kept_value.velocity == pytest.approx([0.0, 0.1, 0.1])
+    assert stepped.velocity == pytest.approx([0.0, 0.1, 0.1])
     assert linear.velocity == pytest.approx([0.0, 0.05, 0.05])
 
 

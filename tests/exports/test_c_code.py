@@ -278,8 +278,10 @@ def test_a_unit_is_structures_and_functions_with_descriptions():
 
 
 def test_names_of_c_differ_and_are_no_words_of_the_language():
-    twin, custom = (type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.friction.slip_law", "bristle_user_2"))
-    kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, custom, tuple)), t.Struct(tuple, (("_0", REAL),))]
+    twin, of_user = (
+        type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.friction.slip_law", "bristle_user_2")
+    )
+    kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, of_user, tuple)), t.Struct(tuple, (("_0", REAL),))]
     assert list(Names(kinds).structures.values()) == ["TestCCodePair", "SlipLawPair", "OwnPair", "Several", "Several_2"]
     assert list(Names([PAIR], ["Pair"]).structures.values()) == ["Pair_2"]
     names = ("int", "int_", "x", "_0", "root", "g", "DBL_MAX")

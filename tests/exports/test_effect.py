@@ -332,9 +332,9 @@ def test_what_a_tenth_more_than_acts_does_is_told_of_the_move_that_suffers_most(
 
 def test_the_distance_of_a_turn_is_that_of_the_model_or_of_the_axis_or_an_assumption():
     known = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
-    custom, assumed = turning_distance(LUGRE, known, 0.1)
+    distance, assumed = turning_distance(LUGRE, known, 0.1)
     assert not assumed
-    assert custom == pytest.approx(reversal_distance(LUGRE, 0.1))
+    assert distance == pytest.approx(reversal_distance(LUGRE, 0.1))
     assert turning_distance(STRIBECK, known, 0.1) == (pytest.approx(3e-5), False)
     assert turning_distance(STRIBECK, AXIS, 0.1) == turning_distance(STRIBECK, None, 0.1) == (1e-5, True)
     assert turning_distance(br.friction.coulomb(kind="rotational", F_C=1.0), None, 0.1) == (2e-4, True)

@@ -128,8 +128,8 @@ def test_each_number_of_an_array_is_a_variable_and_what_is_no_number_none():
 
 def test_what_an_importer_integrates_comes_last_with_its_rates_and_margins():
     builder = Builder()
-    kept_value = core_of(subject_of(GMS), MASS, builder)
-    ports = ports_of(kept_value, Source(), exchange_of(kept_value, builder) if not why_not(GMS, MASS) else None)
+    core = core_of(subject_of(GMS), MASS, builder)
+    ports = ports_of(core, Source(), exchange_of(core, builder) if not why_not(GMS, MASS) else None)
     names = [port.name for port in ports.listed]
     assert names[:5] == ["time", "effort", "x", "v", "force"]
     assert ports.place("force") == 4
@@ -142,8 +142,8 @@ def test_what_an_importer_integrates_comes_last_with_its_rates_and_margins():
 
 def test_sizes_of_what_varies_are_those_at_which_friction_turns():
     builder = Builder()
-    kept_value = core_of(subject_of(LUGRE), MASS, builder)
-    varying = exchange_of(kept_value, builder).varying
+    core = core_of(subject_of(LUGRE), MASS, builder)
+    varying = exchange_of(core, builder).varying
     assert list(varying) == ["x", "v", "z"]
     length = varying["x"].nominal
     # Half of the largest force of a bristle that slips exponentially, on a grid of factors.

@@ -64,9 +64,9 @@ def test_some_loops_have_a_panel_of_their_own_where_others_would_flatten_them(fo
 
 def test_a_measured_error_lies_below_all_and_is_no_loop():
     figure = following_error(looped(NAMES), ("fed",), np.full(T.size, 9e-6))
-    whole, custom = lines(figure.axes[1]), lines(figure.axes[2])
+    whole, compensated = lines(figure.axes[1]), lines(figure.axes[2])
     assert list(whole) == ["measured", *NAMES]
-    assert list(custom) == ["fed"]
+    assert list(compensated) == ["fed"]
     assert whole["measured"].get_ydata() == pytest.approx(9.0)
     assert whole["measured"].get_linewidth() > whole["base"].get_linewidth()
     assert list(lines(figure.axes[-1])) == [f"_{name}" for name in NAMES]

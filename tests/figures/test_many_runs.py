@@ -81,8 +81,8 @@ def test_logs_that_tell_nothing_or_lie_beyond_have_marks_of_their_own():
     value = runs.columns["F_C"].copy()
     value[4] = -40.0
     assert marks(drawn(F_C=value)[1])["below"] == [[4.0, pytest.approx(0.03)]]
-    kept_value = np.where(np.arange(20) == 7, "held", runs.columns["F_C.status"])
-    assert [place for place, _ in marks(drawn(**{"F_C.status": kept_value})[1])["none"]] == [7.0, 9.0]
+    statuses = np.where(np.arange(20) == 7, "held", runs.columns["F_C.status"])
+    assert [place for place, _ in marks(drawn(**{"F_C.status": statuses})[1])["none"]] == [7.0, 9.0]
 
 
 def test_the_median_is_that_of_the_logs_that_tell():

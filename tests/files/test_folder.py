@@ -14,7 +14,7 @@ from bristle.files.folder import Folder, exchange, extended, folder_wanted, rena
 
 
 @pytest.fixture
-def kept_value(tmp_path):
+def opened(tmp_path):
     """A folder with a file, a folder below, and links to both."""
     place = tmp_path / "held"
     (place / "below").mkdir(parents=True)
@@ -26,80 +26,73 @@ def kept_value(tmp_path):
         yield opened
 
 
-def test_what_is_in_a_folder_is_told_in_order(kept_value):
-    assert kept_value.names() == ["a", "below", "link", "lost"]
-    with kept_value.below("below") as inside:
+def test_what_is_in_a_folder_is_told_in_order(opened):
+    assert opened.names() == ["a", "below", "link", "lost"]
+    with opened.below("below") as inside:
         assert inside.names() == ["b"]
 
 
-def test_links_are_there_and_are_no_files(kept_value):
-    assert [kept_value.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [
-        True,
-        True,
-        False,
-        False,
-        False,
-        False,
-    ]
-    assert [kept_value.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [True, True, True, False, False]
+def test_links_are_there_and_are_no_files(opened):
+    assert [opened.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [True, True, False, False, False, False]
+    assert [opened.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [True, True, True, False, False]
     for name in ("link", "lost"):
         with pytest.raises(OSError, match=r"symbolic link"):
-            kept_value.open(name)
+            opened.open(name)
 
 
-def test_a_file_has_a_size_and_a_checksum(kept_value):
-    assert kept_value.size("a") == 500_000
-    assert kept_value.size("below/b") == 6
-    assert kept_value.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
+def test_a_file_has_a_size_and_a_checksum(opened):
+    assert opened.size("a") == 500_000
+    assert opened.size("below/b") == 6
+    assert opened.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
 
 
-def test_a_file_gets_a_name_that_nothing_has(kept_value):
-    kept_value.rename("a", "c")
-    assert kept_value.names() == ["below", "c", "link", "lost"]
-    kept_value.rename("below/b", "below/d")
-    with kept_value.below("below") as inside:
+def test_a_file_gets_a_name_that_nothing_has(opened):
+    opened.rename("a", "c")
+    assert opened.names() == ["below", "c", "link", "lost"]
+    opened.rename("below/b", "below/d")
+    with opened.below("below") as inside:
         assert inside.names() == ["d"]
     for taken in ("below", "link", "lost"):
         with pytest.raises(FileExistsError):
-            kept_value.rename("c", taken)
-    assert kept_value.is_file("c")
+            opened.rename("c", taken)
+    assert opened.is_file("c")
 
 
-def test_where_files_have_a_single_name_an_own_look_comes_first(kept_value, monkeypatch):
+def test_where_files_have_a_single_name_an_own_look_comes_first(opened, monkeypatch):
     def refuses(*names, **places):
         raise OSError(errno.EPERM, "no such names")
 
     monkeypatch.setattr(os, "link", refuses)
     monkeypatch.setattr(os, "supports_dir_fd", os.supports_dir_fd | {refuses})
-    kept_value.rename("a", "c")
-    assert kept_value.names() == ["below", "c", "link", "lost"]
+    opened.rename("a", "c")
+    assert opened.names() == ["below", "c", "link", "lost"]
     with pytest.raises(FileExistsError):
-        kept_value.rename("c", "lost")
+        opened.rename("c", "lost")
 
 
-def test_a_file_takes_the_place_of_another(kept_value):
-    kept_value.replace("a", "link")
-    assert kept_value.names() == ["below", "link", "lost"]
-    assert kept_value.is_file("link")
+def test_a_file_takes_the_place_of_another(opened):
+    opened.replace("a", "link")
+    assert opened.names() == ["below", "link", "lost"]
+    assert opened.is_file("link")
 
 
-def test_files_and_empty_folders_are_removed(kept_value):
-    kept_value.remove("link")
-    assert kept_value.is_file("a")
+def test_files_and_empty_folders_are_removed(opened):
+    opened.remove("link")
+    assert opened.is_file("a")
     with pytest.raises(OSError, match="not empty"):
-        kept_value.remove_empty("below")
-    kept_value.remove("below/b")
-    kept_value.remove_empty("below")
-    assert kept_value.names() == ["a", "lost"]
+        opened.remove_empty("below")
+    opened.remove("below/b")
+    opened.remove_empty("below")
+    assert opened.names() == ["a", "lost"]
 
 
-def test_a_folder_is_made_once_and_not_through_a_link(kept_value, tmp_path):
-    kept_value.make("new")
-    kept_value.make("new")
-    assert kept_value.is_there("new")
+def test_a_folder_is_made_once_and_not_through_a_link(opened, tmp_path):
+    opened.make("new")
+    opened.make("new")
+    assert opened.is_there("new")
     for name in ("a", "lost"):
         with pytest.raises(OSError, match=r"[Nn]ot a directory|symbolic link"):
-            kept_value.make(name)
+            opened.make(name)
     with pytest.raises(OSError, match=r"[Nn]ot a directory"), Folder(tmp_path / "held/a"):
         pass
 

@@ -61,8 +61,8 @@ def test_a_reference_is_that_of_a_log_or_the_motion_where_nothing_was_recorded(s
     values = sources.recorded({"model": "recorded", "file": file}, axis, "reference").values
     assert values["position"] == pytest.approx(np.sin(9.0 * T) + shift)
     assert values["sample_time"] == pytest.approx(1e-3)
-    custom = sources.recorded({"model": "recorded", "file": file, "axis": "axis.toml"}, None, "reference").values
-    assert custom["position"] == pytest.approx(values["position"])
+    of_own_axis = sources.recorded({"model": "recorded", "file": file, "axis": "axis.toml"}, None, "reference").values
+    assert of_own_axis["position"] == pytest.approx(values["position"])
 
 
 def test_a_reference_with_gaps_is_refused(sources):

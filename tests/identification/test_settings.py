@@ -136,27 +136,3 @@ def test_fixed_thresholds_are_no_settings():
         assert name not in {threshold.name for threshold in Settings.described()}
         with pytest.raises(InputError, match="is fixed, and no longer set"):
             Settings.of({name: 1.0})
-
-
-FIXED = {
-    "stages_apart": 0.02,
-    "filter_seen": 3.0,
-    "noisy_inertia": 0.05,
-    "half_sample_damping": 0.1,
-    "reversal_error": 5.0,
-    "reversal_periods": 3.0,
-    "missing_slow_force": 0.0015,
-    "missing_slow_force_around": 0.005,
-    "nested_loop": 0.7,
-    "amplitude_half_cycles": 6.0,
-    "repeated_size": 1.1,
-    "repeated_overlap": 0.5,
-    "clear_std": 0.5,
-    "hopeless_std": 100.0,
-    "flat_rise": 0.1,
-    "unfinished_error": 0.7,
-}
-
-
-def test_thresholds_that_no_table_shows_are_what_their_sentences_were_written_for():
-    assert {name: getattr(DEFAULT, name) for name in FIXED} == FIXED

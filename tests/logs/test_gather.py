@@ -66,8 +66,8 @@ def test_a_reference_without_a_unit_has_that_of_the_position():
     assert "column r has no unit: taken in that of the position, mm" in result.notes
     turned = axis_with(time="t", position=Column("q", "", "m", -2.0), reference="r")
     assert gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), turned).channels["reference"].values == pytest.approx(2e-3 * X)
-    custom = gather(table_of({"t": "s", "q": "mm", "r": "m"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
-    assert custom.channels["reference"].values == pytest.approx(X)
+    shared_column = gather(table_of({"t": "s", "q": "mm", "r": "m"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
+    assert shared_column.channels["reference"].values == pytest.approx(X)
 
 
 def test_columns_used_twice_and_of_different_lengths_are_told():

@@ -343,9 +343,9 @@ def test_data_of_a_passage_are_its_numbers_without_its_samples():
 
 def level_between(friction, *, count=90, begin=0.0, place=0.0):
     """Whether a way forth over a metre and one back, from `begin` on, tell a level of friction; it depends on what is left of a way."""
-    present, back = np.linspace(0.0, 1.0, count), np.linspace(1.0 + begin, begin, count)
-    x = np.concatenate([present, back])
-    effort = np.concatenate([friction(present), -friction(1.0 + begin - back)]) + place * x
+    outward, back = np.linspace(0.0, 1.0, count), np.linspace(1.0 + begin, begin, count)
+    x = np.concatenate([outward, back])
+    effort = np.concatenate([friction(outward), -friction(1.0 + begin - back)]) + place * x
     stretch = Stretch(1e-3 * np.arange(x.size), x, effort, 1e-6, None, 0)
     ways = (
         Leg(first, first + count - 1, way, 1.0, slice(first, first + count - 1), 1.0, 1.0, from_rest=False)

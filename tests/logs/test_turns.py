@@ -150,23 +150,23 @@ def test_legs_go_from_rest_to_turning_point_at_the_speed_of_their_cruise():
     dt, grain = 0.01, 0.02
     speed = np.concatenate([np.zeros(30), np.linspace(0.0, 2.0, 20), np.full(160, 2.0), np.full(100, -2.0), np.zeros(30)])
     position = np.cumsum(dt * speed)
-    present, back = legs_of(position, rests_of(position, grain, dt), grain, dt)
-    assert (present.from_rest, back.from_rest) == (True, False)
-    assert present.speed == pytest.approx(2.0, rel=0.01)
+    outward, back = legs_of(position, rests_of(position, grain, dt), grain, dt)
+    assert (outward.from_rest, back.from_rest) == (True, False)
+    assert outward.speed == pytest.approx(2.0, rel=0.01)
     assert back.speed == pytest.approx(2.0, rel=0.01)
-    assert present.last == back.first == 209
-    assert present.distance == pytest.approx(position[209], abs=2.0 * grain)
+    assert outward.last == back.first == 209
+    assert outward.distance == pytest.approx(position[209], abs=2.0 * grain)
     assert back.distance == pytest.approx(-2.0, abs=2.0 * grain)
     assert back.duration == pytest.approx(1.0, abs=0.06)
-    assert 0.85 < present.cruise_share < 1.0
-    assert position[present.cruise.start] == pytest.approx(0.2, abs=0.2)  # where the speed is reached
+    assert 0.85 < outward.cruise_share < 1.0
+    assert position[outward.cruise.start] == pytest.approx(0.2, abs=0.2)  # where the speed is reached
 
 
 def test_a_leg_that_is_nothing_beside_its_neighbours_is_part_of_one_motion():
     dt, grain = 0.01, 1e-4
     speed = np.concatenate([np.full(200, 1.0), np.full(4, -0.5), np.full(4, 0.5), np.full(200, -1.0)])
     position = np.cumsum(dt * speed)
-    present, back = legs_of(position, [], grain, dt)
-    assert present.distance == pytest.approx(2.0, abs=0.05)
+    outward, back = legs_of(position, [], grain, dt)
+    assert outward.distance == pytest.approx(2.0, abs=0.05)
     assert back.distance == pytest.approx(-2.0, abs=0.05)
-    assert not present.from_rest
+    assert not outward.from_rest

@@ -84,8 +84,8 @@ def test_a_law_is_measured_about_rest_to_rounding():
         controllers.cascade(k_p=40.0, k_v=3000.0, k_i=2e4),
     ):
         small, larger = linear_law(law, DT, SMALL), linear_law(law, DT, 1e3 * SMALL)
-        for custom, other in zip(small, larger, strict=True):
-            assert custom == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
+        for part, other in zip(small, larger, strict=True):
+            assert part == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
 
 
 # --- plants ---------------------------------------------------------------------------------------------------------
@@ -163,8 +163,8 @@ def test_a_spring_at_the_motor_holds_both():
 @pytest.mark.parametrize("side", ["motor", "load"])
 def test_springs_without_dampers_keep_their_energy_and_their_frequencies(side):
     # 100 N m/rad of the screw between 1e-3 and 5e-5 kg m^2, each held by a spring of its own: 4 and 10 N m/rad.
-    kept_value = behind_a_screw(side, LinearFriction(4.0, 0.0), LinearFriction(1e7, 0.0), d=0.0)
-    poles = np.linalg.eigvals(kept_value.A)
+    system = behind_a_screw(side, LinearFriction(4.0, 0.0), LinearFriction(1e7, 0.0), d=0.0)
+    poles = np.linalg.eigvals(system.A)
     turning = poles[np.abs(poles) > 0.5]
     assert np.abs(turning) == pytest.approx(np.ones(4), abs=1e-9)
     expected = np.sqrt(np.linalg.eigvals(np.array([[104.0 / 1e-3, -100.0 / 1e-3], [-100.0 / 5e-5, 110.0 / 5e-5]])))

@@ -51,12 +51,12 @@ def test_a_model_that_has_one_force_at_rest_has_no_rule():
 
 
 def test_a_model_keeps_its_rule():
-    kept_value, middle = with_rest(SIDED, "held"), with_rest(SIDED, "middle")
-    assert (rest_rule(kept_value), rest_rule(middle), rest_rule(SIDED)) == ("held", "middle", "")
-    assert (kept_value.values[HELD], middle.values[HELD]) == (1.0, 0.0)
-    assert middle.component is kept_value.component
-    assert with_rest(kept_value, "middle") is kept_value
-    assert kept_value.F_C_neg == 14.0
+    holding, middle = with_rest(SIDED, "held"), with_rest(SIDED, "middle")
+    assert (rest_rule(holding), rest_rule(middle), rest_rule(SIDED)) == ("held", "middle", "")
+    assert (holding.values[HELD], middle.values[HELD]) == (1.0, 0.0)
+    assert middle.component is holding.component
+    assert with_rest(holding, "middle") is holding
+    assert holding.F_C_neg == 14.0
     turning = with_rest(friction.coulomb(F_C=1.0, kind="rotational"), "held")
     assert turning.kind == "rotational"
     assert turning.component.initial_state(turning.parameters).side == 0.0

@@ -82,8 +82,8 @@ def test_a_column_of_velocity_tells_its_own_unit():
 
 def axis(kind="translational", arm=None, rated=None, **columns):
     """Return an axis whose columns have a unit, a unit in SI and a scale."""
-    custom = {name: Column(name, unit, base, scale) for name, (unit, base, scale) in columns.items()}
-    return Axis(kind=kind, columns=custom, arm=arm, rated=rated)
+    motor = {name: Column(name, unit, base, scale) for name, (unit, base, scale) in columns.items()}
+    return Axis(kind=kind, columns=motor, arm=arm, rated=rated)
 
 
 def sizes(units):
@@ -173,11 +173,11 @@ def test_a_distance_is_in_the_unit_of_the_log_and_in_degrees_of_the_motor():
 
 
 def test_products_of_units_are_written_in_short():
-    custom = axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0)
-    assert sizes(drive_units(custom, "translational").of("force/length")) == {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}
-    assert list(sizes(drive_units(custom, "translational").of("force*time/length"))) == ["mN/(mm/s)", "%/rpm"]
-    assert list(sizes(drive_units(custom, "translational").of("force*time^2/length^2"))) == ["mN/(mm/s)^2", "%/rpm^2"]
-    assert list(sizes(drive_units(custom, "translational").of("1/length"))) == ["1/mm", "1/deg"]
-    assert list(sizes(drive_units(custom, "translational").of("force/time"))) == ["mN/s", "%/s"]
-    assert list(sizes(drive_units(custom, "translational").of("length/time^2"))) == ["mm/s^2", "deg/s^2"]
-    assert list(sizes(drive_units(custom, "translational").of("force*length"))) == ["mN*mm", "%*deg"]
+    motor = axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0)
+    assert sizes(drive_units(motor, "translational").of("force/length")) == {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}
+    assert list(sizes(drive_units(motor, "translational").of("force*time/length"))) == ["mN/(mm/s)", "%/rpm"]
+    assert list(sizes(drive_units(motor, "translational").of("force*time^2/length^2"))) == ["mN/(mm/s)^2", "%/rpm^2"]
+    assert list(sizes(drive_units(motor, "translational").of("1/length"))) == ["1/mm", "1/deg"]
+    assert list(sizes(drive_units(motor, "translational").of("force/time"))) == ["mN/s", "%/s"]
+    assert list(sizes(drive_units(motor, "translational").of("length/time^2"))) == ["mm/s^2", "deg/s^2"]
+    assert list(sizes(drive_units(motor, "translational").of("force*length"))) == ["mN*mm", "%*deg"]

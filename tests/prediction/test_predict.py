@@ -176,9 +176,9 @@ def test_a_static_map_is_simulated_with_the_presliding_distance_of_the_axis():
 def test_a_lag_that_is_given_counts_before_that_of_the_axis():
     axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0), lag=0.02)
     log = log_of(segments=(slice(0, 200),))
-    custom, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
-    assert custom.tolist() == same.tolist()
-    assert not np.array_equal(custom, prompt)
+    of_axis, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
+    assert of_axis.tolist() == same.tolist()
+    assert not np.array_equal(of_axis, prompt)
 
 
 @pytest.mark.parametrize("name", ["smoothing", "slow", "position_smoothing"])

@@ -199,8 +199,8 @@ def test_doubts_name_their_causes_and_the_parameters_that_are_open(actual):
     first, second, third, *rest = fit.estimates
     edge = replace(doubted(fit), estimates=(replace(first, status="at_edge"), second, third, *rest))
     assert judged(edge, USUAL).reasons == (f"not identified: {first.name}",)
-    kept_value = replace(doubted(fit), estimates=tuple(replace(item, status="held") for item in fit.estimates))
-    assert judged(kept_value, USUAL).reasons == ()
+    held_fit = replace(doubted(fit), estimates=tuple(replace(item, status="held") for item in fit.estimates))
+    assert judged(held_fit, USUAL).reasons == ()
     twice = doubted(fit, *[Diagnostic("sign_reversed", "", "error", {"percent": 90.0})] * 2)
     assert judged(twice, USUAL).reasons == (SENTENCES["sign_reversed"].means,)
 

@@ -79,8 +79,8 @@ def test_a_model_holds_as_far_as_the_errors_and_bands_do(changes, level, reasons
 
 
 def test_a_model_on_the_log_of_the_fit_and_a_missed_tolerance_take_care():
-    custom = prediction_ruling(predicted(), own_log=True)
-    assert (custom.level, custom.reasons[1]) == ("with_care", "it was fitted to this very log, which says nothing of another one")
+    same_log = prediction_ruling(predicted(), own_log=True)
+    assert (same_log.level, same_log.reasons[1]) == ("with_care", "it was fitted to this very log, which says nothing of another one")
     missed = prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
     assert (missed.level, missed.reasons[1:]) == ("with_care", (Status.TOLERANCE_MISSED.sentence,))
     wild = prediction_ruling(predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),)))

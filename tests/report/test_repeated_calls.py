@@ -64,8 +64,8 @@ def test_the_call_of_a_comparison_has_both_sides(sides):
     plain = compared_as(first, log(source="<>"))
     assert plain.call == "bristle.compare('a.csv', 'after')"
     assert (plain.axis_name, plain.read, plain.figures) == ("columns", {}, ())
-    custom = compared_as(first, third, call="mine", name="press", read={"axis": 1}, figures=[1])
-    assert (custom.call, custom.axis_name, custom.read, custom.figures) == ("mine", "press", {"axis": 1}, (1,))
+    named_call = compared_as(first, third, call="mine", name="press", read={"axis": 1}, figures=[1])
+    assert (named_call.call, named_call.axis_name, named_call.read, named_call.figures) == ("mine", "press", {"axis": 1}, (1,))
 
 
 def test_a_side_without_a_log_is_refused(sides):

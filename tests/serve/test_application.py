@@ -82,11 +82,11 @@ def test_a_connection_that_is_closing_has_until_the_next_look_and_a_lost_connect
 
 def test_the_oldest_connections_without_the_token_make_room(connected):
     connections = {"a connection of another protocol"}
-    custom, old, middle, young = (connected(token, connections) for token in (True, False, None, None))
-    for age, protocol in enumerate((custom, old, middle, young)):
+    authorised, old, middle, young = (connected(token, connections) for token in (True, False, None, None))
+    for age, protocol in enumerate((authorised, old, middle, young)):
         protocol._connected_at = age
     young._make_room()
-    assert [item.done for item in (custom, old, middle, young)] == [[], ["aborted"], [], []]
+    assert [item.done for item in (authorised, old, middle, young)] == [[], ["aborted"], [], []]
     connections.discard(old)
     young._make_room()
     assert middle.done == young.done == []

@@ -163,12 +163,12 @@ def test_an_integral_resumes_with_the_effort_that_the_law_lacks():
 
 def test_a_loop_runs_from_where_the_log_begins_by_its_own_drive():
     loop = closed_loop_of(log_of(cubic()), axis_of(), slice(20, 60))
-    custom, other = loop.run(PLANT, FILM), loop.run(PLANT, FILM, lag=0.1, disturbance=np.full(40, 3.0))
-    assert custom.position[0] == cubic()[20]
-    assert custom.velocity[0] == pytest.approx(loop.beginning.v)
-    assert custom.measured / 1e-6 == pytest.approx(np.round(custom.measured / 1e-6), abs=1e-6)
-    assert not np.allclose(custom.position, other.position)
-    assert custom.measured[-1] == pytest.approx(cubic()[59] + 0.01, abs=0.05)
+    plain, other = loop.run(PLANT, FILM), loop.run(PLANT, FILM, lag=0.1, disturbance=np.full(40, 3.0))
+    assert plain.position[0] == cubic()[20]
+    assert plain.velocity[0] == pytest.approx(loop.beginning.v)
+    assert plain.measured / 1e-6 == pytest.approx(np.round(plain.measured / 1e-6), abs=1e-6)
+    assert not np.allclose(plain.position, other.position)
+    assert plain.measured[-1] == pytest.approx(cubic()[59] + 0.01, abs=0.05)
 
 
 def test_an_open_loop_leaves_out_the_samples_before_its_velocity_is_known():

@@ -94,9 +94,9 @@ def test_the_checksum_of_code_is_that_of_the_text_whatever_the_line_ends(tmp_pat
 
 
 def test_a_worker_states_versions_and_code():
-    text_shown = workers.described()
-    assert set(text_shown) == {"bristle", "numpy", "scipy", "numba", "code"}
-    assert len(text_shown["code"]) == 12
+    versions = workers.described()
+    assert set(versions) == {"bristle", "numpy", "scipy", "numba", "code"}
+    assert len(versions["code"]) == 12
 
 
 def test_a_worker_with_other_software_simulates_nothing(monkeypatch):
