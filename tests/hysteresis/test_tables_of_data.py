@@ -32,6 +32,13 @@ def test_a_table_along_curves_is_the_operator_that_has_them(side):
         assert np.max(np.abs(difference)) < 0.01
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_constant_part_of_the_output_stays_in_a_table_along_curves(side):
+    truth, u = of("reformed_dahl_exact"), walk(1, 300)
+    table = table_of_curves([(u, f + 3.0) for u, f in curves_of(truth, side=side)])
+    assert response(table, u, history=[4.0]) == pytest.approx(response(truth, u, history=[4.0]) + 3.0, abs=0.01)
+
+
 def test_a_table_gives_its_curves_back_and_nothing_beyond():
     curves = curves_of(of("dahl_masing"), count=9)
     table = table_of_curves(curves, columns=4001)

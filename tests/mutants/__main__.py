@@ -158,8 +158,7 @@ def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, requested: arg
 
     def jobs() -> Iterator[Job]:
         for mutant in left:
-            tests = within(near[mutant.path], kept.seconds, requested.budget)
-            tests += [test for test in within(wide, kept.seconds, requested.budget) if test not in tests]
+            tests = near_and_wide(near[mutant.path], wide, kept.seconds, requested.budget)
             took = sum(kept.seconds[item] or 0.0 for item in tests)
             yield Job(tuple(tests), SLOWER * took + COMPILING, mutant)
 
@@ -226,6 +225,11 @@ def within(tests: list[str], seconds: dict[str, float | None], budget: float) ->
             result.append(test)
             took += long
     return result or list(message)[:1]
+
+
+def near_and_wide(near: list[str], wide: list[str], seconds: dict[str, float | None], budget: float) -> list[str]:
+    """Return the nearest test files and behind them those of every room, each once and each group within the budget [s]."""
+    return list(dict.fromkeys((*within(near, seconds, budget), *within(wide, seconds, budget))))
 
 
 def report(found: list[dict[str, Any]], sources: dict[str, bytes], sample: list[Mutant]) -> str:

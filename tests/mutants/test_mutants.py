@@ -152,6 +152,12 @@ def test_one_long_test_file_does_not_keep_the_others_from_being_asked():
     assert mutants.within(["failed"], seconds, 60.0) == []
 
 
+def test_files_that_concern_every_room_stand_behind_the_nearest_and_once():
+    seconds = {"near": 20.0, "both": 9.0, "wide": 50.0, "failed": None}
+    assert mutants.near_and_wide(["near", "both"], ["failed", "both", "wide"], seconds, 60.0) == ["near", "both", "wide"]
+    assert all((ROOT / name).is_file() for name in mutants.WIDE)
+
+
 def test_what_is_told_to_be_no_fault_is_there_and_has_a_reason():
     sources = {path: (ROOT / path).read_bytes() for path in {item["path"] for item in mutants.told_equivalent()}}
     assert len(mutants.equivalents(sources)) >= len(mutants.told_equivalent())
