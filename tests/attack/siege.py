@@ -26,7 +26,11 @@ from bristle.files.owned import NOTE, Folder, note_in, strangers_in
 from bristle.logs.readers import read_table
 
 SEED, KILLS, VALUES, FLIPS = 10, 200, 2000, 250
-START = "import signal, sys\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a job of a shell ignores it
+# A job of a shell ignores an interrupt. Asked by SIGUSR1, the process tells where all of its threads are.
+START = """import faulthandler, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+faulthandler.register(signal.SIGUSR1)
+"""
 RUN = START + "from bristle.cli.main import main\nsys.exit(main())"
 WORK = {
     "identify": ["identify", "log.csv", "--axis", "axis.toml", "--model", "lugre", "--out", "results", "--force"],
@@ -53,8 +57,12 @@ def kills() -> Iterator[str]:
             process = started(WORK[name], folder)
             time.sleep(chance.uniform(0.0, 1.1 * took[name]))
             process.send_signal(number)
-            _, errors = process.communicate(timeout=60)
             what = f"{count} {name} {number.name}"
+            try:
+                _, errors = process.communicate(timeout=60)
+            except subprocess.TimeoutExpired:
+                yield f"{what}: has not ended after a minute: {threads_of(process)}"
+                continue
             yield from wrongs(what, process.returncode, errors, number, folder, mine)
             # What a killed process left is cleared by the next one that comes to its results, not by one ended earlier.
             if number is not signal.SIGKILL and unfinished_in(folder) - before:
@@ -75,6 +83,14 @@ def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-c", RUN, *arguments], cwd=folder, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
+
+
+def threads_of(process: subprocess.Popen[str]) -> str:
+    """Return where the threads of a process are, and kill it."""
+    process.send_signal(signal.SIGUSR1)
+    time.sleep(2.0)
+    process.kill()
+    return process.communicate()[1]
 
 
 def begun(arguments: list[str], folder: Path) -> tuple[int, float]:

@@ -1,13 +1,16 @@
 """``bristle demo``: the main job, start to finish, openly on a simulated axis."""
 
 import json
+import os
 import re
+import signal
 from pathlib import Path
 
 import pytest
 from tests.cli.conftest import written_in
 from tests.docs.conftest import ROOT
 
+from bristle.core.diagnostic import BestSoFar
 from bristle.files.results import results_folder
 
 
@@ -64,3 +67,17 @@ def test_a_place_that_was_named_is_kept_without_force(bristle, tmp_path, monkeyp
     assert ended.code == 2
     assert "--force" in ended.err
     assert (tmp_path / "mine" / "summary.json").read_text() == "{}"
+
+
+def test_an_interruption_of_its_identification_ends_it(bristle, tmp_path, monkeypatch):
+    def interrupted(*values):
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(BestSoFar, "see", interrupted)
+    monkeypatch.chdir(tmp_path)
+    outside = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        ended = bristle("demo")
+    finally:
+        signal.signal(signal.SIGTERM, outside)
+    assert (ended.code, list(tmp_path.iterdir())) == (143, [])

@@ -3,6 +3,7 @@
 import errno
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -183,6 +184,26 @@ def test_a_signal_that_comes_again_within_a_second_is_the_same():
             block._raise(signal.SIGTERM, None)
         with pytest.raises(SignalledError):
             block.check()
+
+
+@needs_main_thread
+@pytest.mark.parametrize(("name", "patience", "code"), [("SIGTERM", 0.3, 143), ("SIGTERM", 60.0, 0), ("SIGINT", 0.3, 0)])
+def test_a_lock_keeps_no_process_that_was_told_to_terminate(name, patience, code):
+    program = f"""
+import signal, threading
+from bristle.cli import signals
+signals.PATIENCE = {patience}
+lock = threading.Lock()
+with signals.ended_by_signals():
+    try:
+        signal.signal(signal.SIGINT, signals.signal.getsignal(signal.SIGTERM))
+        signal.raise_signal(signal.{name})
+    except KeyboardInterrupt:
+        lock.acquire()
+        lock.acquire(timeout=1.5)
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stderr) == (code, "bristle: terminated\n" if code else "")
 
 
 @needs_main_thread

@@ -36,7 +36,7 @@ def _ended_well(arguments: list[str]) -> int:
         try:
             refuse_little_memory()
             from bristle.cli.application import run
-            from bristle.cli.terminal import INTERRUPTED, let_go, report, streams_that_take_all, warnings_as_lines
+            from bristle.cli.terminal import let_go, report, streams_that_take_all, warnings_as_lines
 
             signals.check()
             streams_that_take_all()
@@ -47,13 +47,15 @@ def _ended_well(arguments: list[str]) -> int:
                     sys.stdout.flush()
                 except BrokenPipeError:  # a reader that has gone does not change it
                     let_go(sys.stdout)
-                # A command that kept what it had found returns 130 after any of the signals.
-                return signals.exit_code or code if code == INTERRUPTED else code
         except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
             from bristle.cli.terminal import report
 
             has_results = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
-            return report(error, results=has_results)
+            code = report(error, results=has_results)
+        from bristle.cli.terminal import INTERRUPTED
+
+        # An identification that was interrupted does not know which of the signals it was.
+        return signals.exit_code or code if code == INTERRUPTED else code
 
 
 def _own_the_compiler() -> None:

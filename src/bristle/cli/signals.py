@@ -15,6 +15,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
+PATIENCE = 20.0  # [s] for a program that was told to terminate; Ctrl-C can be pressed again
 _MARK = b"\xff"
 
 
@@ -31,7 +32,8 @@ class ended_by_signals:  # noqa: N801  (used as a context)
 
     Those that are ignored (``nohup``, jobs in the background) stay so. What repeats within a second, as a closing
     terminal does, is one signal: it must not end the cleaning up. Where native code keeps the interpreter from seeing
-    a signal, the process is ended after two seconds, by Ctrl-C once that was pressed again.
+    a signal, the process is ended after two seconds, by Ctrl-C once that was pressed again; so is a process that was told
+    to terminate and has not after `PATIENCE`, for a thread or a lock may keep it.
     """
 
     def __init__(self) -> None:
@@ -105,6 +107,7 @@ class _Watch:
         self._pipe: _Pipe | None = None
         self._before = -1
         self._thread: threading.Thread | None = None
+        self._last: threading.Timer | None = None
 
     def begin(self, numbers: set[int]) -> None:
         """Watch for these signals."""
@@ -123,6 +126,8 @@ class _Watch:
         self._pipe.end()
         self._thread.join()
         self._pipe.close()
+        if self._last is not None:
+            self._last.cancel()
 
     def _watch(self, pipe: _Pipe) -> None:
         interrupts = 0
@@ -134,6 +139,10 @@ class _Watch:
                 # Signals of a number that arrive together are seen as one: what has arrived by now was seen.
                 self.observed.clear()
                 pipe.drain()
+                if number != signal.SIGINT and self._last is None:
+                    self._last = threading.Timer(PATIENCE, _end_at_once, (number,))
+                    self._last.daemon = True
+                    self._last.start()
                 continue
             interrupts += number == signal.SIGINT
             if interrupts == 1:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -392,6 +392,13 @@ class Identification:
     def best(self) -> Fit:
         """The model of the first rank."""
         return self.fits[0]
+
+    @property
+    def whole(self) -> Self:
+        """Itself, for what is built on it; the interruption that left it unfinished goes on from here."""
+        if self.unfinished:
+            raise KeyboardInterrupt
+        return self
 
     @property
     def passages(self) -> tuple[Passage, ...]:
