@@ -8,11 +8,12 @@ import sys
 import threading
 import time
 import warnings
+from contextlib import suppress
 
 import pytest
 
 from bristle.cli import signals, terminal
-from bristle.cli.main import LEAST_MEMORY, refuse_little_memory
+from bristle.cli.main import LEAST_MEMORY, main, refuse_little_memory
 from bristle.cli.signals import SENTENCES, SignalledError, ended_by_signals
 from bristle.cli.terminal import complain, one_line, report, say, show, show_table, warnings_as_lines
 from bristle.core.errors import InputError
@@ -148,6 +149,29 @@ def test_a_warning_is_told_once_and_its_fault_is_kept(capsys):
         warnings.warn(caused, stacklevel=1)
     assert capsys.readouterr().err == "bristle: warning: once only\nbristle: warning: with a cause\n"
     assert faults == [fault]
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "words"), [(None, 70, "this is a fault of bristle"), (signal.SIGTERM, 143, "a figure is not drawn")]
+)
+def test_an_error_that_a_library_makes_of_a_signal_is_no_fault(monkeypatch, capsys, number, code, words):
+    def work(arguments):
+        if number is not None:
+            with suppress(KeyboardInterrupt):
+                signal.raise_signal(number)
+        caused = UserWarning("a figure is not drawn")
+        caused.__cause__ = ValueError("Invalid affine transformation matrix")
+        warnings.warn(caused, stacklevel=1)
+        return 0
+
+    monkeypatch.setattr("bristle.cli.application.run", work)
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        assert main(["models"]) == code
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert words in last
 
 
 # --- signals --------------------------------------------------------------------------------------------------------

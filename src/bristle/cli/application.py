@@ -7,7 +7,8 @@ import typer
 from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study
 from bristle.cli import run as run_command
 from bristle.cli.options import REMOVED, as_command, command_told
-from bristle.cli.terminal import BAD_INPUT, INTERRUPTED, complain
+from bristle.cli.signals import INTERRUPTED
+from bristle.cli.terminal import BAD_INPUT, complain
 
 # Newer releases of typer carry their own copy of click: its errors are found through what typer makes public.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])

@@ -24,8 +24,9 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
+from bristle.cli.signals import INTERRUPTED
 from bristle.cli.study import exit_code, interruptible
-from bristle.cli.terminal import INTERRUPTED, complain, progress
+from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
     from bristle.core import Content

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bristle.cli.signals import ended_by_signals
+from bristle.cli.signals import INTERRUPTED, ended_by_signals
 
 LEAST_MEMORY = 512 * 2**20  # [byte]
 
@@ -42,7 +42,8 @@ def _ended_well(arguments: list[str]) -> int:
             streams_that_take_all()
             with warnings_as_lines() as faults:
                 code = run(arguments)
-                code = report(faults[0]) if faults else code
+                if faults:  # of a signal a library may have made an error of its own
+                    code = report(faults[0]) if signals.exit_code is None else INTERRUPTED
                 try:
                     sys.stdout.flush()
                 except BrokenPipeError:  # a reader that has gone does not change it
@@ -52,8 +53,6 @@ def _ended_well(arguments: list[str]) -> int:
 
             has_results = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
             code = report(error, results=has_results)
-        from bristle.cli.terminal import INTERRUPTED
-
         # An identification that was interrupted does not know which of the signals it was.
         return signals.exit_code or code if code == INTERRUPTED else code
 

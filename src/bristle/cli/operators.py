@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bristle.cli.options import Output, size_limit
-from bristle.cli.terminal import INTERRUPTED, complain
+from bristle.cli.signals import INTERRUPTED
+from bristle.cli.terminal import complain
 
 if TYPE_CHECKING:
     from bristle.core import Content

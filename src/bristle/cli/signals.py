@@ -15,6 +15,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
+INTERRUPTED = 130  # the exit code
 PATIENCE = 20.0  # [s] for a program that was told to terminate; Ctrl-C can be pressed again
 _MARK = b"\xff"
 

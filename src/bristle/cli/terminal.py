@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TextIO
 
+from bristle.cli.signals import INTERRUPTED
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 NO = 1
 BAD_INPUT = 2
 OUR_BUG = 70
-INTERRUPTED = 130
 LONGEST = 500  # letters
 NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, errno.EROFS}
 PATIENCE = 1.0  # [s]
