@@ -28,7 +28,7 @@ def _load() -> None:
     except ImportError:
         raise
     except Exception as error:  # what a file of settings can do to the import has no common type
-        mend = "Correct the file matplotlibrc, or the variables MATPLOTLIBRC and MPLBACKEND of the environment"
+        mend = "Correct the file matplotlibrc, or the variables MATPLOTLIBRC, MPLBACKEND and LC_ALL of the environment"
         raise InputError(f"cannot be imported with its settings here: {error}", path=NAME, mend=mend) from error
     finally:
         log.setLevel(level)
