@@ -42,11 +42,9 @@ class Estimate:
     value : float
         The value in `unit`.
     std : float or None
-        Standard error in `unit`, of least squares with independent residuals; None for a parameter that was held,
-        lies on an edge, or is not determined at all.
+        Standard error in `unit` for independent residuals; None where it was held, at an edge or not determined.
     status : {"identified", "held", "at_edge", "unidentifiable"}
-        ``held`` at a given value; ``at_edge`` where the best value lies on the edge of what is allowed or sought;
-        ``unidentifiable`` where the log does not determine it.
+        ``held`` at a given value; ``at_edge`` of its range; ``unidentifiable`` where the log does not determine it.
     reason : Diagnostic or None
         Why it is held, at an edge or unidentifiable; None otherwise.
     robust_std : float or None
@@ -330,8 +328,7 @@ class Identification:
     Parameters
     ----------
     fits : tuple of Fit
-        Ranked by the error on held-out time blocks; of those that the blocks do not tell apart, the simplest one
-        comes first.
+        Ranked by the error on held-out time blocks, the simplest first of those that the blocks do not tell apart.
     log : Log
         The log as it was used, the first of several.
     treatment : dict
@@ -360,10 +357,7 @@ class Identification:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was found while reading, each once, with the logs that it is said of unless it is said of all.
-
-        After that the constant force that the best model holds at 0 and another one found, and the models left out.
-        """
+        """What was found while reading, with its logs; a constant force that the best model holds at 0; models left out."""
         logs, logs_by_note = (self.log, *self.further_logs), dict[str, list[str]]()
         for log in logs:
             for note in log.notes:
