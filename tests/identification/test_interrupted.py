@@ -144,12 +144,13 @@ def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_a
         identify(log, "lugre", axis=STATED, blocks=0)
 
 
-def test_what_is_built_on_an_identification_needs_the_whole(log, interrupted_after):
-    assert (whole := identify(log, "coulomb_viscous", axis=STATED, blocks=0)).whole is whole
+def test_what_is_built_on_an_identification_needs_it_finished(log, interrupted_after):
+    identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
+    assert identification.finished is identification
     interrupted_after(150)
     unfinished = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=0)
     with pytest.raises(KeyboardInterrupt):
-        assert unfinished.whole
+        assert unfinished.finished
 
 
 @pytest.mark.slow

@@ -47,7 +47,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
     log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
-    identification = identify(log, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text)).whole
+    identification = identify(log, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text)).finished
     best = identification.best
     at(0.6, "predicting a log that was not fitted")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")

@@ -73,7 +73,7 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
         blocks=0,
         draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
-    ).whole
+    ).finished
     same_base = name.partition("+")[0] == prior.friction.name.partition("+")[0]
     values = prior.plant.values | (prior.friction.values if same_base else {})
     truth = {estimate.name: float(values[estimate.name]) for estimate in identification.best.estimates if estimate.name in values}

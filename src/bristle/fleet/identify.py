@@ -105,7 +105,7 @@ class Identifier:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
             raise InputError(f"is {log.kind}, and this fleet is {self.fleet.kind}", path=entry.place)
-        identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options).whole
+        identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options).finished
         fit = identification.fits[0]
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
         row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}

@@ -388,7 +388,7 @@ class Identification:
         return self.fits[0]
 
     @property
-    def whole(self) -> Self:
+    def finished(self) -> Self:
         """Itself, for what is built on it; the interruption that left it unfinished goes on from here."""
         if self.unfinished:
             raise KeyboardInterrupt

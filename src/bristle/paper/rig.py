@@ -88,7 +88,7 @@ def write_models(folder: str | PathLike[str]) -> None:
 def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_slip") -> Model:
     """Return the friction that is identified from the encoder and the effort command of an experiment's run."""
     described = read_experiment(experiment)
-    return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).whole.best.friction
+    return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).finished.best.friction
 
 
 def logged(described: Experiment) -> Log:

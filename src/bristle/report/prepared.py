@@ -95,7 +95,7 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
             logs, axis = _excited(plan.excited, axis)
         else:
             logs = [read_log(log, axis, size_limit=size_limit) for log in plan.logs]
-        identification = identify(logs, axis=axis, progress=progress, **{"draws": 0, **plan.options}).whole
+        identification = identify(logs, axis=axis, progress=progress, **{"draws": 0, **plan.options}).finished
         outcome = identification.outcome_with(command=f"[{plan.path}] of {source.name}")
         if plan.excited:
             facts = {"identified from a run of": f"{source.name}: {plan.excited.name}", FITTED_TO: digest(plan.excited.friction)}

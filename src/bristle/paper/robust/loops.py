@@ -81,7 +81,7 @@ def fitted(family: str, log: Log, axis: Axis) -> Fitted:
     """
     try:
         name = GATED if family == PRINTED else family
-        friction = identify(log, name, axis=axis, blocks=0, draws=0).whole.best.friction
+        friction = identify(log, name, axis=axis, blocks=0, draws=0).finished.best.friction
         return Fitted(friction.with_values(transition="paper") if family == PRINTED else friction)
     except BristleError as error:
         return Fitted(None, told_by(error))
