@@ -13,6 +13,7 @@ from bristle.core.axis import Column
 from bristle.core.errors import InputError
 from bristle.fleet import identify_each
 from bristle.fleet.identify import Identifier
+from bristle.identification.result import Identification
 from bristle.study.store import runs_in
 from bristle.study.workers import Crew
 
@@ -138,7 +139,7 @@ def test_ctrl_c_within_a_fit_leaves_no_half_row(logs, tmp_path, monkeypatch):
     import bristle.fleet.identify as module
 
     def interrupted(log, model, **options):
-        return type("Unfinished", (), {"unfinished": "interrupted", "fits": ()})
+        return Identification((), log, unfinished="interrupted")
 
     monkeypatch.setattr(module, "identify", interrupted)
     with pytest.raises(KeyboardInterrupt):

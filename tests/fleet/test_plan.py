@@ -9,6 +9,7 @@ from bristle.core import Axis, InputError
 from bristle.fleet.identify import Identifier, _of_estimate, fleet_of
 from bristle.fleet.plan import OF_FIT, RUN, Fleet
 from bristle.identification import models_of
+from bristle.identification.result import Identification
 from bristle.logs import LogFile
 from bristle.study.plan import Block
 
@@ -142,7 +143,7 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     held_out = Some(mean_percent=6.0)
     result = Some(diagnostics=doubts, error_percent=5.0, held_out=held_out, resampling=None, parameters={"F_C": estimate()})
     monkeypatch.setattr(identify, "read_log", lambda place, axis, size_limit: recorded)
-    monkeypatch.setattr(identify, "identify", lambda log, model, axis: Some(unfinished="", fits=(result,)))
+    monkeypatch.setattr(identify, "identify", lambda log, model, axis: Identification((result,), log))
     row = Identifier(fleet(log("a")))._numbers(log("a"))
     assert [row[name] for name in ("error", "held_out_error", "duration", "temperature")] == pytest.approx([0.05, 0.06, 4.0, 291.0])
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)

@@ -19,6 +19,7 @@ from bristle.core.content import content_of
 from bristle.core.motion import Motion
 from bristle.files import read_experiment
 from bristle.friction.uneven import uneven
+from bristle.identification.result import Identification
 from bristle.paper import rig
 from bristle.paper.robust import loops
 from bristle.paper.robust import trial as trials
@@ -378,9 +379,8 @@ def test_each_run_of_a_loop_has_other_scatter_and_noise(monkeypatch, number, sta
 def test_a_family_is_fitted_without_intervals_and_the_printed_equations_lose_their_gate(monkeypatch, family, named):
     model = friction.find("preisach_lugre")(**friction.find("preisach_lugre").example)
     asked = []
-    monkeypatch.setattr(
-        loops, "identify", lambda log, name, **how: asked.append((name, how)) or SimpleNamespace(best=SimpleNamespace(friction=model))
-    )
+    identification = Identification((SimpleNamespace(friction=model),), "log")
+    monkeypatch.setattr(loops, "identify", lambda log, name, **how: asked.append((name, how)) or identification)
     result = loops.fitted(family, "log", "axis")
     assert asked == [(named, {"axis": "axis", "blocks": 0, "draws": 0})]
     assert (result.friction.values["transition"] == "paper") is (family == "printed")
