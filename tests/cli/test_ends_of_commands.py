@@ -9,6 +9,7 @@ import threading
 import time
 import warnings
 from contextlib import suppress
+from importlib import import_module
 
 import pytest
 
@@ -164,7 +165,7 @@ def test_an_error_that_a_library_makes_of_a_signal_is_no_fault(monkeypatch, caps
         warnings.warn(caused, stacklevel=1)
         return 0
 
-    monkeypatch.setattr("bristle.cli.application.run", work)
+    monkeypatch.setattr(import_module("bristle.cli.application"), "run", work)
     before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
         assert main(["models"]) == code
