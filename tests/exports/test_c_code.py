@@ -6,12 +6,12 @@ from typing import NamedTuple
 import pytest
 
 from bristle.exports import c_code, st_code
-from bristle.exports import tree as t
 from bristle.exports.c_code import Names, number
-from bristle.exports.scope import NotExportableError
 from bristle.exports.st_code import is_safe
 from bristle.exports.st_parts import Record
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
+from bristle.translation import tree as t
+from bristle.translation.scope import NotExportableError
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID
 
 
 class Pair(NamedTuple):

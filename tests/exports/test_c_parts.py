@@ -11,8 +11,8 @@ from bristle.exports.c_code import Printer
 from bristle.exports.c_parts import array_text, constant_text, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
-from bristle.exports.tree import INTEGER, REAL, Unit, struct_type
 from bristle.exports.tunable import tunable_of
+from bristle.translation.tree import INTEGER, REAL, Unit, struct_type
 
 SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
 KIND = struct_type(SLIP.parameters)

@@ -10,7 +10,6 @@ from tests.exports.test_law import variant
 import bristle as br
 from bristle.core.experiment import Feedforward
 from bristle.core.variable import Variable
-from bristle.exports.build import Builder
 from bristle.exports.cycle import LARGEST, SOLVER, core_of, loaded, stored
 from bristle.exports.described import Source
 from bristle.exports.fmu_content import (
@@ -33,7 +32,8 @@ from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.fmu_exchange import exchange_of, why_not
 from bristle.exports.law import law_of
 from bristle.exports.subject import subject_of
-from bristle.exports.tree import REAL, Return, Store, struct_type
+from bristle.translation.build import Builder
+from bristle.translation.tree import REAL, Return, Store, struct_type
 
 LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
 GMS = br.friction.gms(F_C=4.0, F_S=5.0, v_S=1e-2, nu_i=[0.25, 0.75], k_i=[1e5, 2e5], C=30.0)

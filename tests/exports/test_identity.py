@@ -11,7 +11,6 @@ from tests.exports.test_laws import variant_of
 from tests.exports.test_own_model import HEAD, TRIAL, model_of
 
 import bristle as br
-from bristle.exports.build import Builder
 from bristle.exports.cycle import core_of
 from bristle.exports.described import copyright_line, hash_of_law, hash_of_model, licence_text
 from bristle.exports.law import law_of
@@ -20,6 +19,7 @@ from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import with_rest
 from bristle.hysteresis import OPERATORS
 from bristle.testing import example_of
+from bristle.translation.build import Builder
 
 ROOT = Path(__file__).parents[2]
 LUGRE = {"F_C": 22.0, "F_S": 29.0, "v_S": 3e-3, "sigma_0": 2e6, "sigma_1": 1e3, "sigma_2": 40.0}

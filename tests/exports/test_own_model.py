@@ -9,10 +9,10 @@ from tests.exports.native import COMPILER, Native, differing, walk
 import bristle as br
 from bristle.engine import interpreted
 from bristle.exports.c import builds
-from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import subject_of
 from bristle.files.user_model import load_code
 from bristle.testing import example_of
+from bristle.translation.scope import NotExportableError
 
 HEAD = """
 import math

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import pytest
 
-from bristle.exports import tree as t
-from bristle.exports.printing import element, free_name, loops_of, needs_wide_integers, structures_of, types_in, wrapped
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID
+from bristle.exports.printing import element, loops_of, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.translation import tree as t
+from bristle.translation.scope import free_name
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID
 
 X, N = t.Variable(REAL, "x"), t.Variable(INTEGER, "n")
 

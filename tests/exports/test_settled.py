@@ -8,12 +8,12 @@ import pytest
 import bristle as br
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import power
-from bristle.exports.build import Builder
 from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
-from bristle.exports.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, Variable, type_of, walk
 from bristle.exports.tunable import tunable_of
 from bristle.testing import example_of
+from bristle.translation.build import Builder
+from bristle.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, Variable, type_of, walk
 
 
 class Chosen(NamedTuple):

@@ -12,8 +12,8 @@ from bristle.exports.st_parts import LREAL, Names, Pou, Record, Variable, part_t
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_project import Judged, Tuned, bounds, set_lines, total_of, walk_facts
 from bristle.exports.subject import Walk
-from bristle.exports.tree import Unit, struct_type
 from bristle.exports.tunable import tunable_of
+from bristle.translation.tree import Unit, struct_type
 
 SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
 

@@ -26,9 +26,9 @@ from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import COUNT, Subject, Walk
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import Struct
 from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, settled_law, single_note, tunable_law, tunable_of
 from bristle.prediction.drive_units import command_units
+from bristle.translation.tree import Struct
 
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision

@@ -6,8 +6,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
-from bristle.exports import printing, tree
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
+from bristle.exports import printing
+from bristle.translation import scope, tree
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 
 WORDS_OF_C = """
 alignas alignof asm auto bool break case char const constexpr continue default do double else enum extern false float
@@ -52,7 +53,7 @@ class Names:
                 module = kind.cls.__module__.rpartition(".")[2]
                 own = module.startswith("bristle_user_")
                 first = ("Own" if own else "".join(part.capitalize() for part in module.split("_"))) + first
-            self.structures[kind] = printing.free_name(printing.ascii_name(first), used)
+            self.structures[kind] = scope.free_name(scope.ascii_name(first), used)
             used.add(self.structures[kind])
 
     def variable(self, name: str) -> str:
@@ -60,7 +61,7 @@ class Names:
         plain = name.rstrip("_")
         if plain in RESERVED or name in self._functions or MACROS.fullmatch(plain):
             return f"{name}_"
-        return f"part{name}" if name.startswith("_") else printing.ascii_name(name)
+        return f"part{name}" if name.startswith("_") else scope.ascii_name(name)
 
 
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.

@@ -11,8 +11,8 @@ from bristle.exports.c_code import Printer, number
 from bristle.exports.described import meaning_within
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import capacity_of, digest_of
-from bristle.exports.tree import REAL, Array, Struct, Type
 from bristle.exports.tunable import Tunable, bounds_of
+from bristle.translation.tree import REAL, Array, Struct, Type
 
 Fields = Sequence[tuple[str, Type, str, Any]]  # What lasts: the name of each field, its type, its meaning, and its first value
 # Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.

@@ -14,9 +14,9 @@ from bristle.exports.c_code import Printer
 from bristle.exports.described import rendered, with_rights
 from bristle.exports.subject import settled_subject, subject_of
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import INTEGER, REAL, TRUTH, Struct, Type
 from bristle.exports.tunable import tunable_of
 from bristle.friction.resting import HELD
+from bristle.translation.tree import INTEGER, REAL, TRUTH, Struct, Type
 
 HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctypes.c_double), ("flags", ctypes.c_int32)]
 

@@ -7,10 +7,10 @@ import numpy as np
 from bristle.core import dispatch
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
 from bristle.engine.mechanism import Mechanism, mechanism
-from bristle.exports.build import Builder
-from bristle.exports.scope import defined
 from bristle.exports.subject import Subject, capacity_of
-from bristle.exports.tree import INTEGER, REAL, Array, Function, Struct, struct_type
+from bristle.translation.build import Builder
+from bristle.translation.scope import defined
+from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, struct_type
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
 LARGEST = 1.7976931348623157e308

@@ -17,12 +17,12 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.exports.printing import ascii_name, loops_of
-from bristle.exports.scope import NotExportableError
+from bristle.exports.printing import loops_of
 from bristle.exports.subject import Subject, subject_of
-from bristle.exports.tree import Array, Function, Node, Scalar, Struct, Unit
 from bristle.exports.tunable import TOLERANCE
 from bristle.friction.resting import rest_rule
+from bristle.translation.scope import NotExportableError, ascii_name
+from bristle.translation.tree import Array, Function, Node, Scalar, Struct, Unit
 
 if TYPE_CHECKING:
     import jinja2

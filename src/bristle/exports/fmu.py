@@ -30,8 +30,8 @@ from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.law import Law
 from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import Array, Function
 from bristle.friction.resting import rest_rule
+from bristle.translation.tree import Array, Function
 
 PATIENCE = 600.0  # [s]; zig builds the library of a platform once
 

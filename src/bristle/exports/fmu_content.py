@@ -13,16 +13,16 @@ from bristle.core.contracts import Model
 from bristle.core.dimensions import Kind
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable, unit_of, variables_of
-from bristle.exports import tree
-from bristle.exports.build import Builder
 from bristle.exports.cycle import LARGEST, Core, core_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.fmu_exchange import Exchange, exchange_of, why_not
 from bristle.exports.law import INPUTS, Law, law_facts, law_of
 from bristle.exports.settled import pruned
 from bristle.exports.subject import Subject, capacity_of
-from bristle.exports.tree import INTEGER, REAL, TRUTH, Array, Function, Struct, Type, Unit
 from bristle.exports.tunable import Tunable, settled_law, tunable_law, tunable_of
+from bristle.translation import tree
+from bristle.translation.build import Builder
+from bristle.translation.tree import INTEGER, REAL, TRUTH, Array, Function, Struct, Type, Unit
 
 TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
 

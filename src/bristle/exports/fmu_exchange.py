@@ -16,11 +16,11 @@ from bristle.core import dispatch
 from bristle.core.contracts import Model, Motion
 from bristle.core.variable import Variable, variables_of
 from bristle.engine.motion import FARTHER, SLOW
-from bristle.exports.build import Builder
 from bristle.exports.cycle import Core, loaded, stored
-from bristle.exports.scope import defined
 from bristle.exports.subject import Subject, capacity_of, piece_of
-from bristle.exports.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
+from bristle.translation.build import Builder
+from bristle.translation.scope import defined
+from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 
 # An importer finds an event where an indicator changes its sign, on either side of it as rounding has it: this much
 # beyond, the next piece is another one for certain.

@@ -20,19 +20,19 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable, unit_of
-from bristle.exports.build import Builder
 from bristle.exports.described import Source, command_facts, parameter_table, plain, version
 from bristle.exports.printing import loops_of
-from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.settled import pruned
 from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
-from bristle.exports.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
 from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
 from bristle.prediction.drive_units import command_units
+from bristle.translation.build import Builder
+from bristle.translation.scope import NotExportableError, defined, is_kernel
+from bristle.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 
 
 class Gravity(NamedTuple):

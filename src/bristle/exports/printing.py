@@ -1,11 +1,9 @@
 """What printers of the tree share: lines, elements of XML, names in letters of every language, types in use, and how long loops take."""
 
-import re
-from collections.abc import Container, Iterable
-from itertools import count
+from collections.abc import Iterable
 from xml.etree import ElementTree
 
-from bristle.exports.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
+from bristle.translation.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
 
 INDENT, LONGEST = "    ", 110
 PRIMARY, UNARY = 16, 14  # how tightly a name and a sign bind
@@ -59,16 +57,6 @@ def wrapped(line: str, indent: str) -> list[str]:
         lines.append(line[:cut])
         line = f"{indent}{INDENT}{INDENT}{line[cut:].lstrip()}"
     return [*lines, line]
-
-
-def free_name(first: str, used: Container[str]) -> str:
-    """Return this name, or it with the first number from 2 on that is not used."""
-    return first if first not in used else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
-
-
-def ascii_name(name: str) -> str:
-    """Return a name of Python in letters that every language takes: others by their number."""
-    return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)
 
 
 def element(tag: str, /, *inside: ElementTree.Element | str, **attributes: str) -> ElementTree.Element:

@@ -14,9 +14,9 @@ from dataclasses import replace
 from functools import reduce
 from typing import Any
 
-from bristle.exports import tree
-from bristle.exports.expressions import COMPUTED
-from bristle.exports.printing import free_name
+from bristle.translation import tree
+from bristle.translation.expressions import COMPUTED
+from bristle.translation.scope import free_name
 
 Fact = Any  # What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text
 EXACT: dict[str, Callable[..., Any]] = {

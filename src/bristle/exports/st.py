@@ -16,9 +16,9 @@ from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_project import FARTHEST, Tuned, body_lines, call_text, interface, set_lines
 from bristle.exports.subject import COMMIT, COUNT, TRIAL, Subject, arguments_left, settled_subject, subject_of, walk_of
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import Array, Struct, Type
 from bristle.exports.tunable import CONSTANTS, settled_law, single_note, tunable_law, tunable_of
 from bristle.prediction.drive_units import command_units
+from bristle.translation.tree import Array, Struct, Type
 
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = """

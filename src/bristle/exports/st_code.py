@@ -11,13 +11,13 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bristle.exports import tree
 from bristle.exports.printing import PRIMARY, UNARY, described, needs_wide_integers, structures_of, types_in, wrapped
-from bristle.exports.scope import NotExportableError
 from bristle.exports.st_parts import BELOW_ZERO, INDENT, LREAL, TEXTS, Names, Pou, Record, real_literal, whole_literal
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Variable as Declared
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, walk
+from bristle.translation import tree
+from bristle.translation.scope import NotExportableError
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, walk
 
 RESULT = "given_back"
 # How tightly an expression binds.

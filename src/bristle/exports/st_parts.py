@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.exports.printing import INDENT, ascii_name, free_name
+from bristle.exports.printing import INDENT
+from bristle.translation.scope import ascii_name, free_name
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
 # compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.

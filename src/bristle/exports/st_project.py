@@ -16,11 +16,11 @@ from bristle.exports.printing import element, wrapped
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, helpers_of, real_literal
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
-from bristle.exports.tree import REAL as NUMBER
-from bristle.exports.tree import TRUTH, Function, Struct
-from bristle.exports.tree import Array as ArrayType
 from bristle.exports.tunable import CHECKPOINT, TOLERANCE, Tunable, bounds_of, checkpoints
 from bristle.prediction.drive_units import CommandUnits
+from bristle.translation.tree import REAL as NUMBER
+from bristle.translation.tree import TRUTH, Function, Struct
+from bristle.translation.tree import Array as ArrayType
 
 Key = tuple[str, int | None]
 

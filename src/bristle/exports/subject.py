@@ -11,10 +11,10 @@ import numpy as np
 from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
 from bristle.core.surroundings import motion_with
-from bristle.exports.build import Builder
-from bristle.exports.scope import NotExportableError, is_kernel
 from bristle.exports.settled import fact_of, pruned, settled
-from bristle.exports.tree import REAL, Array, Function, Struct, Unit, struct_of, struct_type
+from bristle.translation.build import Builder
+from bristle.translation.scope import NotExportableError, is_kernel
+from bristle.translation.tree import REAL, Array, Function, Struct, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""

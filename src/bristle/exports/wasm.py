@@ -18,18 +18,18 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.exports.build import Builder
 from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, core_of, cycle_of
 from bristle.exports.described import parameter_table, rendered, version, with_rights
 from bristle.exports.printing import needs_wide_integers
 from bristle.exports.settled import pruned
 from bristle.exports.subject import FNV_OFFSET, FNV_PRIME, Subject, capacity_of, digest_of, layout_of, subject_of
 from bristle.exports.targets import Product, Request
-from bristle.exports.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
 from bristle.exports.tunable import tunable_of
 from bristle.exports.wasm_code import OP, Code, Types, emitted, flat, leb, signed_leb, vector
 from bristle.friction import unvaried
 from bristle.friction.resting import rest_rule
+from bristle.translation.build import Builder
+from bristle.translation.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
 
 PAGE, FIRST = 65536, 8
 ALONE, PACKED = 500, 60  # parts of the tree that running a function where it is called may add

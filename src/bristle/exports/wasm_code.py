@@ -12,10 +12,10 @@ from itertools import groupby
 from typing import Any
 
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
-from bristle.exports import tree
 from bristle.exports.cycle import LARGEST
-from bristle.exports.scope import NotExportableError
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Struct, Type, Variable
+from bristle.translation import tree
+from bristle.translation.scope import NotExportableError
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Struct, Type, Variable
 
 # Names with their bytes: sections, types, the type of a block that gives nothing, instructions, arithmetic by type and operator.
 TABLE = """

@@ -19,7 +19,6 @@ from bristle.core.typography import number
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, run_open_loop, settled
 from bristle.exports.c import compiler, proved
-from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
@@ -27,6 +26,7 @@ from bristle.testing import slot
 from bristle.testing.check import Check, Demand, Fact, UnmetError, compiled_as_plain, judged, outcomes
 from bristle.testing.dimensions import one_dimension
 from bristle.testing.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
+from bristle.translation.scope import NotExportableError
 
 SEED = 20260
 

@@ -17,15 +17,15 @@ from bristle.core.motion import Reference
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import unit_of
 from bristle.engine import force_along, interpreted, run_closed_loop
-from bristle.exports.build import Builder
 from bristle.exports.c import compiler, proved
-from bristle.exports.scope import NotExportableError, is_kernel
-from bristle.exports.tree import REAL, struct_of, type_of
 from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
 from bristle.friction.variation import SMALLEST_FACTOR
 from bristle.plants import inertia
 from bristle.sensors import encoder
 from bristle.testing.check import Demand, Fact, UnmetError, compiled_as_plain, judged
+from bristle.translation.build import Builder
+from bristle.translation.scope import NotExportableError, is_kernel
+from bristle.translation.tree import REAL, struct_of, type_of
 
 SEED, COUNT = 20260, 41
 WIDTH = 0.2  # of the usual value, where a channel has no range

@@ -20,12 +20,10 @@ from bristle.core.symbols import GREEK, symbolic
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.engine.mechanism import Mechanism, mechanism
-from bristle.exports.build import Builder
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
 from bristle.exports.page.packing import packed, plain
 from bristle.exports.page.sliders import AROUND, Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, forces_of, hash_of, presliding_distance, subject_of, walk_of
-from bristle.exports.tree import Function
 from bristle.exports.wasm import Module, module_of
 from bristle.files.components import key_of
 from bristle.files.user_model import code_of
@@ -34,6 +32,8 @@ from bristle.friction.next_model import goes_by_name
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
+from bristle.translation.build import Builder
+from bristle.translation.tree import Function
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000

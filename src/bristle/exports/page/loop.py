@@ -21,13 +21,10 @@ from bristle.core.variable import unit_of
 from bristle.engine.loop import begun
 from bristle.engine.mechanism import drive_over
 from bristle.engine.motion import settled
-from bristle.exports.build import Builder
 from bristle.exports.cycle import SOLVER
 from bristle.exports.page.described import body_described, model_described, values_of, variables_of
 from bristle.exports.page.packing import differences, packed, packed_numbers
 from bristle.exports.page.rows import fitted_rows
-from bristle.exports.scope import defined
-from bristle.exports.tree import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.friction.level import rises_with_effort
 from bristle.identification.result import Identification
@@ -36,6 +33,9 @@ from bristle.prediction.following import Following
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
 from bristle.simulation.result import SimulationResult
+from bristle.translation.build import Builder
+from bristle.translation.scope import defined
+from bristle.translation.tree import REAL, Array, type_of
 
 # What lasts of a law: whether it has begun, what it is told, and from there on its state.
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")

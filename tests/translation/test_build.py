@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from bristle.core.kernel import kernel
-from bristle.exports import tree
-from bristle.exports.build import Builder
-from bristle.exports.expressions import COMPUTED
-from bristle.exports.scope import NotExportableError, defined
 from bristle.exports.settled import fact_of, settled
-from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, type_of
+from bristle.translation import tree
+from bristle.translation.build import Builder
+from bristle.translation.expressions import COMPUTED
+from bristle.translation.scope import NotExportableError, defined
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, type_of
 
 EXACT = {"sqrt": math.sqrt, "copysign": math.copysign, "abs": abs, "floor": math.floor, "isinf": math.isinf, "isnan": math.isnan}
 EXACT |= {"min": min, "max": max}

@@ -3,9 +3,11 @@
 import ast
 import builtins
 import inspect
+import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -74,3 +76,13 @@ def _kernel_set(count: int) -> frozenset[Any]:
 def is_named_tuple(value: Any) -> bool:
     """Return whether this is the class of NamedTuples."""
     return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
+
+
+def free_name(first: str, used: Container[str]) -> str:
+    """Return this name, or it with the first number from 2 on that is not used."""
+    return first if first not in used else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
+
+
+def ascii_name(name: str) -> str:
+    """Return a name of Python in letters that every language takes: others by their number."""
+    return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)

@@ -9,11 +9,10 @@ from functools import cache
 from typing import Any
 
 from bristle.core.dispatch import implementation_of, is_dispatch
-from bristle.exports import tree
-from bristle.exports.expressions import Expressions
-from bristle.exports.printing import ascii_name, free_name
-from bristle.exports.scope import NotExportableError, definition_of
-from bristle.exports.tree import INTEGER, REAL, VOID, Array, Struct, Type, walk
+from bristle.translation import tree
+from bristle.translation.expressions import Expressions
+from bristle.translation.scope import NotExportableError, ascii_name, definition_of, free_name
+from bristle.translation.tree import INTEGER, REAL, VOID, Array, Struct, Type, walk
 
 PASSES = 8  # a variable turns from a truth to a whole number to a real one at most
 

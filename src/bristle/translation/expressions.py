@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.dispatch import is_dispatch
 from bristle.core.exponent import exponent, mantissa, power_of_two
 from bristle.core.packing import unowned
-from bristle.exports import tree
-from bristle.exports.scope import NotExportableError, global_value, is_kernel, is_named_tuple
-from bristle.exports.tree import INTEGER, REAL, TRUTH, Array, Scalar, Struct, Type, struct_of, tuple_of
+from bristle.translation import tree
+from bristle.translation.scope import NotExportableError, global_value, is_kernel, is_named_tuple
+from bristle.translation.tree import INTEGER, REAL, TRUTH, Array, Scalar, Struct, Type, struct_of, tuple_of
 
 if TYPE_CHECKING:
-    from bristle.exports.build import Builder
+    from bristle.translation.build import Builder
 
 OF_REALS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 OF_WHOLES = {
