@@ -56,8 +56,8 @@ def _compiled_as(takes: str, gives: str, generate: Callable[..., Any]) -> Callab
         kinds = {"t": tangent_type(), "r": types.float64, "w": types.int64, "v": types.Array(types.float64, 1, "C"), "n": types.void}
 
         def typing(context: Any, *given: Any) -> Any:
-            given = [kind if letter == "v" else kinds[letter] for letter, kind in zip(takes, given, strict=True)]
-            return kinds[gives](*given), generate
+            taken = (kind if letter == "v" else kinds[letter] for letter, kind in zip(takes, given, strict=True))
+            return kinds[gives](*taken), generate
 
         scope: dict[str, Any] = {"typing": typing}
         arguments = ", ".join(names)

@@ -116,7 +116,7 @@ class Expressions:
                 return self._constant_of(getattr(math, node.attr, None), node, f"math.{node.attr}")
         of = self.value(node.value)
         if isinstance(of.type, Array) and node.attr == "size":
-            return tree.Constant(INTEGER, of.type.size)
+            return _size_of(of, of.type)
         return self._field(of, node.attr, node)
 
     def _field(self, of: tree.Expression, name: str, node: ast.expr) -> tree.Expression:
@@ -137,7 +137,7 @@ class Expressions:
         if not isinstance(of.type, Array) or at.type != INTEGER:
             raise self.refuse(node, "only an array has numbers by place, and a place is a whole number")
         if isinstance(at, tree.Constant) and at.value < 0:
-            at = tree.Constant(INTEGER, of.type.size + at.value)
+            at = self.combined(ast.Add(), _size_of(of, of.type), at, node)
         return tree.Index(REAL, of, at)
 
     def _binop(self, node: ast.BinOp) -> tree.Expression:
@@ -261,7 +261,7 @@ class Expressions:
 
     def _builtin(self, name: str, arguments: list[tree.Expression], node: ast.Call) -> tree.Expression:
         if name == "len" and len(arguments) == 1 and isinstance(arguments[0].type, Array):
-            return tree.Constant(INTEGER, arguments[0].type.size)
+            return _size_of(arguments[0], arguments[0].type)
         if not arguments or any(argument.type not in NUMBERS for argument in arguments):
             raise self.refuse(node, f"{name} takes numbers")
         if name in ("int", "float"):
@@ -300,6 +300,10 @@ def _converted(value: tree.Expression, target: Scalar) -> tree.Expression:
     if isinstance(value, tree.Constant):
         return tree.Constant(target, float(value.value) if target == REAL else int(value.value))
     return tree.Convert(target, value)
+
+
+def _size_of(array: tree.Expression, kind: Array) -> tree.Expression:
+    return tree.Constant(INTEGER, kind.size) if kind.size >= 0 else tree.Intrinsic(INTEGER, "size", [array])
 
 
 def _is_plain(value: tree.Expression) -> bool:

@@ -26,7 +26,7 @@ REAL, INTEGER, TRUTH, VOID = Scalar("real"), Scalar("whole"), Scalar("truth"), S
 
 @dataclass(frozen=True)
 class Array:
-    """So many real numbers, which a kernel may write or only read."""
+    """So many real numbers, which a kernel may write or only read; -1 where how many is known only as it runs."""
 
     size: int
     writable: bool = False

@@ -1,0 +1,211 @@
+r"""Friction along a motion with its derivatives: the force of each step, and how it changes in any number of directions.
+
+.. math:: \dot F_k = \frac{\partial F}{\partial s}\,\dot s_{k-1} + \frac{\partial F}{\partial p}\,\dot p, \qquad
+   \dot s_k = \frac{\partial s}{\partial s}\,\dot s_{k-1} + \frac{\partial s}{\partial p}\,\dot p
+
+with the state :math:`s`, its memory included, and the parameters :math:`p`: sensitivities go along the motion in the same
+pass as the force, whose bits they do not change. They are those of the branches that are taken. At a velocity of zero that
+is the side of its sign; where two branches meet they are one-sided, and they are finite everywhere.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.edge import vector
+from bristle.core.kernel import kernel
+from bristle.core.packing import Structure, kernel_of, motion_reader, number_count, packer, unowned, unpacker
+from bristle.core.tangent import DIRECTIONS, keep_tangent, tangent_at
+from bristle.engine.checks import check_run
+from bristle.engine.compilation import compiled
+from bristle.engine.instance import Instance, memory_of, warn_of_lost
+from bristle.engine.motion import _surroundings
+from bristle.engine.signature import Vector
+from bristle.translation.build import Builder
+from bristle.translation.derivative import Activity, Derivatives, activity_of, is_active
+from bristle.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_of
+
+# A friction model along a motion, each vector beside its tangents: (parameters, state, memory, v, x, surroundings one after
+# the other, dt, force).
+ForceWithTangents = Callable[
+    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector, Vector], float
+]
+
+
+def make_force_with_tangents(parameters: Structure, state: Structure, motion: Any, moves: bool) -> Callable[..., Any]:
+    """Return the entry that runs one friction model along a motion with tangents; those of the motion, where it `moves`."""
+    moved = motion_reader(motion)
+
+    @kernel
+    def along(state, memory, v, x, around, dt, p, force):
+        for k in range(v.size):
+            force[k], move = friction_trial(state, memory, moved(v, x, around, k), dt, p)
+            state = friction_commit(state, memory, move, p)
+        return state
+
+    vectors, written = Array(-1), Array(-1, writable=True)
+    kinds = [_type_of(state), written, vectors, vectors, vectors, REAL, _type_of(parameters), written]
+    activities = [activity_of(kinds[0]), True, moves, moves, False, False, activity_of(kinds[6]), True]
+    derivatives = Derivatives()
+    derived = derivatives.of(Builder().function(along, kinds), activities)
+    parts = {
+        "with_tangents": derivatives.scope[derived.name],
+        "load_p": unpacker(parameters),
+        "load_s": unpacker(state),
+        "store": packer(state),
+    }
+    parts["tangents_p"], parts["tangents_s"] = _tangent_reader(parameters, activities[6]), _tangent_reader(state, activities[0])
+    parts["keep_s"] = _tangent_packer(state, derived.result)
+    values = ("load_s(s)", "memory", "v", "x", "around", "dt", "load_p(p)", "force")
+    tangents = ("tangents_s(s, ds)", "dmemory", "dv", "dx", "", "", "tangents_p(p, dp)", "dforce")
+    given = [*values, *(text for text, activity in zip(tangents, activities, strict=True) if is_active(activity))]
+    ended = "end, dend" if is_active(derived.result) else "end"
+    head = "force_with_tangents(p, dp, s, ds, memory, dmemory, v, dv, x, dx, around, dt, force, dforce)"
+    lines = [f"{ended} = with_tangents({', '.join(given)})", "store(end, s)"]
+    return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts)
+
+
+def _type_of(structure: Structure) -> Struct:
+    cls, parts = structure
+    kinds: dict[str, Type] = {"number": REAL, "integer": INTEGER, "array": Array(-1)}
+    return struct_of(cls, [_type_of(part) if isinstance(part, tuple) else kinds[part] for part in parts])
+
+
+def _tangent_reader(structure: Structure, activity: Activity) -> Callable[..., Any]:
+    """Return the kernel ``tangents(vector, all) -> tangent`` of a NamedTuple, beside what `unpacker` makes of the vector."""
+    lines = ["at = 0"]
+
+    def part_of(structure: Structure, activity: Activity) -> str:
+        assert isinstance(activity, tuple)
+        made = list[str]()
+        for part, active in zip(structure[1], activity, strict=True):
+            name = f"part_{len(lines)}"
+            if isinstance(part, tuple):
+                inner = part_of(part, active)
+                made += [inner] * is_active(active)
+            elif part == "array":
+                lines.append(
+                    f"{name}, at = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + int(vector[at])) * {DIRECTIONS}]), at + 1 + int(vector[at])"
+                )
+                made += [name] * is_active(active)
+            else:
+                lines.append(f"{name}, at = tangent_at(all, at), at + 1" if active else "at += 1")
+                made += [name] * is_active(active)
+        return f"({', '.join(made)},)" if made else "()"
+
+    text = part_of(structure, activity)
+    return kernel_of("tangents(vector, all)", [*lines, f"return {text}"], {"tangent_at": tangent_at, "unowned": unowned})
+
+
+def _tangent_packer(structure: Structure, activity: Activity) -> Callable[..., Any]:
+    """Return the kernel ``keep(tangent, all)`` that writes those of a NamedTuple of scalars; others are 0 from then on."""
+    lines = list[str]()
+
+    def write(structure: Structure, activity: Activity, at: int, of: str) -> None:
+        assert isinstance(activity, tuple)
+        place = 0
+        for part, active in zip(structure[1], activity, strict=True):
+            if is_active(active) and isinstance(part, tuple):
+                write(part, active, at, f"{of}[{place}]")
+            elif active:
+                lines.append(f"keep_tangent(all, {at}, {of}[{place}])")
+            at, place = at + number_count(part), place + is_active(active)
+
+    if is_active(activity):
+        write(structure, activity, 0, "tangent")
+    return kernel_of("keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent})
+
+
+def force_with_derivatives(
+    model: Model,
+    tangents: np.ndarray,
+    v: np.ndarray,
+    dt: float,
+    x: np.ndarray,
+    *,
+    state: Any = None,
+    state_tangents: np.ndarray | None = None,
+    motion_tangents: tuple[np.ndarray, np.ndarray] | None = None,
+    around: Mapping[str, Any] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the friction force along a motion, and its derivatives in some directions.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    tangents : ndarray, shape (number, direction)
+        Derivatives of the packed parameters (`bristle.core.packing.pack`) in each direction.
+    v, x : ndarray, shape (step,)
+        Mean velocity of each step [m/s or rad/s], position at its end [m or rad].
+    dt : float
+        Length of a step [s].
+    state : NamedTuple, optional
+        State before the first step; virgin where not given.
+    state_tangents : ndarray, shape (number, direction), optional
+        Derivatives of the packed state before the first step; 0 where not given.
+    motion_tangents : tuple of ndarray, shape (step, direction), optional
+        Derivatives of `v` and `x`; 0 where not given.
+    around : mapping, optional
+        What surrounds the contact, as of `force_along`.
+
+    Returns
+    -------
+    force : ndarray, shape (step,)
+        Mean friction force of each step [N or N*m], to the bit that of `force_along`.
+    derivatives : ndarray, shape (step, direction)
+        Its derivatives in the branches that were taken.
+    """
+    v, x, directions = vector(v, "v"), vector(x, "x"), tangents.shape[1]
+    force, blocks = np.empty(v.size), list[np.ndarray]()
+    check_run(v.size, x=x)
+    for first in range(0, max(directions, 1), DIRECTIONS):
+        some = slice(first, first + DIRECTIONS)
+        part, memory = Instance(model), memory_of(model, None)
+        part.begin(state)
+        entry = _entry(part, motion_tangents is not None)
+        dp, d_force = _block(tangents[:, some], part.parameters.size), np.empty(v.size * DIRECTIONS)
+        ds = _block(None if state_tangents is None else state_tangents[:, some], part.state.size)
+        dv, dx = (np.zeros(0), np.zeros(0)) if motion_tangents is None else (_block(one[:, some], v.size) for one in motion_tangents)
+        signals = _surroundings(part, v.size, around or {}).ravel()
+        entry(
+            part.parameters,
+            dp,
+            part.state,
+            ds,
+            memory,
+            np.zeros(memory.size * DIRECTIONS),
+            v,
+            dv,
+            x,
+            dx,
+            signals,
+            float(dt),
+            force,
+            d_force,
+        )
+        blocks.append(d_force.reshape(v.size, DIRECTIONS)[:, : directions - first])
+    warn_of_lost(part)
+    return force, blocks[0] if len(blocks) == 1 else np.hstack(blocks)
+
+
+def _block(columns: np.ndarray | None, count: int) -> np.ndarray:
+    """Return tangents of so many numbers in a row, those of directions that nobody asks for 0."""
+    block = np.zeros((count, DIRECTIONS))
+    if columns is not None:
+        block[:, : columns.shape[1]] = columns
+    return block.ravel()
+
+
+def _entry(part: Instance, moves: bool) -> Any:
+    name = f"force_with_tangents{'_moving' * moves}-{part.key}"
+    return compiled(name, lambda: _made(*part.structures, part.motion, moves), ForceWithTangents, part.functions)
+
+
+@cache
+def _made(parameters: Structure, state: Structure, motion: Any, moves: bool) -> Callable[..., Any]:
+    return make_force_with_tangents(parameters, state, motion, moves)

@@ -1,0 +1,440 @@
+r"""Forward derivatives of kernels, by rules on the typed tree: for each function the one that gives value and tangent.
+
+For :math:`y = g(x_1, \dots)` on the way through the branches that are taken, :math:`\dot y = \sum_i (\partial g/\partial
+x_i)\,\dot x_i` beside each number (`bristle.core.tangent`). The numbers are computed as before, in the same order: they
+have the same bits. A search for a root ends with a step of Newton's method, whose derivative is that of the implicit
+function; a turning point moves with the quantities that made it, for the memory has tangents too. Whole numbers, truths
+and all that hangs on constants alone have none, and cost nothing.
+
+The derived function of ``f(a, b)`` is ``f(a, b, da, db) -> (value, tangent)``, with tangents of the arguments that have
+any, in their order. The tangent of a tuple is a tuple of those of its fields that have one; that of an array is an array.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from bristle.core.exponent import exponent, mantissa, power_of_two
+from bristle.core.kernel import is_absorbed, kernel
+from bristle.core.tangent import keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum
+from bristle.translation import tree
+from bristle.translation.scope import ascii_name, defined, free_name
+from bristle.translation.slopes import SLOPES
+from bristle.translation.tree import REAL, VOID, Array, Struct, Type
+
+Activity = bool | tuple["Activity", ...]
+"""Whether something has a tangent: of a tuple, field by field."""
+
+IN_PYTHON = {"copysign": "math.copysign", "floor": "math.floor", "isinf": "math.isinf", "isnan": "math.isnan", "sqrt": "math.sqrt"}
+PARTS = {"power_of_two": power_of_two, "mantissa": mantissa, "exponent": exponent}
+TANGENTS = (keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum)
+ROUNDS = 30  # in which the tangents of all variables are known
+
+
+def activity_of(kind: Type) -> Activity:
+    """Return which numbers of a type may have tangents: all that are real."""
+    return tuple(activity_of(part) for _, part in kind.fields) if isinstance(kind, Struct) else kind == REAL or isinstance(kind, Array)
+
+
+def is_active(activity: Activity) -> bool:
+    """Return whether anything has a tangent."""
+    return any(map(is_active, activity)) if isinstance(activity, tuple) else activity
+
+
+def joined(first: Activity, second: Activity) -> Activity:
+    """Return what has a tangent in either of two."""
+    if isinstance(first, tuple) and isinstance(second, tuple):
+        return tuple(map(joined, first, second))
+    return first or second
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A derived function: what it is called, and what of its result has a tangent."""
+
+    name: str
+    result: Activity
+    does: bool
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether it does more than the function that it was derived from."""
+        return self.does or is_active(self.result)
+
+
+@dataclass
+class Derivatives:
+    """Derives functions as they are asked for, into one scope."""
+
+    scope: dict[str, Any] = field(default_factory=lambda: {"__name__": __name__, "math": math} | {one.__name__: one for one in TANGENTS})
+    _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(default_factory=dict)
+
+    def of(self, function: tree.Function, activities: Sequence[Activity]) -> Derived:
+        """Return the derived function where these arguments have tangents."""
+        key = function, tuple(activities)
+        if key not in self._derived:
+            if not any(map(is_active, activities)):
+                self._derived[key] = Derived("", _nowhere(function.result), does=False)
+            else:
+                self._derived[key] = _Rules(self, function, activities).derived()
+        return self._derived[key]
+
+    def known(self, value: Callable[..., Any], name: str) -> str:
+        """Return the name by which derived functions know something."""
+        name = ascii_name(name)
+        for taken, other in self.scope.items():
+            if other is value:
+                return taken
+        name = free_name(name, self.scope)
+        self.scope[name] = value
+        return name
+
+
+def _nowhere(kind: Type) -> Activity:
+    return tuple(_nowhere(part) for _, part in kind.fields) if isinstance(kind, Struct) else False
+
+
+@dataclass
+class Dual:
+    """A value in the text of a function, whether it has a tangent, and that."""
+
+    value: str
+    activity: Activity = False
+    tangent: str = ""
+
+
+class _Rules:
+    """Derives one function for arguments of which some have tangents."""
+
+    def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
+        self.all, self.function = derivatives, function
+        self.activities = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
+        self.result, self.lines, self.indent, self.count, self.does = _nowhere(function.result), list[str](), 1, 0, False
+
+    def derived(self) -> Derived:
+        """Return the derived function, known to the scope and to the compiler."""
+        for _ in range(ROUNDS):
+            before = dict(self.activities), self.result
+            self.lines, self.count, self.does = [], 0, False
+            self._block(self.function.body)
+            if (self.activities, self.result) == before:
+                break
+        names = [parameter.name for parameter in self.function.parameters]
+        given = [*names, *(f"d_{name}" for name in names if is_active(self.activities[name]))]
+        derived = Derived(free_name(f"with_tangent_{self.function.name}", self.all.scope), self.result, self.does)
+        if derived.is_needed:
+            text = f"def {derived.name}({', '.join(given)}):\n" + "\n".join(self.lines) + "\n"
+            self.all.scope[derived.name] = kernel(inline=_is_inlined(self.function))(defined(derived.name, text, self.all.scope))
+        return derived
+
+    # --- statements -------------------------------------------------------------------------------------------------
+
+    def _line(self, text: str) -> None:
+        self.lines.append("    " * self.indent + text)
+
+    def _block(self, statements: Iterable[tree.Statement]) -> None:
+        for statement in statements:
+            getattr(self, f"_do_{type(statement).__name__.lower()}")(statement)
+
+    def _inside(self, head: str, statements: Sequence[tree.Statement]) -> None:
+        self._line(head)
+        self.indent += 1
+        self._block(statements)
+        if not statements:
+            self._line("pass")
+        self.indent -= 1
+
+    def _do_assign(self, statement: tree.Assign) -> None:
+        name, value = statement.variable.name, self.dual(statement.value)
+        before = self.activities.get(name, _nowhere(statement.variable.type))
+        self.activities[name] = joined(before, value.activity)
+        if is_active(self.activities[name]):
+            self._line(f"d_{name} = {self._fitted(value, self.activities[name])}")
+        self._line(f"{name} = {value.value}")
+
+    def _do_store(self, statement: tree.Store) -> None:
+        array, at, value = self.dual(statement.array), self._held(self.plain(statement.at)), self.dual(statement.value)
+        if array.activity:
+            self.does = True
+            self._line(f"keep_tangent({array.tangent}, {at}, {self._fitted(value, True)})")
+        self._line(f"{array.value}[{at}] = {value.value}")
+
+    def _do_evaluate(self, statement: tree.Evaluate) -> None:
+        self._line(self.dual(statement.call).value)
+
+    def _do_if(self, statement: tree.If) -> None:
+        self._inside(f"if {self.plain(statement.test)}:", statement.body)
+        if statement.otherwise:
+            self._inside("else:", statement.otherwise)
+
+    def _do_for(self, statement: tree.For) -> None:
+        head = f"for {statement.variable.name} in range({self.plain(statement.start)}, {self.plain(statement.stop)}):"
+        self._inside(head, statement.body)
+
+    def _do_while(self, statement: tree.While) -> None:
+        self._inside(f"while {self.plain(statement.test)}:", statement.body)
+
+    def _do_break(self, statement: tree.Break) -> None:
+        self._line("break")
+
+    def _do_continue(self, statement: tree.Continue) -> None:
+        self._line("continue")
+
+    def _do_return(self, statement: tree.Return) -> None:
+        if statement.value is None:
+            self._line("return")
+            return
+        value = self.dual(statement.value)
+        self.result = joined(self.result, value.activity)
+        self._line(f"return {value.value}, {self._fitted(value, self.result)}" if is_active(self.result) else f"return {value.value}")
+
+    # --- expressions without tangents -------------------------------------------------------------------------------
+
+    def plain(self, node: tree.Expression) -> str:
+        """Return the text of a value alone."""
+        return getattr(self, f"_plain_{type(node).__name__.lower()}")(node)
+
+    def _plain_constant(self, node: tree.Constant) -> str:
+        if isinstance(node.value, float) and not math.isfinite(node.value):
+            return f"({'-' * (node.value < 0.0)}math.{'nan' if math.isnan(node.value) else 'inf'})"
+        return repr(node.value)
+
+    def _plain_variable(self, node: tree.Variable) -> str:
+        return node.name
+
+    def _plain_field(self, node: tree.Field) -> str:
+        return _part(self.plain(node.of), node)
+
+    def _plain_index(self, node: tree.Index) -> str:
+        return f"{self.plain(node.array)}[{self.plain(node.at)}]"
+
+    def _plain_negative(self, node: tree.Negative) -> str:
+        return f"(-{self.plain(node.of)})"
+
+    def _plain_not(self, node: tree.Not) -> str:
+        return f"(not {self.plain(node.of)})"
+
+    def _plain_binary(self, node: tree.Binary) -> str:
+        return f"({self.plain(node.left)} {node.operator} {self.plain(node.right)})"
+
+    _plain_compare = _plain_binary
+
+    def _plain_logic(self, node: tree.Logic) -> str:
+        return "(" + f" {node.operator} ".join(map(self.plain, node.parts)) + ")"
+
+    def _plain_select(self, node: tree.Select) -> str:
+        return f"({self.plain(node.first)} if {self.plain(node.test)} else {self.plain(node.second)})"
+
+    def _plain_convert(self, node: tree.Convert) -> str:
+        return f"{'float' if node.type == REAL else 'int'}({self.plain(node.of)})"
+
+    def _plain_call(self, node: tree.Call) -> str:
+        called = self._kernel(node.function.source)
+        return f"{called}({', '.join(map(self.plain, node.arguments))})"
+
+    def _plain_intrinsic(self, node: tree.Intrinsic) -> str:
+        return self._intrinsic(node, list(map(self.plain, node.arguments)))
+
+    def _plain_make(self, node: tree.Make) -> str:
+        return self._made(node, list(map(self.plain, node.parts)))
+
+    def _kernel(self, source: Callable[..., Any]) -> str:
+        return self.all.known(source, f"of_{source.__name__}")
+
+    def _intrinsic(self, node: tree.Intrinsic, values: list[str]) -> str:
+        if node.name == "size":
+            return f"{values[0]}.size"
+        if node.name in PARTS:
+            return f"{self.all.known(PARTS[node.name], node.name)}({values[0]})"
+        return f"{IN_PYTHON.get(node.name, node.name)}({', '.join(values)})"
+
+    def _made(self, node: tree.Make, values: list[str]) -> str:
+        assert isinstance(node.type, Struct)
+        if node.type.is_plain:
+            return f"({', '.join(values)},)"
+        made = self.all.known(node.type.cls, f"a_{node.type.cls.__name__}")
+        return f"{made}({', '.join(values)})"
+
+    # --- expressions with tangents ----------------------------------------------------------------------------------
+
+    def dual(self, node: tree.Expression) -> Dual:
+        """Return a value with its tangent."""
+        rule: Callable[[Any], Dual] | None = getattr(self, f"_dual_{type(node).__name__.lower()}", None)
+        if rule is None or not (isinstance(node, tree.Call) or self._has_tangent(node)):
+            return Dual(self.plain(node), _nowhere(node.type))
+        return rule(node)
+
+    def _has_tangent(self, node: tree.Expression) -> bool:
+        """Return whether an expression may have one: it looks at a number, or at an array, that has one."""
+        if activity_of(node.type) is False:
+            return False
+        return any(
+            (isinstance(part, tree.Variable) and is_active(self.activities.get(part.name, False))) or isinstance(part, tree.Call)
+            for part in tree.walk(node)
+        )
+
+    def _held(self, text: str) -> str:
+        """Return a name for a value, or the value where it is a name or a number itself."""
+        if text.replace(".", "").replace("_", "").isalnum():
+            return text
+        self.count += 1
+        self._line(f"t_{self.count} = {text}")
+        return f"t_{self.count}"
+
+    def _number(self, node: tree.Expression) -> Dual:
+        dual = self.dual(node)
+        return Dual(self._held(dual.value), dual.activity, self._held(dual.tangent) if dual.tangent else "")
+
+    def _fitted(self, dual: Dual, target: Activity) -> str:
+        """Return a tangent where more of it may be asked for than there is: the rest stands still."""
+        if dual.activity == target:
+            return dual.tangent
+        if not isinstance(target, tuple):
+            return dual.tangent or "still()"
+        tangent = self._held(dual.tangent) if dual.tangent else ""
+        parts, place = list[str](), 0
+        for part, wanted in zip(dual.activity if isinstance(dual.activity, tuple) else [False] * len(target), target, strict=True):
+            if is_active(wanted):
+                parts.append(self._fitted(Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), wanted))
+            place += is_active(part)
+        return f"({', '.join(parts)},)"
+
+    def _dual_variable(self, node: tree.Variable) -> Dual:
+        activity = self.activities.get(node.name, _nowhere(node.type))
+        return Dual(node.name, activity, f"d_{node.name}" if is_active(activity) else "")
+
+    def _dual_field(self, node: tree.Field) -> Dual:
+        of, kind = self.dual(node.of), node.of.type
+        assert isinstance(kind, Struct)
+        value, place = self._held(of.value) if isinstance(node.of, tree.Call) else of.value, kind.place(node.name)
+        activity = of.activity[place] if isinstance(of.activity, tuple) else False
+        if not is_active(activity):
+            return Dual(_part(value, node), activity)
+        assert isinstance(of.activity, tuple)
+        return Dual(_part(value, node), activity, f"{of.tangent}[{sum(map(is_active, of.activity[:place]))}]")
+
+    def _dual_index(self, node: tree.Index) -> Dual:
+        array, at = self.dual(node.array), self._held(self.plain(node.at))
+        return Dual(f"{array.value}[{at}]", array.activity, f"tangent_at({array.tangent}, {at})" if array.activity else "")
+
+    def _dual_negative(self, node: tree.Negative) -> Dual:
+        of = self._number(node.of)
+        return Dual(f"(-{of.value})", of.activity, f"tangent_scaled(-1.0, {of.tangent})" if of.activity else "")
+
+    def _dual_binary(self, node: tree.Binary) -> Dual:
+        a, b = self._number(node.left), self._number(node.right)
+        value = f"({a.value} {node.operator} {b.value})"
+        if node.operator in "+-":
+            if a.activity and b.activity:
+                rule = "tangent_sum" if node.operator == "+" else "tangent_difference"
+                return Dual(value, True, f"{rule}({a.tangent}, {b.tangent})")
+            alone = f"tangent_scaled(-1.0, {b.tangent})" if node.operator == "-" and b.activity else a.tangent or b.tangent
+            return Dual(value, a.activity or b.activity, alone)
+        if node.operator == "*":
+            return self._combined(value, [(b.value, a), (a.value, b)])
+        if not (a.activity or b.activity):
+            return Dual(value)
+        value = self._held(value)
+        inverse = self._held(f"1.0 / {b.value}")
+        return self._combined(value, [(inverse, a), (f"-{value} * {inverse}", b)])
+
+    def _combined(self, value: str, terms: Sequence[tuple[str, Dual]]) -> Dual:
+        """Return a value whose tangent is made of those of several numbers, each times its slope."""
+        active = [(slope, dual.tangent) for slope, dual in terms if dual.activity]
+        tangent = ""
+        while active:
+            two = active[:2]
+            flat = ", ".join(part for pair in two for part in pair)
+            made = f"tangent_scaled({flat})" if len(two) == 1 else f"tangent_combined({flat})"
+            tangent = f"tangent_sum({tangent}, {made})" if tangent else made
+            active = active[2:]
+        return Dual(value, bool(tangent), tangent)
+
+    def _dual_select(self, node: tree.Select) -> Dual:
+        activity = joined(self._activity(node.first), self._activity(node.second))
+        self.count += 1
+        name = f"t_{self.count}"
+        self._line(f"if {self.plain(node.test)}:")
+        self._branch(name, node.first, activity)
+        self._line("else:")
+        self._branch(name, node.second, activity)
+        return Dual(name, activity, f"d_{name}" if is_active(activity) else "")
+
+    def _activity(self, node: tree.Expression) -> Activity:
+        """Return what of a value has a tangent; nothing is written."""
+        written, count = len(self.lines), self.count
+        activity = self.dual(node).activity
+        del self.lines[written:]
+        self.count = count
+        return activity
+
+    def _branch(self, name: str, node: tree.Expression, activity: Activity) -> None:
+        self.indent += 1
+        dual = self.dual(node)
+        if is_active(activity):
+            self._line(f"d_{name} = {self._fitted(dual, activity)}")
+        self._line(f"{name} = {dual.value}")
+        self.indent -= 1
+
+    def _dual_convert(self, node: tree.Convert) -> Dual:
+        return Dual(self.plain(node))
+
+    def _dual_intrinsic(self, node: tree.Intrinsic) -> Dual:
+        if node.type != REAL or node.name in ("power_of_two", "exponent"):
+            return Dual(self.plain(node))
+        numbers = list(map(self._number, node.arguments))
+        value = self._held(self._intrinsic(node, [number.value for number in numbers]))
+        if node.name in ("min", "max"):
+            a, b = numbers
+            if not (a.activity or b.activity):
+                return Dual(value)
+            sign = "<" if node.name == "min" else ">"
+            return Dual(value, True, f"({b.tangent or 'still()'} if {b.value} {sign} {a.value} else {a.tangent or 'still()'})")
+        first = numbers[0]
+        if node.name in ("abs", "copysign"):
+            signs = [f"math.copysign(1.0, {number.value})" for number in numbers]
+            return self._combined(value, [(" * ".join(signs), first)])
+        slope = SLOPES[math.sqrt if node.name == "sqrt" else mantissa]
+        return self._combined(value, [(f"{self._kernel(slope)}({first.value}, {value})", first)])
+
+    def _dual_call(self, node: tree.Call) -> Dual:
+        numbers = list(map(self._number, node.arguments))
+        values, source = ", ".join(number.value for number in numbers), node.function.source
+        if source in SLOPES:
+            if not any(is_active(number.activity) for number in numbers):
+                return Dual(f"{self._kernel(source)}({values})")
+            value = self._held(f"{self._kernel(source)}({values})")
+            slopes = self._held(f"{self._kernel(SLOPES[source])}({values}, {value})")
+            alone = len(numbers) == 1
+            return self._combined(value, [(slopes if alone else f"{slopes}[{k}]", number) for k, number in enumerate(numbers)])
+        derived = self.all.of(node.function, [number.activity for number in numbers])
+        if not derived.is_needed:
+            return Dual(f"{self._kernel(source)}({values})", derived.result)
+        self.does |= derived.does
+        tangents = [number.tangent for number in numbers if is_active(number.activity)]
+        call = f"{derived.name}({', '.join([values, *tangents])})"
+        if not is_active(derived.result):
+            return Dual(call if node.type == VOID else self._held(call), derived.result)
+        self.count += 1
+        self._line(f"t_{self.count}, d_t_{self.count} = {call}")
+        return Dual(f"t_{self.count}", derived.result, f"d_t_{self.count}")
+
+    def _dual_make(self, node: tree.Make) -> Dual:
+        parts = list(map(self.dual, node.parts))
+        tangents = [part.tangent for part in parts if is_active(part.activity)]
+        value = self._made(node, [part.value for part in parts])
+        return Dual(value, tuple(part.activity for part in parts), f"({', '.join(tangents)},)" if tangents else "")
+
+
+def _part(of: str, node: tree.Field) -> str:
+    """Return the text of a field."""
+    assert isinstance(node.of.type, Struct)
+    return f"{of}[{node.of.type.place(node.name)}]" if node.of.type.is_plain else f"{of}.{node.name}"
+
+
+def _is_inlined(function: tree.Function) -> bool:
+    """Return whether the function was derived from one that its callers absorb."""
+    return is_absorbed(function.source)
