@@ -52,14 +52,15 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
     activities = [activity_of(kinds[0]), True, moves, moves, False, False, activity_of(kinds[6]), True]
     derivatives = Derivatives()
     derived = derivatives.of(Builder().function(along, kinds), activities)
-    parts = {
+    parts: dict[str, Any] = {
         "with_tangents": derivatives.scope[derived.name],
         "load_p": unpacker(parameters),
         "load_s": unpacker(state),
+        "tangents_p": _tangent_reader(parameters, activities[6]),
+        "tangents_s": _tangent_reader(state, activities[0]),
         "store": packer(state),
+        "keep_s": _tangent_packer(state, derived.result),
     }
-    parts["tangents_p"], parts["tangents_s"] = _tangent_reader(parameters, activities[6]), _tangent_reader(state, activities[0])
-    parts["keep_s"] = _tangent_packer(state, derived.result)
     values = ("load_s(s)", "memory", "v", "x", "around", "dt", "load_p(p)", "force")
     tangents = ("tangents_s(s, ds)", "dmemory", "dv", "dx", "", "", "tangents_p(p, dp)", "dforce")
     given = [*values, *(text for text, activity in zip(tangents, activities, strict=True) if is_active(activity))]
@@ -83,18 +84,17 @@ def _tangent_reader(structure: Structure, activity: Activity) -> Callable[..., A
         assert isinstance(activity, tuple)
         made = list[str]()
         for part, active in zip(structure[1], activity, strict=True):
-            name = f"part_{len(lines)}"
+            name, size = f"part_{len(lines)}", f"size_{len(lines)}"
             if isinstance(part, tuple):
-                inner = part_of(part, active)
-                made += [inner] * is_active(active)
+                name = part_of(part, active)
             elif part == "array":
-                lines.append(
-                    f"{name}, at = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + int(vector[at])) * {DIRECTIONS}]), at + 1 + int(vector[at])"
-                )
-                made += [name] * is_active(active)
+                lines.append(f"{size} = int(vector[at])")
+                lines.append(f"{name} = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + {size}) * {DIRECTIONS}])")
+                lines.append(f"at += 1 + {size}")
             else:
-                lines.append(f"{name}, at = tangent_at(all, at), at + 1" if active else "at += 1")
-                made += [name] * is_active(active)
+                lines.extend([f"{name} = tangent_at(all, at)"] * is_active(active))
+                lines.append("at += 1")
+            made += [name] * is_active(active)
         return f"({', '.join(made)},)" if made else "()"
 
     text = part_of(structure, activity)
@@ -161,43 +161,29 @@ def force_with_derivatives(
         Its derivatives in the branches that were taken.
     """
     v, x, directions = vector(v, "v"), vector(x, "x"), tangents.shape[1]
-    force, blocks = np.empty(v.size), list[np.ndarray]()
+    force, blocks, lost = np.empty(v.size), list[np.ndarray](), Instance(model)
     check_run(v.size, x=x)
+    signals = _surroundings(lost, v.size, around or {}).ravel()
+    entry, moved = _entry(lost, motion_tangents is not None), motion_tangents or (None, None)
     for first in range(0, max(directions, 1), DIRECTIONS):
         some = slice(first, first + DIRECTIONS)
         part, memory = Instance(model), memory_of(model, None)
         part.begin(state)
-        entry = _entry(part, motion_tangents is not None)
-        dp, d_force = _block(tangents[:, some], part.parameters.size), np.empty(v.size * DIRECTIONS)
-        ds = _block(None if state_tangents is None else state_tangents[:, some], part.state.size)
-        dv, dx = (np.zeros(0), np.zeros(0)) if motion_tangents is None else (_block(one[:, some], v.size) for one in motion_tangents)
-        signals = _surroundings(part, v.size, around or {}).ravel()
-        entry(
-            part.parameters,
-            dp,
-            part.state,
-            ds,
-            memory,
-            np.zeros(memory.size * DIRECTIONS),
-            v,
-            dv,
-            x,
-            dx,
-            signals,
-            float(dt),
-            force,
-            d_force,
-        )
+        dp, ds = _block(tangents, part.parameters.size, some), _block(state_tangents, part.state.size, some)
+        dv, dx = (_block(columns, 0 if columns is None else v.size, some) for columns in moved)
+        d_memory, d_force = np.zeros(memory.size * DIRECTIONS), np.empty(v.size * DIRECTIONS)
+        entry(part.parameters, dp, part.state, ds, memory, d_memory, v, dv, x, dx, signals, float(dt), force, d_force)
         blocks.append(d_force.reshape(v.size, DIRECTIONS)[:, : directions - first])
-    warn_of_lost(part)
+        lost = part
+    warn_of_lost(lost)
     return force, blocks[0] if len(blocks) == 1 else np.hstack(blocks)
 
 
-def _block(columns: np.ndarray | None, count: int) -> np.ndarray:
+def _block(columns: np.ndarray | None, count: int, some: slice) -> np.ndarray:
     """Return tangents of so many numbers in a row, those of directions that nobody asks for 0."""
     block = np.zeros((count, DIRECTIONS))
     if columns is not None:
-        block[:, : columns.shape[1]] = columns
+        block[:, : columns[:, some].shape[1]] = columns[:, some]
     return block.ravel()
 
 
