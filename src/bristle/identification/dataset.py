@@ -15,10 +15,11 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.contact import place_of, state_at
+from bristle.engine.filtered_rows import filtered_rows
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways
-from bristle.logs.filters import low_passed
+from bristle.logs.filters import butterworth, low_passed
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
@@ -183,6 +184,13 @@ class Dataset:
     def rows_of(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
+
+    def rows_of_derivatives(self, parts: Iterable[np.ndarray]) -> np.ndarray:
+        """Return the rows of the derivatives of a signal, filtered, from those along each segment, shape (row, direction)."""
+        sections, settled, edge = butterworth(self.cutoff, self.sample_time)
+        taps = _taps(self.decimation) if self.decimation > 1 else np.ones(1)
+        rows = [filtered_rows(part, sections, settled, edge, self.dropped, self.decimation, taps) for part in parts]
+        return np.concatenate(rows)[self.in_motion]
 
     def sampled(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""

@@ -210,7 +210,7 @@ class Search:
         width = np.minimum(high - low, 1.0)
         theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
         smooth = self.problem.near(self.space.values(theta)) is self.problem
-        jacobian: Any = shared.jacobian if smooth else self._projected_jacobian(rows)
+        jacobian: Any = (lambda x: self._jacobian(self.problem, x, rows, shared)) if smooth else self._projected_jacobian(rows)
         ended: Any = least_squares(
             residual,
             theta,
@@ -229,6 +229,14 @@ class Search:
                 theta[index], at_edge[transform.name] = transform.high, "largest"
         return Solution(self.space, theta, -ended.jac * self.unit, at_edge, float(ended.cost))
 
+    def _jacobian(self, problem: Problem, x: np.ndarray, rows: np.ndarray | slice, differences: Differences) -> np.ndarray:
+        """Return the derivative of the residual over its unit, shape (row, coordinate): by differences where it is not known."""
+        known = problem.derivatives(self.space.values(x))
+        if known is None:
+            return differences.jacobian(x)
+        order = [problem.parameters.free.index(name) for name in self.space.names]
+        return np.nan_to_num(known[rows][:, order] @ self.space.derivative(x) / -self.unit, posinf=FAR, neginf=-FAR)
+
     def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
 
@@ -236,7 +244,7 @@ class Search:
             values = self.space.values(x)
             near = self.problem.near(values)
             differences = Differences(lambda thetas: self._residuals(thetas, rows, near), self.space.high, DIFFERENCE)
-            return near.without_found(differences.jacobian(x), values, rows)
+            return near.without_found(self._jacobian(near, x, rows, differences), values, rows)
 
         return jacobian
 

@@ -136,6 +136,9 @@ class OutputError:
         """Return what is simulated, from all parameters."""
         return Mechanism(self.inverse.plant(values), self.inverse.model(values), values)
 
+    def derivatives(self, free: Mapping[str, float]) -> None:
+        """Return None: a simulation is differentiated by differences."""
+
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
         residual, measured = self.residual(free), self.measured

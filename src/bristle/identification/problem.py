@@ -222,6 +222,10 @@ class Problem(Residual, Protocol):
         """Return derivatives of the residual without what is made up for by what is found on the way."""
         ...
 
+    def derivatives(self, free: Mapping[str, float]) -> np.ndarray | None:
+        """Return the derivative of the predicted signal by each free parameter, shape (row, free); None where it is not known."""
+        ...
+
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the errors of the signal, and what else of it a fit tells, by the names that `Fit` has for them."""
         ...

@@ -10,7 +10,7 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
     from scipy.signal import sosfilt, sosfiltfilt
 
-    sections, settled, edge = _butterworth(cutoff, sample_time)
+    sections, settled, edge = butterworth(cutoff, sample_time)
     if signal.shape[-1] <= edge:
         return sosfiltfilt(sections, signal)  # which says what is too short
     # To the bit what that returns, without solving for the settled state of the same filter at each call.
@@ -24,7 +24,7 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
 
 
 @cache
-def _butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int]:
+def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the sections of the filter, their settled state, and by how much a signal is extended at its ends."""
     from scipy.signal import butter, sosfilt_zi
 
