@@ -6,17 +6,22 @@ an array of shape (DIRECTIONS,); in an array of tangents, that of number i begin
 """
 
 from collections.abc import Callable
-from typing import Any
+from functools import cache
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from bristle.core.kernel import kernel
+from bristle.core.kernel import kernel_options, on_activation
 
 DIRECTIONS = 8
 
+F = TypeVar("F", bound=Callable[..., Any])
 
-def _vector_type() -> Any:
-    """Return the type of tangents for the compiler, one for the process."""
+
+@cache
+def tangent_type() -> Any:
+    """Return the type of tangents for the compiler."""
+    from llvmlite import ir
     from numba.core import types
     from numba.extending import models, register_model
 
@@ -28,54 +33,48 @@ def _vector_type() -> Any:
         """One vector of so many numbers."""
 
         def __init__(self, manager: Any, kind: Any) -> None:
-            from llvmlite import ir
-
             super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), DIRECTIONS))
 
     return TangentType(name="tangent")
 
 
-_known: list[Any] = []
+def _compiled(arguments: str, result: str, generate: Callable[..., Any]) -> Callable[[F], F]:
+    """Mark a function of tangents (t), reals (r), indices (i) and arrays (a), and how the compiler generates it."""
+
+    def mark(plain: F) -> F:
+        on_activation(lambda: _make_known(plain, arguments, result, generate))
+        return plain
+
+    return mark
 
 
-def tangent_type() -> Any:
-    """Return the type of tangents for the compiler."""
-    if not _known:
-        _known.append(_vector_type())
-    return _known[0]
+def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate: Callable[..., Any]) -> None:
+    from numba.core import types
+    from numba.extending import intrinsic, overload
 
+    types_by_letter = {"t": tangent_type(), "r": types.float64, "i": types.int64, "-": types.void}
+    names = ", ".join("abcd"[: len(arguments)])
+    all_names = f"context, {names}".rstrip(", ")
 
-def _compiled_as(takes: str, gives: str, generate: Callable[..., Any]) -> Callable[[], Any]:
-    """Return what makes a function known to the compiler, by letters for its types: t(angent), r(eal), w(hole), v(ector), n(one)."""
+    def typing(context: Any, *argument_types: Any) -> Any:
+        pairs = zip(arguments, argument_types, strict=True)
+        return types_by_letter[result](*(kind if letter == "a" else types_by_letter[letter] for letter, kind in pairs)), generate
 
-    def compiled() -> Any:
-        from numba.core import types
-        from numba.extending import intrinsic
-
-        names = "abcd"[: len(takes)]
-        kinds = {"t": tangent_type(), "r": types.float64, "w": types.int64, "v": types.Array(types.float64, 1, "C"), "n": types.void}
-
-        def typing(context: Any, *given: Any) -> Any:
-            taken = (kind if letter == "v" else kinds[letter] for letter, kind in zip(takes, given, strict=True))
-            return kinds[gives](*taken), generate
-
-        scope: dict[str, Any] = {"typing": typing}
-        arguments = ", ".join(names)
-        exec(f"def changed(context{', ' * bool(names)}{arguments}): return typing(context{', ' * bool(names)}{arguments})", scope)
-        scope["inner"] = intrinsic(scope["changed"])
-        exec(f"def implementation({arguments}): return lambda {arguments}: inner({arguments})", scope)
-        return scope["implementation"]
-
-    return compiled
+    # The compiler goes by the names of arguments.
+    scope: dict[str, Any] = {"typing": typing}
+    exec(f"def generated({all_names}): return typing({all_names})", scope)
+    scope["inner"] = intrinsic(scope["generated"])
+    exec(f"def implementation({names}): return lambda {names}: inner({names})", scope)
+    overload(plain, jit_options=cast(Any, kernel_options(inline=True)), strict=False)(scope["implementation"])
 
 
 def _spread(builder: Any, number: Any) -> Any:
     """Return a vector of one number."""
     from llvmlite import ir
 
-    kind, whole = ir.VectorType(number.type, DIRECTIONS), ir.IntType(32)
-    first = builder.insert_element(ir.Constant(kind, ir.Undefined), number, ir.Constant(whole, 0))
-    return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), ir.Constant(ir.VectorType(whole, DIRECTIONS), [0] * DIRECTIONS))
+    kind, index = ir.VectorType(number.type, DIRECTIONS), ir.IntType(32)
+    first = builder.insert_element(ir.Constant(kind, ir.Undefined), number, ir.Constant(index, 0))
+    return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), ir.Constant(ir.VectorType(index, DIRECTIONS), [0] * DIRECTIONS))
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
@@ -120,43 +119,43 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-@kernel(compiled_as=_compiled_as("", "t", _zero))
+@_compiled("", "t", _zero)
 def still():
     """Return the tangent of what does not change."""
     return np.zeros(DIRECTIONS)
 
 
-@kernel(compiled_as=_compiled_as("tt", "t", _sum))
+@_compiled("tt", "t", _sum)
 def tangent_sum(a, b):
     """Return the sum of two tangents."""
     return a + b
 
 
-@kernel(compiled_as=_compiled_as("tt", "t", _difference))
+@_compiled("tt", "t", _difference)
 def tangent_difference(a, b):
     """Return the difference of two tangents."""
     return a - b
 
 
-@kernel(compiled_as=_compiled_as("rt", "t", _product))
+@_compiled("rt", "t", _product)
 def tangent_scaled(a, b):
     """Return a tangent times a number `a`."""
     return a * b
 
 
-@kernel(compiled_as=_compiled_as("rtrt", "t", _combination))
+@_compiled("rtrt", "t", _combination)
 def tangent_combined(a, b, c, d):
     """Return `a` times one tangent and `c` times another."""
     return a * b + c * d
 
 
-@kernel(compiled_as=_compiled_as("vw", "t", _load))
+@_compiled("ai", "t", _load)
 def tangent_at(a, b):
     """Return the tangent of number `b` of an array of tangents."""
     return a[b * DIRECTIONS : (b + 1) * DIRECTIONS].copy()
 
 
-@kernel(compiled_as=_compiled_as("vwt", "n", _store))
+@_compiled("ait", "-", _store)
 def keep_tangent(a, b, c):
     """Keep a tangent as that of number `b` in an array of them."""
     a[b * DIRECTIONS : (b + 1) * DIRECTIONS] = c

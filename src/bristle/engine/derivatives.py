@@ -4,8 +4,9 @@ r"""Friction along a motion with its derivatives: the force of each step, and ho
    \dot s_k = \frac{\partial s}{\partial s}\,\dot s_{k-1} + \frac{\partial s}{\partial p}\,\dot p
 
 with the state :math:`s`, its memory included, and the parameters :math:`p`: sensitivities go along the motion in the same
-pass as the force, whose bits they do not change. They are those of the branches that are taken. At a velocity of zero that
-is the side of its sign; where two branches meet they are one-sided, and they are finite everywhere.
+pass as the force, whose bits they do not change. They are those of the branches that are taken: at a velocity of zero that of
+its sign, or that of rest where a law has one, in which the contact does not move. Where two branches meet they are one-sided,
+and where a law has a form of its own for one value of an exponent it does not change with that. They are finite everywhere.
 """
 
 from collections.abc import Callable, Mapping

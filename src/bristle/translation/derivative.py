@@ -17,19 +17,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bristle.core.exponent import exponent, mantissa, power_of_two
+from bristle.core.exponent import mantissa
 from bristle.core.kernel import is_absorbed, kernel
 from bristle.core.tangent import keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum
 from bristle.translation import tree
-from bristle.translation.scope import ascii_name, defined, free_name
+from bristle.translation.python_text import PythonText, part_of
+from bristle.translation.scope import defined, free_name
 from bristle.translation.slopes import SLOPES
 from bristle.translation.tree import REAL, VOID, Array, Struct, Type
 
 Activity = bool | tuple["Activity", ...]
 """Whether something has a tangent: of a tuple, field by field."""
 
-IN_PYTHON = {"copysign": "math.copysign", "floor": "math.floor", "isinf": "math.isinf", "isnan": "math.isnan", "sqrt": "math.sqrt"}
-PARTS = {"power_of_two": power_of_two, "mantissa": mantissa, "exponent": exponent}
 TANGENTS = (keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum)
 ROUNDS = 30  # in which the tangents of all variables are known
 
@@ -82,16 +81,6 @@ class Derivatives:
                 self._derived[key] = _Rules(self, function, activities).derived()
         return self._derived[key]
 
-    def known(self, value: Callable[..., Any], name: str) -> str:
-        """Return the name by which derived functions know something."""
-        name = ascii_name(name)
-        for taken, other in self.scope.items():
-            if other is value:
-                return taken
-        name = free_name(name, self.scope)
-        self.scope[name] = value
-        return name
-
 
 def _nowhere(kind: Type) -> Activity:
     return tuple(_nowhere(part) for _, part in kind.fields) if isinstance(kind, Struct) else False
@@ -106,10 +95,11 @@ class Dual:
     tangent: str = ""
 
 
-class _Rules:
+class _Rules(PythonText):
     """Derives one function for arguments of which some have tangents."""
 
     def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
+        super().__init__(derivatives.scope)
         self.all, self.function = derivatives, function
         self.activities = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
         self.result, self.lines, self.indent, self.count, self.does = _nowhere(function.result), list[str](), 1, 0, False
@@ -124,10 +114,10 @@ class _Rules:
                 break
         names = [parameter.name for parameter in self.function.parameters]
         given = [*names, *(f"d_{name}" for name in names if is_active(self.activities[name]))]
-        derived = Derived(free_name(f"with_tangent_{self.function.name}", self.all.scope), self.result, self.does)
+        derived = Derived(free_name(f"with_tangent_{self.function.name}", self.scope), self.result, self.does)
         if derived.is_needed:
             text = f"def {derived.name}({', '.join(given)}):\n" + "\n".join(self.lines) + "\n"
-            self.all.scope[derived.name] = kernel(inline=_is_inlined(self.function))(defined(derived.name, text, self.all.scope))
+            self.scope[derived.name] = kernel(inline=_is_inlined(self.function))(defined(derived.name, text, self.scope))
         return derived
 
     # --- statements -------------------------------------------------------------------------------------------------
@@ -191,73 +181,6 @@ class _Rules:
         self.result = joined(self.result, value.activity)
         self._line(f"return {value.value}, {self._fitted(value, self.result)}" if is_active(self.result) else f"return {value.value}")
 
-    # --- expressions without tangents -------------------------------------------------------------------------------
-
-    def plain(self, node: tree.Expression) -> str:
-        """Return the text of a value alone."""
-        return getattr(self, f"_plain_{type(node).__name__.lower()}")(node)
-
-    def _plain_constant(self, node: tree.Constant) -> str:
-        if isinstance(node.value, float) and not math.isfinite(node.value):
-            return f"({'-' * (node.value < 0.0)}math.{'nan' if math.isnan(node.value) else 'inf'})"
-        return repr(node.value)
-
-    def _plain_variable(self, node: tree.Variable) -> str:
-        return node.name
-
-    def _plain_field(self, node: tree.Field) -> str:
-        return _part(self.plain(node.of), node)
-
-    def _plain_index(self, node: tree.Index) -> str:
-        return f"{self.plain(node.array)}[{self.plain(node.at)}]"
-
-    def _plain_negative(self, node: tree.Negative) -> str:
-        return f"(-{self.plain(node.of)})"
-
-    def _plain_not(self, node: tree.Not) -> str:
-        return f"(not {self.plain(node.of)})"
-
-    def _plain_binary(self, node: tree.Binary) -> str:
-        return f"({self.plain(node.left)} {node.operator} {self.plain(node.right)})"
-
-    _plain_compare = _plain_binary
-
-    def _plain_logic(self, node: tree.Logic) -> str:
-        return "(" + f" {node.operator} ".join(map(self.plain, node.parts)) + ")"
-
-    def _plain_select(self, node: tree.Select) -> str:
-        return f"({self.plain(node.first)} if {self.plain(node.test)} else {self.plain(node.second)})"
-
-    def _plain_convert(self, node: tree.Convert) -> str:
-        return f"{'float' if node.type == REAL else 'int'}({self.plain(node.of)})"
-
-    def _plain_call(self, node: tree.Call) -> str:
-        called = self._kernel(node.function.source)
-        return f"{called}({', '.join(map(self.plain, node.arguments))})"
-
-    def _plain_intrinsic(self, node: tree.Intrinsic) -> str:
-        return self._intrinsic(node, list(map(self.plain, node.arguments)))
-
-    def _plain_make(self, node: tree.Make) -> str:
-        return self._made(node, list(map(self.plain, node.parts)))
-
-    def _kernel(self, source: Callable[..., Any]) -> str:
-        return self.all.known(source, f"of_{source.__name__}")
-
-    def _intrinsic(self, node: tree.Intrinsic, values: list[str]) -> str:
-        if node.name == "size":
-            return f"{values[0]}.size"
-        if node.name in PARTS:
-            return f"{self.all.known(PARTS[node.name], node.name)}({values[0]})"
-        return f"{IN_PYTHON.get(node.name, node.name)}({', '.join(values)})"
-
-    def _made(self, node: tree.Make, values: list[str]) -> str:
-        assert isinstance(node.type, Struct)
-        if node.type.is_plain:
-            return f"({', '.join(values)},)"
-        made = self.all.known(node.type.cls, f"a_{node.type.cls.__name__}")
-        return f"{made}({', '.join(values)})"
-
     # --- expressions with tangents ----------------------------------------------------------------------------------
 
     def dual(self, node: tree.Expression) -> Dual:
@@ -293,7 +216,7 @@ class _Rules:
         if dual.activity == target:
             return dual.tangent
         if not isinstance(target, tuple):
-            return dual.tangent or "still()"
+            return "still()"
         tangent = self._held(dual.tangent) if dual.tangent else ""
         parts, place = list[str](), 0
         for part, wanted in zip(dual.activity if isinstance(dual.activity, tuple) else [False] * len(target), target, strict=True):
@@ -312,9 +235,9 @@ class _Rules:
         value, place = self._held(of.value) if isinstance(node.of, tree.Call) else of.value, kind.place(node.name)
         activity = of.activity[place] if isinstance(of.activity, tuple) else False
         if not is_active(activity):
-            return Dual(_part(value, node), activity)
+            return Dual(part_of(value, node), activity)
         assert isinstance(of.activity, tuple)
-        return Dual(_part(value, node), activity, f"{of.tangent}[{sum(map(is_active, of.activity[:place]))}]")
+        return Dual(part_of(value, node), activity, f"{of.tangent}[{sum(map(is_active, of.activity[:place]))}]")
 
     def _dual_index(self, node: tree.Index) -> Dual:
         array, at = self.dual(node.array), self._held(self.plain(node.at))
@@ -334,7 +257,10 @@ class _Rules:
             alone = f"tangent_scaled(-1.0, {b.tangent})" if node.operator == "-" and b.activity else a.tangent or b.tangent
             return Dual(value, a.activity or b.activity, alone)
         if node.operator == "*":
-            return self._combined(value, [(b.value, a), (a.value, b)])
+            # What is infinite stays so.
+            return (
+                Dual(value) if _is_infinite(node.left) or _is_infinite(node.right) else self._combined(value, [(b.value, a), (a.value, b)])
+            )
         if not (a.activity or b.activity):
             return Dual(value)
         value = self._held(value)
@@ -344,14 +270,8 @@ class _Rules:
     def _combined(self, value: str, terms: Sequence[tuple[str, Dual]]) -> Dual:
         """Return a value whose tangent is made of those of several numbers, each times its slope."""
         active = [(slope, dual.tangent) for slope, dual in terms if dual.activity]
-        tangent = ""
-        while active:
-            two = active[:2]
-            flat = ", ".join(part for pair in two for part in pair)
-            made = f"tangent_scaled({flat})" if len(two) == 1 else f"tangent_combined({flat})"
-            tangent = f"tangent_sum({tangent}, {made})" if tangent else made
-            active = active[2:]
-        return Dual(value, bool(tangent), tangent)
+        rule = "tangent_scaled" if len(active) == 1 else "tangent_combined"
+        return Dual(value, True, f"{rule}({', '.join(part for pair in active for part in pair)})") if active else Dual(value)
 
     def _dual_select(self, node: tree.Select) -> Dual:
         activity = joined(self._activity(node.first), self._activity(node.second))
@@ -386,7 +306,7 @@ class _Rules:
         if node.type != REAL or node.name in ("power_of_two", "exponent"):
             return Dual(self.plain(node))
         numbers = list(map(self._number, node.arguments))
-        value = self._held(self._intrinsic(node, [number.value for number in numbers]))
+        value = self._held(self.intrinsic(node, [number.value for number in numbers]))
         if node.name in ("min", "max"):
             a, b = numbers
             if not (a.activity or b.activity):
@@ -398,21 +318,21 @@ class _Rules:
             signs = [f"math.copysign(1.0, {number.value})" for number in numbers]
             return self._combined(value, [(" * ".join(signs), first)])
         slope = SLOPES[math.sqrt if node.name == "sqrt" else mantissa]
-        return self._combined(value, [(f"{self._kernel(slope)}({first.value}, {value})", first)])
+        return self._combined(value, [(f"{self.kernel(slope)}({first.value}, {value})", first)])
 
     def _dual_call(self, node: tree.Call) -> Dual:
         numbers = list(map(self._number, node.arguments))
         values, source = ", ".join(number.value for number in numbers), node.function.source
         if source in SLOPES:
             if not any(is_active(number.activity) for number in numbers):
-                return Dual(f"{self._kernel(source)}({values})")
-            value = self._held(f"{self._kernel(source)}({values})")
-            slopes = self._held(f"{self._kernel(SLOPES[source])}({values}, {value})")
+                return Dual(f"{self.kernel(source)}({values})")
+            value = self._held(f"{self.kernel(source)}({values})")
+            slopes = self._held(f"{self.kernel(SLOPES[source])}({values}, {value})")
             alone = len(numbers) == 1
             return self._combined(value, [(slopes if alone else f"{slopes}[{k}]", number) for k, number in enumerate(numbers)])
         derived = self.all.of(node.function, [number.activity for number in numbers])
         if not derived.is_needed:
-            return Dual(f"{self._kernel(source)}({values})", derived.result)
+            return Dual(f"{self.kernel(source)}({values})", derived.result)
         self.does |= derived.does
         tangents = [number.tangent for number in numbers if is_active(number.activity)]
         call = f"{derived.name}({', '.join([values, *tangents])})"
@@ -425,14 +345,12 @@ class _Rules:
     def _dual_make(self, node: tree.Make) -> Dual:
         parts = list(map(self.dual, node.parts))
         tangents = [part.tangent for part in parts if is_active(part.activity)]
-        value = self._made(node, [part.value for part in parts])
+        value = self.made(node, [part.value for part in parts])
         return Dual(value, tuple(part.activity for part in parts), f"({', '.join(tangents)},)" if tangents else "")
 
 
-def _part(of: str, node: tree.Field) -> str:
-    """Return the text of a field."""
-    assert isinstance(node.of.type, Struct)
-    return f"{of}[{node.of.type.place(node.name)}]" if node.of.type.is_plain else f"{of}.{node.name}"
+def _is_infinite(node: tree.Expression) -> bool:
+    return isinstance(node, tree.Constant) and math.isinf(node.value)
 
 
 def _is_inlined(function: tree.Function) -> bool:

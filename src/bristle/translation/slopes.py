@@ -10,7 +10,7 @@ from typing import Any
 from bristle.core import mathematics
 from bristle.core.exponent import mantissa
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import EXP_MAX, EXP_MIN, LARGEST, NORMAL_MIN, cos, exp, log, sin
+from bristle.core.mathematics import ANGLE_WITHOUT_DIGITS, EXP_MAX, EXP_MIN, LARGEST, NORMAL_MIN, cos, exp, log, sin
 
 
 @kernel
@@ -51,8 +51,8 @@ def log1p_slope(x, y):
 
 @kernel
 def sin_slope(x, y):
-    """Return the cosine."""
-    return cos(x)
+    """Return the cosine; 0 where the unit of the last place is a tenth of a turn."""
+    return cos(x) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0
 
 
 @kernel
@@ -79,14 +79,17 @@ def power_slopes(x, exponent, y):
     if x <= 0.0:
         return (1.0 if exponent == 1.0 and x == 0.0 else 0.0), 0.0
     rise = exponent * (y / x)
-    return (rise if rise <= LARGEST else LARGEST), y * log(x)
+    bend = y * log(x)
+    return min(max(rise, -LARGEST), LARGEST), min(max(bend, -LARGEST), LARGEST)
 
 
 @kernel
 def relaxation_slope(rate, y):
     r"""Return :math:`(e^{-\Lambda} - y)/\Lambda` for :math:`y = (1 - e^{-\Lambda})/\Lambda`."""
     if rate < 0.03:
-        return -0.5 + rate * (1.0 / 3.0 - rate * (0.125 - rate * (1.0 / 30.0 - rate * (1.0 / 144.0 - rate * (1.0 / 840.0)))))
+        return -0.5 + rate * (
+            1.0 / 3.0 - rate * (0.125 - rate * (1.0 / 30.0 - rate * (1.0 / 144.0 - rate * (1.0 / 840.0 - rate * (1.0 / 5760.0)))))
+        )
     return (exp(-rate) - y) / rate
 
 

@@ -1,0 +1,105 @@
+"""Expressions of the tree as text of Python again, operation by operation: the text gives the same bits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from bristle.core.exponent import exponent, mantissa, power_of_two
+from bristle.translation import tree
+from bristle.translation.scope import ascii_name, free_name
+from bristle.translation.tree import REAL, Struct
+
+IN_PYTHON = {"copysign": "math.copysign", "floor": "math.floor", "isinf": "math.isinf", "isnan": "math.isnan", "sqrt": "math.sqrt"}
+PARTS = {"power_of_two": power_of_two, "mantissa": mantissa, "exponent": exponent}
+
+
+class PythonText:
+    """Prints expressions; kernels and classes that they name are put into a `scope`."""
+
+    def __init__(self, scope: dict[str, Any]) -> None:
+        self.scope = scope
+
+    def known(self, value: Callable[..., Any], name: str) -> str:
+        """Return the name by which the text knows a kernel or a class."""
+        for used, held in self.scope.items():
+            if held is value:
+                return used
+        free = free_name(ascii_name(name), self.scope)
+        self.scope[free] = value
+        return free
+
+    def plain(self, node: tree.Expression) -> str:
+        """Return the text of a value alone."""
+        return getattr(self, f"_plain_{type(node).__name__.lower()}")(node)
+
+    def _plain_constant(self, node: tree.Constant) -> str:
+        if isinstance(node.value, float) and not math.isfinite(node.value):
+            return f"({'-' * (node.value < 0.0)}math.{'nan' if math.isnan(node.value) else 'inf'})"
+        return repr(node.value)
+
+    def _plain_variable(self, node: tree.Variable) -> str:
+        return node.name
+
+    def _plain_field(self, node: tree.Field) -> str:
+        return part_of(self.plain(node.of), node)
+
+    def _plain_index(self, node: tree.Index) -> str:
+        return f"{self.plain(node.array)}[{self.plain(node.at)}]"
+
+    def _plain_negative(self, node: tree.Negative) -> str:
+        return f"(-{self.plain(node.of)})"
+
+    def _plain_not(self, node: tree.Not) -> str:
+        return f"(not {self.plain(node.of)})"
+
+    def _plain_binary(self, node: tree.Binary) -> str:
+        return f"({self.plain(node.left)} {node.operator} {self.plain(node.right)})"
+
+    _plain_compare = _plain_binary
+
+    def _plain_logic(self, node: tree.Logic) -> str:
+        return "(" + f" {node.operator} ".join(map(self.plain, node.parts)) + ")"
+
+    def _plain_select(self, node: tree.Select) -> str:
+        return f"({self.plain(node.first)} if {self.plain(node.test)} else {self.plain(node.second)})"
+
+    def _plain_convert(self, node: tree.Convert) -> str:
+        return f"{'float' if node.type == REAL else 'int'}({self.plain(node.of)})"
+
+    def _plain_call(self, node: tree.Call) -> str:
+        called = self.kernel(node.function.source)
+        return f"{called}({', '.join(map(self.plain, node.arguments))})"
+
+    def _plain_intrinsic(self, node: tree.Intrinsic) -> str:
+        return self.intrinsic(node, list(map(self.plain, node.arguments)))
+
+    def _plain_make(self, node: tree.Make) -> str:
+        return self.made(node, list(map(self.plain, node.parts)))
+
+    def kernel(self, source: Callable[..., Any]) -> str:
+        """Return the name of a kernel."""
+        return self.known(source, f"of_{source.__name__}")
+
+    def intrinsic(self, node: tree.Intrinsic, values: list[str]) -> str:
+        """Return the text of what every target computes exactly, of these values."""
+        if node.name == "size":
+            return f"{values[0]}.size"
+        if node.name in PARTS:
+            return f"{self.known(PARTS[node.name], node.name)}({values[0]})"
+        return f"{IN_PYTHON.get(node.name, node.name)}({', '.join(values)})"
+
+    def made(self, node: tree.Make, values: list[str]) -> str:
+        """Return the text of a tuple of these values."""
+        assert isinstance(node.type, Struct)
+        if node.type.is_plain:
+            return f"({', '.join(values)},)"
+        made = self.known(node.type.cls, f"a_{node.type.cls.__name__}")
+        return f"{made}({', '.join(values)})"
+
+
+def part_of(of: str, node: tree.Field) -> str:
+    """Return the text of a field of a tuple."""
+    assert isinstance(node.of.type, Struct)
+    return f"{of}[{node.of.type.place(node.name)}]" if node.of.type.is_plain else f"{of}.{node.name}"
