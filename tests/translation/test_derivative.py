@@ -12,7 +12,16 @@ from bristle.core import mathematics
 from bristle.core.exponent import exponent, mantissa, power_of_two
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import EXP_MAX, EXP_MIN, LARGEST, NORMAL_MIN, exp, power
-from bristle.core.tangent import DIRECTIONS, keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum
+from bristle.core.tangent import (
+    DIRECTIONS,
+    keep_tangent,
+    still,
+    tangent_at,
+    tangent_combined,
+    tangent_difference,
+    tangent_scaled,
+    tangent_sum,
+)
 from bristle.translation.build import Builder
 from bristle.translation.derivative import Derivatives, activity_of, joined
 from bristle.translation.scope import defined
@@ -204,7 +213,11 @@ def test_a_derived_kernel_gives_value_and_tangent_of_the_complex_step(function, 
             for n in (1, 2, 3, 5):
                 memory, d_memory = MEMORY.copy(), D_MEMORY.ravel().copy()
                 tangents = [DX] * activities[0] + [DY] * activities[1] + [d_memory] + [TANGENTS_OF_OUTER] * (moving == "all")
-                outcome = derivatives.scope[derived.name](x, y, n, memory, OUTER, *tangents) if derived.is_needed else function(x, y, n, memory, OUTER)
+                outcome = (
+                    derivatives.scope[derived.name](x, y, n, memory, OUTER, *tangents)
+                    if derived.is_needed
+                    else function(x, y, n, memory, OUTER)
+                )
                 value, tangent = outcome if joined_all((derived.result,)) else (outcome, ())
                 memories = np.array([*map(complex_number, MEMORY, D_MEMORY)], dtype=object)
                 with complex_mathematics():
@@ -238,7 +251,9 @@ def test_what_hangs_on_no_tangent_is_not_derived():
 
 
 def test_a_kernel_whose_result_stands_still_is_called_as_it_is():
-    derivatives, derived = derived_of("def tried(x, n):\n    return rests(x, x, n, 0, 0)\n", [REAL, INTEGER], [True, False], rests=rests_of_two)
+    derivatives, derived = derived_of(
+        "def tried(x, n):\n    return rests(x, x, n, 0, 0)\n", [REAL, INTEGER], [True, False], rests=rests_of_two
+    )
     assert (derived.is_needed, derived.result) == (False, False)
     assert not [name for name in derivatives.scope if name.startswith("with_tangent")]
 
@@ -251,14 +266,18 @@ def rests_of_two(x, y, n, a, b):
 def test_only_the_fields_that_move_have_tangents():
     _, derived = derived_of("def tried(x, n):\n    return parts_of(x, n)\n", [REAL, INTEGER], [True, False])
     assert derived.result == ((True, False, True), True, False, False)
-    _, derived = derived_of("def tried(x, n):\n    return parts_of(2.0, n)[0].low, parts_of(x, n)[0].turns, x\n", [REAL, INTEGER], [True, False])
+    _, derived = derived_of(
+        "def tried(x, n):\n    return parts_of(2.0, n)[0].low, parts_of(x, n)[0].turns, x\n", [REAL, INTEGER], [True, False]
+    )
     assert derived.result == (False, False, True)
 
 
 def test_a_kernel_is_derived_once_for_each_pattern_of_moving_arguments():
     derivatives, builder = Derivatives(), Builder()
     function = builder.function(arithmetic, TYPES)
-    patterns = [[first, second, False, False, still_of(activity_of(TYPES[4]))] for first, second in ((True, True), (True, False), (True, True))]
+    patterns = [
+        [first, second, False, False, still_of(activity_of(TYPES[4]))] for first, second in ((True, True), (True, False), (True, True))
+    ]
     names = [derivatives.of(function, pattern).name for pattern in patterns]
     assert names[0] == names[2] != names[1]
 
@@ -283,9 +302,7 @@ def test_a_constant_that_is_no_number_keeps_its_value():
 
 
 def test_a_search_of_newton_has_the_derivative_of_the_implicit_function():
-    text = (
-        "def tried(a):\n    low = 1.5\n    for _ in range(30):\n        low = low - (low * low * low - a) / (3.0 * low * low)\n    return low\n"
-    )
+    text = "def tried(a):\n    low = 1.5\n    for _ in range(30):\n        low = low - (low * low * low - a) / (3.0 * low * low)\n    return low\n"
     derivatives, derived = derived_of(text, [REAL], [True])
     value, tangent = derivatives.scope[derived.name](5.0, DX)
     np.testing.assert_allclose(tangent, DX / (3.0 * value**2), rtol=1e-14)
@@ -356,7 +373,9 @@ def test_the_slopes_of_a_power_are_differences_of_it_where_it_takes_a_shortcut_t
         assert (to_base, to_exponent) == pytest.approx(tuple(slopes_of(mathematics.power, x, n)[1]), rel=1e-13, abs=1e-15)
 
 
-@pytest.mark.parametrize(("x", "n", "slope"), [(0.0, 1.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (-1.0, 1.0, 0.0), (-1.0, 2.0, 0.0)])
+@pytest.mark.parametrize(
+    ("x", "n", "slope"), [(0.0, 1.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (-1.0, 1.0, 0.0), (-1.0, 2.0, 0.0)]
+)
 def test_the_slopes_of_a_power_of_zero_are_one_sided_and_of_a_negative_number_zero(x, n, slope):
     assert SLOPES[mathematics.power](x, n, mathematics.power(x, n)) == (slope, 0.0)
 

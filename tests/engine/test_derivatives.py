@@ -1,0 +1,225 @@
+"""Derivatives of friction along a motion: those of complex steps through the plain kernels, beside a force whose bits stay."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from tests.translation.complex_step import directions_of, force_by_complex_steps
+
+from bristle.core.packing import pack
+from bristle.engine.compilation import interpreted
+from bristle.engine.derivatives import force_with_derivatives
+from bristle.engine.motion import along
+from bristle.friction import MODELS, with_slots
+from bristle.testing import example_of
+
+SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
+CASES = [(name, slots) for name in MODELS for slots in ((), SLOTS)]
+NAMES = ["-".join([name, *("slots" for _ in slots[:1])]) for name, slots in CASES]
+DT = 1e-3
+EXPONENTS = ("exponent", "delta_S", "n", "nu")
+# Where `bristle.core.mathematics.power` takes a shortcut, complex steps see none of the exponent: 1.1 times it takes none.
+OFF = 1.1
+
+
+def off_shortcuts(value):
+    """Return parameters whose exponents, those of parts included, take no shortcut."""
+    changed = {}
+    for name, field in value._asdict().items():
+        if hasattr(field, "_fields"):
+            changed[name] = off_shortcuts(field)
+        elif name in EXPONENTS:
+            changed[name] = OFF * field
+    return value._replace(**changed)
+
+
+@cache
+def model_of(name, slots=(), is_off=True):
+    model = example_of(with_slots(MODELS[name], slots) if slots else MODELS[name])
+    return type(model)(model.component, off_shortcuts(model.parameters), model.kind) if is_off else model
+
+
+def nasty(seed=1, count=90):
+    """Return velocities of a random walk over five decades, with rests on both sides, tiny and exact returns, long slides."""
+    random = np.random.default_rng(seed)
+    v = 10.0 ** random.uniform(-6.0, -0.5, count) * random.choice([-1.0, 1.0], count)
+    v[[20, 21, 40, 80, -1]] = 0.0, -0.0, -0.0, 0.0, 0.0
+    v[5:8], v[30:36], v[50:58] = 0.03, -0.2, 1e-4 * random.standard_normal(8)
+    v[10], v[12], v[36] = -v[9], -v[11] * (1.0 - 1e-9), 1e-9
+    return v
+
+
+def around_of(count):
+    turn = np.linspace(0.0, 6.0, count)
+    return {"load": 1.0 + 0.4 * np.sin(turn), "temperature": 300.0 + 15.0 * np.cos(turn), "transmitted": 10.0 * np.sin(3.0 * turn)}
+
+
+def in_python(model, tangents, v, **beside):
+    """Return force and derivatives as plain Python gives them."""
+    # A branch without end has an infinite one, and 0 times that is no number; nothing that is looked at hangs on it.
+    with interpreted(), np.errstate(invalid="ignore"):
+        return force_with_derivatives(model, tangents, v, DT, np.cumsum(v) * DT, **beside)
+
+
+@cache
+def both(name, slots):
+    """Return force and derivatives to all parameters, and what complex steps give."""
+    model, v = model_of(name, slots), nasty()
+    arguments, around = (model, directions_of(model), v), around_of(v.size)
+    return in_python(*arguments, around=around), force_by_complex_steps(*arguments, DT, np.cumsum(v) * DT, around=around)
+
+
+def agrees(derivatives, expected, tolerance=1e-8):
+    """Hold derivatives against others, each direction as exact as the largest of it."""
+    assert derivatives.shape == expected.shape
+    largest = np.abs(expected).max(axis=0)
+    assert np.all(np.abs(derivatives - expected) <= tolerance * largest)
+
+
+@pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
+def test_derivatives_to_all_parameters_are_those_of_complex_steps(name, slots):
+    (_, derivatives), (_, expected) = both(name, slots)
+    assert np.isfinite(derivatives).all()
+    assert np.abs(expected).max() > 0.0
+    agrees(derivatives, expected, 1e-11)
+
+
+@pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
+def test_the_force_beside_derivatives_has_the_bits_of_the_force_alone(name, slots):
+    (force, _), (complex_force, _) = both(name, slots)
+    v = nasty()
+    with interpreted():
+        expected = along(model_of(name, slots), v, DT, np.cumsum(v) * DT, **around_of(v.size))
+    assert force.tobytes() == complex_force.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("name", ["lugre", "maxwell_slip", "preisach_lugre"])
+def test_compiled_derivatives_are_those_of_plain_python(name):
+    model, v = model_of(name), nasty()
+    x = np.cumsum(v) * DT
+    (force, expected), _ = both(name, ())
+    compiled_force, derivatives = force_with_derivatives(model, directions_of(model), v, DT, x, around=around_of(v.size))
+    assert compiled_force.tobytes() == force.tobytes()
+    agrees(derivatives, expected, 1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "field"),
+    [
+        ("stribeck", "delta_S"),
+        ("stribeck_free", "delta_S"),
+        ("dahl", "exponent"),
+        ("bouc_wen", "exponent"),
+        ("gap_slider", "n"),
+        ("leuven", "n"),
+    ],
+)
+def test_derivatives_do_not_jump_where_a_power_takes_a_shortcut(name, field):
+    model, v = model_of(name, is_off=False), nasty()
+    near = model.parameters._replace(**{field: getattr(model.parameters, field) * (1.0 + 1e-9)})
+    _, derivatives = in_python(model, directions_of(model), v)
+    _, expected = in_python(type(model)(model.component, near, model.kind), directions_of(model), v)
+    agrees(derivatives, expected, 1e-6)
+
+
+CONTINUED = ["stribeck", "dahl", "lugre", "bouc_wen", "elastoplastic", "maxwell_stribeck"]  # laws that ask nothing about rest
+BRANCHING = ["maxwell_slip", "gms", "gap_slider", "reformed_dahl", "preisach_lugre", "leuven"]  # that take a branch of its own there
+
+
+def moving(model, v):
+    """Return tangents of parameters, velocities and positions: a path that swings, one that bends little, one that is shifted."""
+    random = np.random.default_rng(3)
+    dv = random.uniform(-1.0, 1.0, (v.size, 3)) * np.array([1.0, 1e-3, 0.0])
+    dx = np.cumsum(dv, axis=0) * DT + np.array([0.0, 0.0, 1.0])
+    directions = directions_of(model)
+    return directions @ random.uniform(-1e-3, 1e-3, (directions.shape[1], 3)), (dv, dx)
+
+
+def without_rest(v, least):
+    """Return velocities of which none is less than this."""
+    return np.where(v == 0.0, np.copysign(least, v), v)
+
+
+@pytest.mark.parametrize("name", CONTINUED + BRANCHING)
+def test_derivatives_to_the_motion_are_those_of_complex_steps(name):
+    # At rest a relaxation is clamped so that no number is divided by 0: the complex step is that of the clamp.
+    model, v = model_of(name, SLOTS), nasty(2, 85) if name in BRANCHING else without_rest(nasty(2, 85), 1e-6)
+    tangents, moved = moving(model, v)
+    for mixed in (tangents, 0.0 * tangents):
+        force, derivatives = in_python(model, mixed, v, motion_tangents=moved)
+        complex_force, expected = force_by_complex_steps(model, mixed, v, DT, np.cumsum(v) * DT, motion_tangents=moved)
+        assert force.tobytes() == complex_force.tobytes()
+        assert np.isfinite(derivatives).all()
+        agrees(derivatives, expected)
+
+
+@pytest.mark.parametrize("name", CONTINUED)
+def test_derivatives_to_the_motion_at_rest_are_those_beside_it_on_the_side_of_the_sign(name):
+    model, v = model_of(name, SLOTS), nasty(2, 85)
+    tangents, moved = moving(model, v)
+    _, derivatives = in_python(model, tangents, v, motion_tangents=moved)
+    _, expected = in_python(model, tangents, without_rest(v, 1e-14), motion_tangents=moved)
+    agrees(derivatives, expected, 1e-6)
+
+
+@pytest.mark.parametrize("name", ["dahl", "lugre", "bouc_wen", "reformed_dahl", "elastoplastic", "gap_slider"])
+@pytest.mark.parametrize("slots", [(), SLOTS])
+def test_derivatives_to_the_state_before_are_those_of_complex_steps(name, slots):
+    model, v = model_of(name, slots), nasty(4, 85) * 1e-3
+    state = model.component.initial_state(model.parameters)
+    size = pack(state).size
+    tangents, state_tangents = np.zeros((pack(model.parameters).size, size)), np.eye(size)
+    beside = {"state": state, "state_tangents": state_tangents}
+    _, derivatives = in_python(model, tangents, v, **beside)
+    _, expected = force_by_complex_steps(model, tangents, v, DT, np.cumsum(v) * DT, **beside)
+    assert expected[0].any()
+    agrees(derivatives, expected)
+
+
+def test_a_state_that_is_given_is_where_the_motion_begins():
+    model, v = model_of("lugre"), nasty()
+    state = model.component.State(*(2e-6 for _ in model.component.State._fields))
+    force, derivatives = in_python(model, directions_of(model), v, state=state)
+    complex_force, expected = force_by_complex_steps(model, directions_of(model), v, DT, np.cumsum(v) * DT, state=state)
+    assert force.tobytes() == complex_force.tobytes()
+    assert force.tobytes() != in_python(model, directions_of(model), v)[0].tobytes()
+    agrees(derivatives, expected)
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 17, 20])
+def test_many_directions_give_the_columns_of_each_alone(count):
+    model, v = model_of("gms"), nasty()
+    random = np.random.default_rng(6)
+    tangents, state_tangents = random.standard_normal((pack(model.parameters).size, count)), random.standard_normal((1, count))
+    state_tangents = np.repeat(state_tangents, pack(model.component.initial_state(model.parameters)).size, axis=0)
+    moved = random.standard_normal((2, v.size, count))
+    force, derivatives = in_python(model, tangents, v, state_tangents=state_tangents, motion_tangents=(moved[0], moved[1]))
+    assert derivatives.shape == (v.size, count)
+    for k in range(count):
+        column = slice(k, k + 1)
+        beside = {"state_tangents": state_tangents[:, column], "motion_tangents": (moved[0][:, column], moved[1][:, column])}
+        single_force, single = in_python(model, tangents[:, column], v, **beside)
+        assert single_force.tobytes() == force.tobytes()
+        assert single[:, 0].tobytes() == derivatives[:, k].tobytes()
+
+
+def test_derivatives_add_up_over_directions():
+    model, v = model_of("leuven", SLOTS), nasty()
+    directions = directions_of(model)
+    weights = np.random.default_rng(7).uniform(-1.0, 1.0, directions.shape[1])
+    _, each = in_python(model, directions, v)
+    _, total = in_python(model, (directions @ weights)[:, None], v)
+    np.testing.assert_allclose(total[:, 0], each @ weights, rtol=1e-9, atol=1e-9 * np.abs(each).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
+def test_a_long_motion_has_finite_derivatives_and_the_bits_of_the_force(name, slots):
+    model = model_of(name, slots, is_off=False)
+    v = np.concatenate([nasty(seed, 1000) for seed in range(100)])
+    x = np.cumsum(v) * DT
+    directions = directions_of(model)
+    mixed = directions @ np.random.default_rng(8).standard_normal((directions.shape[1], 8))
+    force, derivatives = force_with_derivatives(model, mixed, v, DT, x)
+    assert np.isfinite(derivatives).all()
+    assert force.tobytes() == along(model, v, DT, x).tobytes()
