@@ -302,7 +302,7 @@ def test_a_constant_that_is_no_number_keeps_its_value():
 
 
 def test_a_search_of_newton_has_the_derivative_of_the_implicit_function():
-    text = "def tried(a):\n    low = 1.5\n    for _ in range(30):\n        low = low - (low * low * low - a) / (3.0 * low * low)\n    return low\n"
+    text = "def tried(a):\n    x = 1.5\n    for _ in range(30):\n        x = x - (x * x * x - a) / (3.0 * x * x)\n    return x\n"
     derivatives, derived = derived_of(text, [REAL], [True])
     value, tangent = derivatives.scope[derived.name](5.0, DX)
     np.testing.assert_allclose(tangent, DX / (3.0 * value**2), rtol=1e-14)
