@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from tests.translation.complex_step import directions_of, force_by_complex_steps
 
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack
+from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import interpreted
-from bristle.engine.derivatives import force_with_derivatives
+from bristle.engine.derivatives import force_with_derivatives, make_force_with_tangents
+from bristle.engine.instance import Instance
 from bristle.engine.motion import along
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
@@ -210,6 +213,47 @@ def test_derivatives_add_up_over_directions():
     _, each = in_python(model, directions, v)
     _, total = in_python(model, (directions @ weights)[:, None], v)
     np.testing.assert_allclose(total[:, 0], each @ weights, rtol=1e-9, atol=1e-9 * np.abs(each).max())
+
+
+@pytest.mark.parametrize(("name", "slots"), [("lugre", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("gms", SLOTS)])
+def test_a_motion_goes_on_from_the_state_and_the_memory_of_its_first_half_with_their_tangents(name, slots):
+    model, v = model_of(name, slots), nasty()
+    directions = directions_of(model)[:, :DIRECTIONS]
+    _, expected = in_python(model, directions, v)
+    part, memory = Instance(model), model.component.new_memory(model.parameters)
+    x, dp = np.cumsum(v) * DT, np.pad(directions, ((0, 0), (0, DIRECTIONS - directions.shape[1]))).ravel()
+    d_state, d_memory = np.zeros(part.state.size * DIRECTIONS), np.zeros(memory.size * DIRECTIONS)
+    entry, nothing, derivatives = make_force_with_tangents(*part.structures, part.motion, moves=False), np.empty(0), []
+    for half in (slice(0, 41), slice(41, v.size)):
+        count = v[half].size
+        usual = np.repeat([*part.motion._field_defaults.values()], count)
+        force, d_force = np.empty(count), np.empty(count * DIRECTIONS)
+        with np.errstate(invalid="ignore"):
+            entry(part.parameters, dp, part.state, d_state, memory, d_memory, v[half], nothing, x[half], nothing, usual, DT, force, d_force)
+        derivatives.append(d_force.reshape(count, DIRECTIONS)[:, : directions.shape[1]])
+    assert np.concatenate(derivatives).tobytes() == expected.tobytes()
+
+
+def test_compiled_derivatives_with_and_without_those_of_the_motion_stand_beside_each_other():
+    model, v = model_of("viscous"), nasty()
+    x, still, moved = np.cumsum(v) * DT, np.zeros((1, 1)), (np.ones((v.size, 1)), np.ones((v.size, 1)))
+    _, resting = force_with_derivatives(model, still, v, DT, x)
+    _, moving_along = force_with_derivatives(model, still, v, DT, x, motion_tangents=moved)
+    assert not resting.any()
+    assert moving_along.tolist() == np.full((v.size, 1), pack(model.parameters)[0]).tolist()
+
+
+def test_a_memory_that_was_full_is_told_of():
+    model = MODELS["preisach_contact"](**{**MODELS["preisach_contact"].example, "capacity": 4})
+    v = np.geomspace(1.0, 1e-3, 40) * np.resize([1.0, -1.0], 40) * 0.05
+    with pytest.warns(InputWarning, match="memory of turning points was full"):
+        in_python(model, directions_of(model), v)
+
+
+def test_positions_and_velocities_are_as_many():
+    model, v = model_of("lugre"), nasty()
+    with pytest.raises(InputError, match="wrong length"):
+        force_with_derivatives(model, directions_of(model), v, DT, np.zeros(v.size - 1))
 
 
 @pytest.mark.slow
