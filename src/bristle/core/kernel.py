@@ -10,7 +10,7 @@ from bristle.core.errors import InputError, told_by
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_kernels: list[tuple[Callable[..., Any], bool]] = []
+_kernels: list[tuple[Callable[..., Any], bool, bool]] = []
 _pending: list[Callable[[], None]] = []
 _active = False
 
@@ -18,8 +18,8 @@ _active = False
 @overload
 def kernel(function: F, /) -> F: ...
 @overload
-def kernel(*, inline: bool = True, compiled_as: Callable[[], Any] | None = None) -> Callable[[F], F]: ...
-def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callable[[], Any] | None = None) -> Any:
+def kernel(*, inline: bool = True, compiled_as: Callable[[], Any] | None = None, portable: bool = True) -> Callable[[F], F]: ...
+def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callable[[], Any] | None = None, portable: bool = True) -> Any:
     """Mark a plain function as a kernel and return it unchanged.
 
     Parameters
@@ -30,6 +30,8 @@ def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callabl
         Whether compiled callers absorb it. False for long branches that are rarely taken.
     compiled_as : callable, optional
         Returns what the compiler takes in place of the function, of the same arguments and to the same bits.
+    portable : bool
+        Whether other targets take it, too. False for a function with tangents.
 
     Returns
     -------
@@ -38,21 +40,21 @@ def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callabl
     """
 
     def mark(plain: F) -> F:
-        _kernels.append((plain, inline))
+        _kernels.append((plain, inline, portable))
         on_activation(lambda: _make_known(plain, inline, compiled_as))
         return plain
 
     return mark if function is None else mark(function)
 
 
-def kernels() -> list[Callable[..., Any]]:
-    """Return every kernel defined so far."""
-    return [plain for plain, _ in _kernels]
+def kernels(*, portable: bool = True) -> list[Callable[..., Any]]:
+    """Return every kernel defined so far, by default those that other targets take."""
+    return [plain for plain, _, is_portable in _kernels if is_portable or not portable]
 
 
 def is_absorbed(function: Callable[..., Any]) -> bool:
     """Return whether this is a kernel that compiled callers absorb."""
-    return any(plain is function and inline for plain, inline in _kernels)
+    return any(plain is function and inline for plain, inline, _ in _kernels)
 
 
 def on_activation(action: Callable[[], None]) -> None:

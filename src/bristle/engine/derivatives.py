@@ -10,7 +10,7 @@ and where a law has a form of its own for one value of an exponent it does not c
 """
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -64,10 +64,10 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
     }
     values = ("load_s(s)", "memory", "v", "x", "around", "dt", "load_p(p)", "force")
     tangents = ("tangents_s(s, ds)", "dmemory", "dv", "dx", "", "", "tangents_p(p, dp)", "dforce")
-    given = [*values, *(text for text, activity in zip(tangents, activities, strict=True) if is_active(activity))]
+    arguments = [*values, *(text for text, activity in zip(tangents, activities, strict=True) if is_active(activity))]
     ended = "end, dend" if is_active(derived.result) else "end"
     head = "force_with_tangents(p, dp, s, ds, memory, dmemory, v, dv, x, dx, around, dt, force, dforce)"
-    lines = [f"{ended} = with_tangents({', '.join(given)})", "store(end, s)"]
+    lines = [f"{ended} = with_tangents({', '.join(arguments)})", "store(end, s)"]
     return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts)
 
 
@@ -83,7 +83,7 @@ def _tangent_reader(structure: Structure, activity: Activity) -> Callable[..., A
 
     def part_of(structure: Structure, activity: Activity) -> str:
         assert isinstance(activity, tuple)
-        made = list[str]()
+        texts = list[str]()
         for part, active in zip(structure[1], activity, strict=True):
             name, size = f"part_{len(lines)}", f"size_{len(lines)}"
             if isinstance(part, tuple):
@@ -95,8 +95,8 @@ def _tangent_reader(structure: Structure, activity: Activity) -> Callable[..., A
             else:
                 lines.extend([f"{name} = tangent_at(all, at)"] * is_active(active))
                 lines.append("at += 1")
-            made += [name] * is_active(active)
-        return f"({', '.join(made)},)" if made else "()"
+            texts += [name] * is_active(active)
+        return f"({', '.join(texts)},)" if texts else "()"
 
     text = part_of(structure, activity)
     return kernel_of("tangents(vector, all)", [*lines, f"return {text}"], {"tangent_at": tangent_at, "unowned": unowned})
@@ -167,11 +167,10 @@ def force_with_derivatives(
     signals = _surroundings(lost, v.size, around or {}).ravel()
     entry, moved = _entry(lost, motion_tangents is not None), motion_tangents or (None, None)
     for first in range(0, max(directions, 1), DIRECTIONS):
-        some = slice(first, first + DIRECTIONS)
         part, memory = Instance(model), memory_of(model, None)
         part.begin(state)
-        dp, ds = _block(tangents, part.parameters.size, some), _block(state_tangents, part.state.size, some)
-        dv, dx = (_block(columns, 0 if columns is None else v.size, some) for columns in moved)
+        dp, ds = _block(tangents, part.parameters.size, first), _block(state_tangents, part.state.size, first)
+        dv, dx = (_block(columns, 0 if columns is None else v.size, first) for columns in moved)
         d_memory, d_force = np.zeros(memory.size * DIRECTIONS), np.empty(v.size * DIRECTIONS)
         entry(part.parameters, dp, part.state, ds, memory, d_memory, v, dv, x, dx, signals, float(dt), force, d_force)
         blocks.append(d_force.reshape(v.size, DIRECTIONS)[:, : directions - first])
@@ -180,19 +179,16 @@ def force_with_derivatives(
     return force, blocks[0] if len(blocks) == 1 else np.hstack(blocks)
 
 
-def _block(columns: np.ndarray | None, count: int, some: slice) -> np.ndarray:
-    """Return tangents of so many numbers in a row, those of directions that nobody asks for 0."""
+def _block(columns: np.ndarray | None, count: int, first: int) -> np.ndarray:
+    """Return tangents of so many numbers in a row, in the directions from the `first`; those beyond the last one 0."""
     block = np.zeros((count, DIRECTIONS))
     if columns is not None:
-        block[:, : columns[:, some].shape[1]] = columns[:, some]
+        asked = columns[:, first : first + DIRECTIONS]
+        block[:, : asked.shape[1]] = asked
     return block.ravel()
 
 
 def _entry(part: Instance, moves: bool) -> Any:
     name = f"force_with_tangents{'_moving' * moves}-{part.key}"
-    return compiled(name, lambda: _made(*part.structures, part.motion, moves), ForceWithTangents, part.functions)
-
-
-@cache
-def _made(parameters: Structure, state: Structure, motion: Any, moves: bool) -> Callable[..., Any]:
-    return make_force_with_tangents(parameters, state, motion, moves)
+    make = partial(make_force_with_tangents, *part.structures, part.motion, moves)
+    return compiled(name, make, ForceWithTangents, part.functions)

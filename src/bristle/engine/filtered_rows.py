@@ -28,7 +28,7 @@ from bristle.engine.signature import Vector
 Rows = Callable[[Vector, Vector, int, int, int, Vector, Vector, Vector, Vector], float]
 
 
-@kernel
+@kernel(portable=False)
 def section(c, settled, first, y, start, stop, step):
     """Send the tangents of `y` through one section, in place; `c` begins with its coefficients at `first`."""
     entry = tangent_at(y, start)
@@ -72,12 +72,13 @@ def filtered_rows(
 ) -> np.ndarray:
     """Return the rows of the derivatives of a signal, shape (row, direction), which are given at its samples."""
     count, directions = derivatives.shape
-    kept, blocks = count - 2 * dropped, list[np.ndarray]()
+    inner, blocks = count - 2 * dropped, list[np.ndarray]()
     entry = compiled("filtered_rows", lambda: rows_entry, Rows)
     for first in range(0, directions, DIRECTIONS):
-        some = derivatives[:, first : first + DIRECTIONS]
-        whole = np.ascontiguousarray(some if some.shape[1] == DIRECTIONS else np.pad(some, ((0, 0), (0, DIRECTIONS - some.shape[1]))))
-        extended, rows = np.empty((count + 2 * edge) * DIRECTIONS), np.empty(-(-kept // step) * DIRECTIONS)
-        entry(sections.ravel(), settled.ravel(), edge, dropped, step, taps, whole.ravel(), extended, rows)
-        blocks.append(rows.reshape(-1, DIRECTIONS)[:, : some.shape[1]])
+        width = min(directions - first, DIRECTIONS)
+        signal = np.zeros((count, DIRECTIONS))
+        signal[:, :width] = derivatives[:, first : first + width]
+        extended, rows = np.empty((count + 2 * edge) * DIRECTIONS), np.empty(-(-inner // step) * DIRECTIONS)
+        entry(sections.ravel(), settled.ravel(), edge, dropped, step, taps, signal.ravel(), extended, rows)
+        blocks.append(rows.reshape(-1, DIRECTIONS)[:, :width])
     return blocks[0] if len(blocks) == 1 else np.hstack(blocks)

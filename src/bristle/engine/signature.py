@@ -177,11 +177,12 @@ def _executable_but_for(entry: Callable[..., Any], executable: Callable[..., Any
     """Return what makes functions of Python of compiled ones, but for kernels, which get one that fails."""
     from numba import _dynfunc  # pyright: ignore[reportAttributeAccessIssue]
 
-    known = {(function.__module__, function.__qualname__) for function in kernels()} - {(entry.__module__, entry.__qualname__)}
+    absorbed = {(function.__module__, function.__qualname__) for function in kernels(portable=False)}
+    absorbed.discard((entry.__module__, entry.__qualname__))
     failing = ctypes.cast(ctypes.pythonapi.PyErr_BadInternalCall, ctypes.c_void_p).value
 
     def make(library: Any, described: Any, environment: Any) -> Any:
-        if (described.modname, described.qualname) not in known:
+        if (described.modname, described.qualname) not in absorbed:
             return executable(library, described, environment)
         name = described.qualname.rpartition(".")[2]
         return _dynfunc.make_function(described.lookup_module(), name, "", failing, environment, (library,))

@@ -208,8 +208,8 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
     largest, rms = (f"{effort.of(value if value > ROUNDING * scale else 0.0):.2g} {effort.name}" for value in error)
     own = request.log.origin.checksum in request.info.get("provenance", {}).values()
-    which = "its own log" if own else printable(request.log.origin.name)
-    return (f"largest error of the table against the model on {which} {largest}; {rms} root mean square",)
+    source = "its own log" if own else printable(request.log.origin.name)
+    return (f"largest error of the table against the model on {source} {largest}; {rms} root mean square",)
 
 
 def levels_and_curves(request: Request) -> tuple[dict[float, np.ndarray], LevelValues]:

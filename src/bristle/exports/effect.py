@@ -82,8 +82,8 @@ class Along(NamedTuple):
         So it is of a gain of less than half that is gone where a tenth more friction is fed than acts.
         """
         clearly = self.without / WORSE
-        gone = self.too_much > clearly and self.with_it > 0.5 * self.without
-        return gone or not self.with_it <= clearly
+        is_worse = self.too_much > clearly and self.with_it > 0.5 * self.without
+        return is_worse or not self.with_it <= clearly
 
     @property
     def ratio(self) -> float:

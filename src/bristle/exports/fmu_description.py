@@ -150,5 +150,5 @@ def _base(quantity: str, kind: Kind) -> dict[str, int]:
     for name, power in exponents_of(quantity).items():
         for symbol, inner in (BASE[kind] | EVERYWHERE)[name].items():
             total[symbol] = total.get(symbol, 0.0) + power * inner
-    whole = all(power == int(power) for power in total.values())
-    return {symbol: int(power) for symbol, power in total.items() if power} if whole else {}
+    is_integral = all(power == int(power) for power in total.values())
+    return {symbol: int(power) for symbol, power in total.items() if power} if is_integral else {}

@@ -14,10 +14,8 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -26,16 +24,14 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
-from bristle.core.packing import pack
 from bristle.core.variable import unit_of
-from bristle.engine.contact import state_at
-from bristle.engine.derivatives import force_with_derivatives
 from bristle.friction.level import TRANSMITTED
 from bristle.identification import half_cycles as cycles
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Away, Fold
+from bristle.identification.sensitivities import friction_derivatives
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
@@ -44,7 +40,6 @@ from bristle.plants.terms import TURN
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
-BESIDE = 1e-4  # of a parameter: what a model is made of changes with it linearly, or nearly
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
@@ -123,36 +118,14 @@ class InverseDynamics:
 
         Forward along the motion, beside the force. None where the load on the contact follows from the plant.
         """
-        parameters, dataset = self.parameters, self.dataset
+        parameters = self.parameters
         of_friction = [name for name in parameters.free if name in parameters.component.variables]
         if of_friction and TRANSMITTED in parameters.component.variables.values():
             return None
         values = parameters.complete(free)
-        forces = self._friction_derivatives(values, of_friction) if of_friction else np.empty((dataset.effort.size, 0))
+        forces = friction_derivatives(self.model, values, of_friction, self.dataset, self.contacts) if of_friction else np.empty(0)
         plant = {name: self.plant_column(name) for name in parameters.free if name not in of_friction}
         return np.stack([plant[name] if name in plant else forces[:, of_friction.index(name)] for name in parameters.free], axis=1)
-
-    def _friction_derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> np.ndarray:
-        dataset, contacts = self.dataset, self.contacts or (None,) * len(self.dataset.segments)
-        begins = {place: partial(_begun, place) for place in set(contacts)}
-        model, beside = self.model(values), [self._beside(values, name) for name in names]
-        tangents, parts = _slopes(lambda one: pack(one.parameters), beside), list[np.ndarray]()
-        for segment, place in zip(dataset.segments, contacts, strict=True):
-            signals = segment.signals(dataset.sample_time)
-            v, x = signals.pop("v"), signals.pop("x")
-            begin = begins[place]
-            state, state_tangents = begin(model), _slopes(lambda one, begin=begin: pack(begin(one)), beside)
-            _, derivatives = force_with_derivatives(
-                model, tangents, v, dataset.sample_time, x, state=state, state_tangents=state_tangents, around=signals
-            )
-            parts.append(derivatives[segment.first_cycle :])
-        return dataset.rows_of_derivatives(parts)
-
-    def _beside(self, values: Mapping[str, float], name: str) -> tuple[Model, Model, float]:
-        """Return the friction model with one parameter a little larger, and smaller, and by how much they differ."""
-        step = BESIDE * (abs(values[name]) or 1.0)
-        high, low = (self.model({**values, name: values[name] + change}) for change in (step, -step))
-        return high, low, 2.0 * step
 
     def plant_column(self, name: str) -> np.ndarray:
         """Return the effort of each row for one parameter of the plant, in which it is linear [N or N*m per SI]."""
@@ -272,18 +245,6 @@ class InverseDynamics:
         if blocks > (most := cycles.room_for_blocks(self.dataset, settings)):
             raise InputError("are too many for this log", path="blocks", value=blocks, allowed=f"2 to {max(most, 2)}, or 0")
         return self.folds(blocks)
-
-
-def _begun(place: float | None, friction: Model) -> Any:
-    """Return the state of a friction model where the contact stood before a segment; virgin where that is not known."""
-    return friction.component.initial_state(friction.parameters) if place is None else state_at(friction, place)
-
-
-def _slopes(numbers: Callable[[Model], np.ndarray], beside: Sequence[tuple[Model, Model, float]]) -> np.ndarray:
-    """Return the derivative of numbers of a model by each of several parameters, shape (number, parameter)."""
-    with np.errstate(invalid="ignore"):
-        columns = [(numbers(high) - numbers(low)) / width for high, low, width in beside]
-    return np.nan_to_num(np.stack(columns, axis=1), nan=0.0)  # what is infinite in both does not change
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,8 @@ class _Rules(PythonText):
         derived = Derived(free_name(f"with_tangent_{self.function.name}", self.scope), self.result, self.does)
         if derived.is_needed:
             text = f"def {derived.name}({', '.join(given)}):\n" + "\n".join(self.lines) + "\n"
-            self.scope[derived.name] = kernel(inline=_is_inlined(self.function))(defined(derived.name, text, self.scope))
+            mark = kernel(inline=is_absorbed(self.function.source), portable=False)
+            self.scope[derived.name] = mark(defined(derived.name, text, self.scope))
         return derived
 
     # --- statements -------------------------------------------------------------------------------------------------
@@ -351,8 +352,3 @@ class _Rules(PythonText):
 
 def _is_infinite(node: tree.Expression) -> bool:
     return isinstance(node, tree.Constant) and math.isinf(node.value)
-
-
-def _is_inlined(function: tree.Function) -> bool:
-    """Return whether the function was derived from one that its callers absorb."""
-    return is_absorbed(function.source)

@@ -87,9 +87,8 @@ def power_slopes(x, exponent, y):
 def relaxation_slope(rate, y):
     r"""Return :math:`(e^{-\Lambda} - y)/\Lambda` for :math:`y = (1 - e^{-\Lambda})/\Lambda`."""
     if rate < 0.03:
-        return -0.5 + rate * (
-            1.0 / 3.0 - rate * (0.125 - rate * (1.0 / 30.0 - rate * (1.0 / 144.0 - rate * (1.0 / 840.0 - rate * (1.0 / 5760.0)))))
-        )
+        low = 1.0 / 3.0 - rate * (0.125 - rate * (1.0 / 30.0))
+        return -0.5 + rate * (low - rate * rate * rate * (1.0 / 144.0 - rate * (1.0 / 840.0 - rate * (1.0 / 5760.0))))
     return (exp(-rate) - y) / rate
 
 
