@@ -9,13 +9,14 @@ from tests.contract.models import KNOWN, with_fast
 from bristle import friction
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
+from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports import c as proof
 from bristle.exports.c import compiler
 from bristle.files.user_model import load_code
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
-from bristle.testing.contract import one_sided_limits, pure_trial, same_bits_exported
+from bristle.testing.contract import derivatives_agree, one_sided_limits, pure_trial, same_bits_exported
 
 NAMES = [*with_fast("coulomb", "viscous"), *with_fast(form="{}+asymmetry", unfit=("coulomb", "viscous", "stribeck", "dahl"))]
 
@@ -38,6 +39,18 @@ def test_a_new_model_is_tested_among_the_fast_ones(monkeypatch):
 def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transition):
     model = friction.preisach_lugre(**{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition})
     assert [check for check in check_model(model) if not check.passed] == []
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1.01, "apart"), (float("nan"), "apart"), (1.0, None)])
+def test_derivatives_that_are_not_those_of_the_force_are_told(monkeypatch, factor, words):
+    def wrong(*arguments):
+        force, derivatives = force_with_derivatives(*arguments)
+        return force, factor * derivatives
+
+    monkeypatch.setattr("bristle.testing.contract.force_with_derivatives", wrong)
+    (check,) = check_model(friction.find("lugre"), checks=(derivatives_agree,))
+    assert check.passed == (words is None)
+    assert words is None or words in check.detail
 
 
 OVER_OPERATORS = [f"{name}+{operator}" for name in ("preisach_contact", "preisach_lugre") for operator in REACHES]

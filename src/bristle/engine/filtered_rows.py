@@ -29,9 +29,11 @@ Rows = Callable[[Vector, Vector, int, int, int, Vector, Vector, Vector, Vector],
 
 
 @kernel(portable=False)
-def section(c, settled, first, y, start, stop, step):
-    """Send the tangents of `y` through one section, in place; `c` begins with its coefficients at `first`."""
-    entry = tangent_at(y, start)
+def section(c, settled, first, entry, y, start, stop, step):
+    """Send the tangents of `y` through one section, in place; `c` begins with its coefficients at `first`.
+
+    Before, the filter has settled at the `entry` into its first section.
+    """
     z_0 = tangent_scaled(settled[first // 3], entry)
     z_1 = tangent_scaled(settled[first // 3 + 1], entry)
     k = start
@@ -54,10 +56,12 @@ def rows_entry(c, settled, edge, dropped, step, taps, signal, extended, rows):
     for k in range(count):
         keep_tangent(extended, edge + k, tangent_at(signal, k))
     total = count + 2 * edge
+    entry = tangent_at(extended, 0)
     for first in range(0, c.size, 6):
-        section(c, settled, first, extended, 0, total, 1)
+        section(c, settled, first, entry, extended, 0, total, 1)
+    entry = tangent_at(extended, total - 1)
     for first in range(0, c.size, 6):
-        section(c, settled, first, extended, total - 1, -1, -1)
+        section(c, settled, first, entry, extended, total - 1, -1, -1)
     begin, last, half = edge + dropped, edge + count - dropped - 1, taps.size // 2
     for row in range(rows.size // DIRECTIONS):
         at, mean = begin + row * step - half, still()

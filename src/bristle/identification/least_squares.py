@@ -231,11 +231,11 @@ class Search:
 
     def _jacobian(self, problem: Problem, x: np.ndarray, rows: np.ndarray | slice, differences: Differences) -> np.ndarray:
         """Return the derivative of the residual over its unit, shape (row, coordinate): by differences where it is not known."""
-        known = problem.derivatives(self.space.values(x))
-        if known is None:
+        derivatives = problem.derivatives(self.space.values(x))
+        if derivatives is None:
             return differences.jacobian(x)
         order = [problem.parameters.free.index(name) for name in self.space.names]
-        return np.nan_to_num(known[rows][:, order] @ self.space.derivative(x) / -self.unit, posinf=FAR, neginf=-FAR)
+        return np.nan_to_num(derivatives[rows][:, order] @ self.space.derivative(x) / -self.unit, posinf=FAR, neginf=-FAR)
 
     def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""

@@ -13,11 +13,14 @@ from bristle.core.contracts import Controller, FrictionModel, Model, Motion, Sen
 from bristle.core.documented import Documented
 from bristle.core.errors import InputError, told_by
 from bristle.core.kernel import kernels
+from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.slot import Slot
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import unit_of, variables_of
-from bristle.engine import force_along, run_open_loop, settled
+from bristle.engine import force_along, interpreted, run_open_loop, settled
+from bristle.engine.derivatives import force_with_derivatives
+from bristle.engine.motion import along
 from bristle.exports.c import compiler, proved
 from bristle.exports.subject import kernels_of
 from bristle.friction import find
@@ -29,6 +32,7 @@ from bristle.testing.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 from bristle.translation.scope import NotExportableError
 
 SEED = 20260
+BESIDE, NUDGE, LIKE_DIFFERENCES = 1.003, 1e-6, 1e-4  # times a parameter, of a parameter, of the largest derivative
 
 
 def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
@@ -264,6 +268,30 @@ def same_bits_compiled(model: Model) -> Fact:
     return compiled_as_plain(lambda: force_along(model, v, 1e-3, x[1:]), model.kind)
 
 
+def derivatives_agree(model: Model) -> Fact:
+    """Have finite derivatives along a motion, which agree with differences to one side or the other."""
+    x, unpack = np.cumsum(np.random.default_rng(SEED).standard_normal(150)) * 1e-6, unpacker(structure_of(model.parameters))
+    # A little beside the example: a law may have a form of its own for one value of an exponent.
+    numbers, reals = pack(model.parameters), _reals(model.parameters)
+    numbers[reals] *= BESIDE
+    directions = np.diag(np.where(np.isfinite(numbers) & reals, numbers, 0.0))[:, np.isfinite(numbers) & reals & (numbers != 0.0)]
+
+    def force(numbers: np.ndarray) -> np.ndarray:
+        return along(Model(model.component, unpack(numbers), model.kind), np.diff(x) / 1e-3, 1e-3, x[1:])
+
+    worst = 0.0
+    with interpreted(), np.errstate(all="ignore"):
+        beside = Model(model.component, unpack(numbers), model.kind)
+        here, derivatives = force_with_derivatives(beside, directions, np.diff(x) / 1e-3, 1e-3, x[1:])
+        for derivative, direction in zip(derivatives.T, directions.T, strict=True):
+            differences = np.array([(force(numbers + nudge * direction) - here) / nudge for nudge in (NUDGE, -NUDGE)])
+            error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(float(np.max(np.abs(differences))), 1e-300)
+            worst = max(worst, float(error) if np.all(np.isfinite(derivative)) else np.inf)
+    if not worst <= LIKE_DIFFERENCES:
+        raise UnmetError(f"derivatives and differences are {worst:.2g} of the largest apart", "Report it: the rules are bristle's")
+    return Fact(f"{directions.shape[1]} derivatives", worst, "1", LIKE_DIFFERENCES)
+
+
 def same_bits_exported(model: Model) -> Fact:
     """Give the bits of plain Python when exported to C and compiled, where there is a C compiler."""
     command = compiler()
@@ -300,6 +328,7 @@ CHECKS = (
     refines,
     rate_agrees,
     flow_agrees,
+    derivatives_agree,
     same_bits_compiled,
     same_bits_exported,
     drives_a_mass,
@@ -350,3 +379,16 @@ def _steady(model: Model, v: float) -> float:
 
 def _bytes_of(memory: Any) -> bytes:
     return memory.tobytes() if isinstance(memory, np.ndarray) else b""
+
+
+def _reals(parameters: Any) -> np.ndarray:
+    """Return which of the packed numbers are reals: no whole number, and no length of an array."""
+    places = list[bool]()
+    for value in parameters:
+        if hasattr(value, "_fields"):
+            places += _reals(value).tolist()
+        elif isinstance(value, np.ndarray):
+            places += [False, *[True] * value.size]
+        else:
+            places.append(isinstance(value, float))
+    return np.array(places, dtype=bool)

@@ -68,7 +68,7 @@ class Derived:
 class Derivatives:
     """Derives functions as they are asked for, into one scope."""
 
-    scope: dict[str, Any] = field(default_factory=lambda: {"__name__": __name__, "math": math} | {one.__name__: one for one in TANGENTS})
+    scope: dict[str, Any] = field(default_factory=lambda: {"__name__": __name__, "math": math} | {rule.__name__: rule for rule in TANGENTS})
     _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(default_factory=dict)
 
     def of(self, function: tree.Function, activities: Sequence[Activity]) -> Derived:
@@ -113,10 +113,10 @@ class _Rules(PythonText):
             if (self.activities, self.result) == before:
                 break
         names = [parameter.name for parameter in self.function.parameters]
-        given = [*names, *(f"d_{name}" for name in names if is_active(self.activities[name]))]
+        arguments = [*names, *(f"d_{name}" for name in names if is_active(self.activities[name]))]
         derived = Derived(free_name(f"with_tangent_{self.function.name}", self.scope), self.result, self.does)
         if derived.is_needed:
-            text = f"def {derived.name}({', '.join(given)}):\n" + "\n".join(self.lines) + "\n"
+            text = f"def {derived.name}({', '.join(arguments)}):\n" + "\n".join(self.lines) + "\n"
             mark = kernel(inline=is_absorbed(self.function.source), portable=False)
             self.scope[derived.name] = mark(defined(derived.name, text, self.scope))
         return derived
@@ -220,9 +220,9 @@ class _Rules(PythonText):
             return "still()"
         tangent = self._held(dual.tangent) if dual.tangent else ""
         parts, place = list[str](), 0
-        for part, wanted in zip(dual.activity if isinstance(dual.activity, tuple) else [False] * len(target), target, strict=True):
-            if is_active(wanted):
-                parts.append(self._fitted(Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), wanted))
+        for part, asked_for in zip(dual.activity if isinstance(dual.activity, tuple) else [False] * len(target), target, strict=True):
+            if is_active(asked_for):
+                parts.append(self._fitted(Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), asked_for))
             place += is_active(part)
         return f"({', '.join(parts)},)"
 
@@ -346,7 +346,7 @@ class _Rules(PythonText):
     def _dual_make(self, node: tree.Make) -> Dual:
         parts = list(map(self.dual, node.parts))
         tangents = [part.tangent for part in parts if is_active(part.activity)]
-        value = self.made(node, [part.value for part in parts])
+        value = self.tuple_text(node, [part.value for part in parts])
         return Dual(value, tuple(part.activity for part in parts), f"({', '.join(tangents)},)" if tangents else "")
 
 

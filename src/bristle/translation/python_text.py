@@ -21,7 +21,7 @@ class PythonText:
     def __init__(self, scope: dict[str, Any]) -> None:
         self.scope = scope
 
-    def known(self, value: Callable[..., Any], name: str) -> str:
+    def name_of(self, value: Callable[..., Any], name: str) -> str:
         """Return the name by which the text knows a kernel or a class."""
         for used, held in self.scope.items():
             if held is value:
@@ -76,27 +76,27 @@ class PythonText:
         return self.intrinsic(node, list(map(self.plain, node.arguments)))
 
     def _plain_make(self, node: tree.Make) -> str:
-        return self.made(node, list(map(self.plain, node.parts)))
+        return self.tuple_text(node, list(map(self.plain, node.parts)))
 
     def kernel(self, source: Callable[..., Any]) -> str:
         """Return the name of a kernel."""
-        return self.known(source, f"of_{source.__name__}")
+        return self.name_of(source, f"of_{source.__name__}")
 
     def intrinsic(self, node: tree.Intrinsic, values: list[str]) -> str:
         """Return the text of what every target computes exactly, of these values."""
         if node.name == "size":
             return f"{values[0]}.size"
         if node.name in PARTS:
-            return f"{self.known(PARTS[node.name], node.name)}({values[0]})"
+            return f"{self.name_of(PARTS[node.name], node.name)}({values[0]})"
         return f"{IN_PYTHON.get(node.name, node.name)}({', '.join(values)})"
 
-    def made(self, node: tree.Make, values: list[str]) -> str:
+    def tuple_text(self, node: tree.Make, values: list[str]) -> str:
         """Return the text of a tuple of these values."""
         assert isinstance(node.type, Struct)
         if node.type.is_plain:
             return f"({', '.join(values)},)"
-        made = self.known(node.type.cls, f"a_{node.type.cls.__name__}")
-        return f"{made}({', '.join(values)})"
+        maker = self.name_of(node.type.cls, f"a_{node.type.cls.__name__}")
+        return f"{maker}({', '.join(values)})"
 
 
 def part_of(of: str, node: tree.Field) -> str:

@@ -1,0 +1,82 @@
+"""Derivatives along the recorded motion are those of the predicted rows; the search takes them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+
+from bristle.friction import find
+from bristle.identification.identify import identify
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import Differences, Search
+from bristle.identification.parameters import PriorKnowledge, parameters_of
+from bristle.identification.preprocessing import treat
+from bristle.plants import inertia
+
+MOTION = sines(6.0)
+LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))
+VALUES = {
+    "lugre": {"F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 50.0, "sigma_2": 30.0, "v_d": 0.3},
+    "lugre+asymmetry": {"F_C_pos": 8.0, "F_C_neg": 9.0, "F_S_pos": 10.0, "F_S_neg": 11.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 50.0},
+    "gap_slider": {"F_C": 8.0, "give": 2e-4, "gap": 1e-4, "n": 2.2, "share": 0.1, "sigma_2": 30.0},
+    "preisach_lugre": {"s": 4e4, "f_p": 14.0, "F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_1": 5.0, "sigma_2": 30.0},
+}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return treat(LOG, STATED, 100.0, 10)
+
+
+def problem_of(name, rows):
+    problem = InverseDynamics(rows, parameters_of(find(name), PriorKnowledge(plant=inertia), rows))
+    values = {key: (VALUES[name] | {"M": 12.0, "offset": 1.5}).get(key, 20.0) for key in problem.parameters.free}
+    return problem, values
+
+
+@pytest.mark.parametrize(("name", "places"), [*((name, None) for name in VALUES), ("gap_slider", 0.4), ("lugre", "repeated")])
+def test_derivatives_are_those_of_the_predicted_rows(rows, name, places):
+    if places == "repeated":
+        rows = replace(rows, segments=tuple(replace(segment, first_cycle=700) for segment in rows.segments))
+    problem, values = problem_of(name, rows)
+    problem = replace(problem, contacts=(places if isinstance(places, float) else None,) * len(rows.segments))
+    derivatives = problem.derivatives(values)
+    assert derivatives.shape == (rows.effort.size, len(values))
+    for column, (parameter, value) in zip(derivatives.T, values.items(), strict=True):
+        step = 1e-6 * (abs(value) or 1.0)
+        high, low = (problem.predicted(problem.parameters.complete({**values, parameter: value + h})) for h in (step, -step))
+        difference = (high - low) / (2.0 * step)
+        assert np.linalg.norm(column - difference) < 1e-4 * np.linalg.norm(difference), parameter
+
+
+def test_where_the_load_follows_from_the_plant_derivatives_are_not_known(rows):
+    problem = InverseDynamics(rows, parameters_of(find("lugre+transmitted"), PriorKnowledge(plant=inertia), rows))
+    assert problem.derivatives(dict.fromkeys(problem.parameters.free, 1.0)) is None
+
+
+def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
+    calls = []
+    differences = Differences.jacobian
+    monkeypatch.setattr(Differences, "jacobian", lambda *arguments: calls.append(1) or differences(*arguments))
+    forward = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    assert not calls
+    monkeypatch.setattr(InverseDynamics, "derivatives", lambda *_: None)
+    stepwise = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    assert calls
+    assert forward.error_percent == pytest.approx(stepwise.error_percent, rel=1e-6)
+    for parameter in ("F_C", "sigma_2", "M"):
+        assert forward.parameters[parameter].value == pytest.approx(stepwise.parameters[parameter].value, rel=1e-4)
+
+
+def test_the_jacobian_of_a_search_is_that_of_its_residual(rows):
+    from bristle.identification.estimation import context_of
+
+    context = context_of(rows, PriorKnowledge(plant=inertia))
+    problem, values = problem_of("lugre", rows)
+    search: Search = context.search(problem)
+    theta = search.space.theta(values)
+    differences = Differences(search._residuals, search.space.high, 1e-6)
+    some = np.arange(rows.effort.size) % 3 == 0
+    jacobian = search._jacobian(problem, theta, some, differences)
+    assert jacobian == pytest.approx(differences.jacobian(theta)[some], rel=1e-3, abs=1e-4 * np.abs(jacobian).max())
