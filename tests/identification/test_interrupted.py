@@ -76,7 +76,7 @@ def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrup
 
 
 def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
-    interrupted_after(150)
+    interrupted_after(40)
     identification = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=2)
     assert [fit.name for fit in identification.fits] == ["lugre", "coulomb_viscous"]
     assert [fit.unfinished for fit in identification.fits] == [True, False]
@@ -147,7 +147,7 @@ def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_a
 def test_what_is_built_on_an_identification_needs_it_finished(log, interrupted_after):
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.finished is identification
-    interrupted_after(150)
+    interrupted_after(40)
     unfinished = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=0)
     with pytest.raises(KeyboardInterrupt):
         assert unfinished.finished

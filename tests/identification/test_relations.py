@@ -1,6 +1,5 @@
 """A model that is identified is one that can be used: its ranges and relations hold."""
 
-import math
 from dataclasses import replace
 from typing import Annotated, NamedTuple
 
@@ -8,8 +7,8 @@ import pytest
 from tests.identification.known_logs import STATED, sliding_log, slow_log
 
 from bristle import friction
-from bristle.core import FrictionModel, InputError, Relation, Variable
-from bristle.core.mathematics import direction
+from bristle.core import FrictionModel, InputError, Relation, Variable, kernel
+from bristle.core.mathematics import decay, direction
 from bristle.files import read_model, write_model
 from bristle.friction.slots import slotted
 from bristle.identification import identify
@@ -24,11 +23,14 @@ class State(NamedTuple):
     pass
 
 
+@kernel
 def trial(state, memory, motion, dt, p):
-    share = math.exp(-((motion.v / 4e-3) ** 2))
+    ratio = motion.v / 4e-3
+    share = decay(ratio * ratio)
     return (p.F_S * share + p.F_C * (1.0 - share)) * direction(motion.v), State()
 
 
+@kernel
 def commit(state, memory, move, p):
     return state
 

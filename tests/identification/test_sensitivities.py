@@ -1,12 +1,16 @@
 """Derivatives along the recorded motion are those of the predicted rows; the search takes them."""
 
+import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 
+from bristle.core import FrictionModel, InputWarning
 from bristle.friction import find
+from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Differences, Search
@@ -53,6 +57,28 @@ def test_derivatives_are_those_of_the_predicted_rows(rows, name, places):
 def test_where_the_load_follows_from_the_plant_derivatives_are_not_known(rows):
     problem = InverseDynamics(rows, parameters_of(find("lugre+transmitted"), PriorKnowledge(plant=inertia), rows))
     assert problem.derivatives(dict.fromkeys(problem.parameters.free, 1.0)) is None
+
+
+def own_trial(state, memory, motion, dt, p):
+    return p.F_C * math.tanh(motion.v / 1e-3) + p.sigma_2 * motion.v, state
+
+
+def own_commit(state, memory, move, p):
+    return state
+
+
+def test_a_law_that_cannot_be_translated_is_differentiated_by_differences_and_says_so(rows):
+    class Parameters(NamedTuple):
+        F_C: CoulombForceAboveZero
+        sigma_2: ViscousCoefficient = 0.0
+
+    class State(NamedTuple):
+        pass
+
+    own = FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=own_trial, commit=own_commit)
+    problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
+    with pytest.warns(InputWarning, match="own is differentiated by differences: .*math.tanh"):
+        assert problem.derivatives({"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}) is None
 
 
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):

@@ -43,7 +43,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "comparison": ("comparison",),
     "simulation": ("simulation", "prediction"),
     "excitation": ("excitation",),
-    "exports": ("exports", "bridges"),
+    "exports": ("exports", "translation", "bridges"),
     "report": ("report",),
     "figures": ("figures",),
     "study": ("study", "fleet"),

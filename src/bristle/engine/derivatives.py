@@ -41,7 +41,7 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
     """Return the entry that runs one friction model along a motion with tangents; those of the motion, where it `moves`."""
     moved = motion_reader(motion)
 
-    @kernel
+    @kernel(portable=False)
     def along(state, memory, v, x, around, dt, p, force):
         for k in range(v.size):
             force[k], move = friction_trial(state, memory, moved(v, x, around, k), dt, p)

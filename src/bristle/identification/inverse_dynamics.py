@@ -14,6 +14,7 @@ References
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -21,7 +22,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
@@ -36,6 +37,7 @@ from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
 from bristle.plants.terms import TURN
+from bristle.translation.scope import NotExportableError
 
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
@@ -116,14 +118,19 @@ class InverseDynamics:
     def derivatives(self, free: Mapping[str, float]) -> np.ndarray | None:
         """Return the derivative of the predicted effort of each row by each free parameter, shape (row, free).
 
-        Forward along the motion, beside the force. None where the load on the contact follows from the plant.
+        Forward along the motion, beside the force. None where the load on the contact follows from the plant, or a kernel
+        cannot be translated, which is told.
         """
         parameters = self.parameters
         of_friction = [name for name in parameters.free if name in parameters.component.variables]
         if of_friction and TRANSMITTED in parameters.component.variables.values():
             return None
         values = parameters.complete(free)
-        forces = friction_derivatives(self.model, values, of_friction, self.dataset, self.contacts) if of_friction else np.empty(0)
+        try:
+            forces = friction_derivatives(self.model, values, of_friction, self.dataset, self.contacts) if of_friction else np.empty(0)
+        except NotExportableError as error:
+            warnings.warn(f"{parameters.component.name} is differentiated by differences: {error}", InputWarning, stacklevel=2)
+            return None
         plant = {name: self.plant_column(name) for name in parameters.free if name not in of_friction}
         return np.stack([plant[name] if name in plant else forces[:, of_friction.index(name)] for name in parameters.free], axis=1)
 
