@@ -26,6 +26,9 @@ class Stepped(InverseDynamics):
     def residual(self, free):
         return STEP * np.round(super().residual(free) / STEP)
 
+    def derivatives(self, free):
+        return None
+
 
 def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():
     dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
