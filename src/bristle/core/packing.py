@@ -224,11 +224,11 @@ def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
     return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 
 
-def kernel_of(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
+def kernel_of(head: str, lines: list[str], names: dict[str, Any], *, portable: bool = True) -> Callable[..., Any]:
     """Return the kernel of this head and these lines, which knows these names."""
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
     scope: dict[str, Any] = {"__name__": __name__} | names
     exec(compile(text, f"<{head}>", "exec"), scope)
     function = scope[head.partition("(")[0]]
     function.source = text
-    return kernel(function)
+    return kernel(portable=portable)(function)

@@ -68,7 +68,7 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
     ended = "end, dend" if is_active(derived.result) else "end"
     head = "force_with_tangents(p, dp, s, ds, memory, dmemory, v, dv, x, dx, around, dt, force, dforce)"
     lines = [f"{ended} = with_tangents({', '.join(arguments)})", "store(end, s)"]
-    return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts)
+    return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts, portable=False)
 
 
 def _type_of(structure: Structure) -> Struct:
@@ -99,7 +99,7 @@ def _tangent_reader(structure: Structure, activity: Activity) -> Callable[..., A
         return f"({', '.join(texts)},)" if texts else "()"
 
     text = part_of(structure, activity)
-    return kernel_of("tangents(vector, all)", [*lines, f"return {text}"], {"tangent_at": tangent_at, "unowned": unowned})
+    return kernel_of("tangents(vector, all)", [*lines, f"return {text}"], {"tangent_at": tangent_at, "unowned": unowned}, portable=False)
 
 
 def _tangent_packer(structure: Structure, activity: Activity) -> Callable[..., Any]:
@@ -118,7 +118,7 @@ def _tangent_packer(structure: Structure, activity: Activity) -> Callable[..., A
 
     if is_active(activity):
         write(structure, activity, 0, "tangent")
-    return kernel_of("keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent})
+    return kernel_of("keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent}, portable=False)
 
 
 def force_with_derivatives(
