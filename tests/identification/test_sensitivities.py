@@ -54,6 +54,14 @@ def test_derivatives_are_those_of_the_predicted_rows(rows, name, places):
         assert np.linalg.norm(column - difference) < 1e-4 * np.linalg.norm(difference), parameter
 
 
+def test_a_contact_that_never_slips_remembers_how_its_start_depends_on_the_parameters(rows):
+    problem, values = problem_of("gap_slider", rows)
+    problem, values = replace(problem, contacts=(0.4,) * len(rows.segments)), values | {"give": 0.3, "gap": 0.1}
+    column = problem.derivatives(values)[:, problem.parameters.free.index("give")]
+    high, low = (problem.predicted(problem.parameters.complete({**values, "give": 0.3 + step})) for step in (1e-6, -1e-6))
+    assert column == pytest.approx((high - low) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(column).max())
+
+
 def test_where_the_load_follows_from_the_plant_derivatives_are_not_known(rows):
     problem = InverseDynamics(rows, parameters_of(find("lugre+transmitted"), PriorKnowledge(plant=inertia), rows))
     assert problem.derivatives(dict.fromkeys(problem.parameters.free, 1.0)) is None

@@ -354,3 +354,15 @@ def test_python_beyond_the_subset_is_refused_with_the_reason(lines, reason):
 def test_a_function_may_end_in_a_loop_without_end_or_on_both_sides_of_a_choice(lines):
     entry = Builder().function(defined("refused", HEAD + lines + "\n", {"__name__": __name__}), TYPES)
     assert computed(replace(entry), [2.0, 1, np.zeros(3), P]) == 2.0
+
+
+@kernel
+def length_of(state):
+    return state.size
+
+
+@pytest.mark.parametrize(("size", "is_known"), [(0, True), (3, True), (-1, False)])
+def test_the_length_of_an_array_is_a_constant_where_it_is_known(size, is_known):
+    (returned,) = Builder().function(length_of, [Array(size)]).body
+    assert isinstance(returned.value, tree.Constant if is_known else tree.Intrinsic)
+    assert not is_known or returned.value.value == size

@@ -10,7 +10,7 @@ and where a law has a form of its own for one value of an exponent it does not c
 """
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,7 @@ ForceWithTangents = Callable[
 ]
 
 
+@cache
 def make_force_with_tangents(parameters: Structure, state: Structure, motion: Any, moves: bool) -> Callable[..., Any]:
     """Return the entry that runs one friction model along a motion with tangents; those of the motion, where it `moves`."""
     moved = motion_reader(motion)

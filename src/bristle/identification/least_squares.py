@@ -231,7 +231,7 @@ class Search:
 
     def _jacobian(self, problem: Problem, x: np.ndarray, rows: np.ndarray | slice, differences: Differences) -> np.ndarray:
         """Return the derivative of the residual over its unit, shape (row, coordinate): by differences where it is not known."""
-        derivatives = None if self.simulates else problem.derivatives(self.space.values(x))
+        derivatives = problem.derivatives(self.space.values(x))
         if derivatives is None:
             return differences.jacobian(x)
         order = [problem.parameters.free.index(name) for name in self.space.names]
