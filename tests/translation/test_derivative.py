@@ -392,3 +392,25 @@ def test_the_slopes_of_root_and_mantissa_are_those_of_their_squares_and_powers(x
     if x:
         assert SLOPES[mantissa](x, mantissa(x)) == pytest.approx(power_of_two(-exponent(x)), rel=1e-15)
     assert SLOPES[mantissa](0.0, 0.0) == 0.0
+
+
+@kernel
+def scaled_anew(step, rate):
+    step = step * rate
+    return step * step
+
+
+def test_an_argument_that_takes_a_moving_value_has_a_tangent_inside():
+    text = "def tried(x, n):\n    return scaled_anew(2.0, x)\n"
+    derivatives, derived = derived_of(text, [REAL, INTEGER], [True, False], scaled_anew=scaled_anew)
+    value, tangent = derivatives.scope[derived.name](3.0, 1, DX)
+    assert value == 36.0
+    assert tangent == pytest.approx(24.0 * DX)
+
+
+def test_variables_of_a_kernel_keep_their_names_beside_tangents():
+    text = "def tried(x, n):\n    d_x = 5.0\n    t_1 = x * x\n    d_t_1 = t_1 * (x + d_x)\n    return d_t_1 + d_x + (t_1 + x) * t_1\n"
+    derivatives, derived = derived_of(text, [REAL, INTEGER], [True, False])
+    value, tangent = derivatives.scope[derived.name](2.0, 1, DX)
+    assert value == 4.0 * 7.0 + 5.0 + 24.0
+    assert tangent == pytest.approx((3.0 * 4.0 + 10.0 * 2.0 + 4.0 * 8.0 + 3.0 * 4.0) * DX)

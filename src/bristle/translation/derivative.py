@@ -30,6 +30,7 @@ Activity = bool | tuple["Activity", ...]
 """Whether something has a tangent: of a tuple, field by field."""
 
 TANGENTS = (keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum)
+TEMPORARY = "number__"  # before names that no kernel has
 ROUNDS = 30  # in which the tangents of all variables are known
 
 
@@ -101,7 +102,8 @@ class _Rules(PythonText):
     def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
         super().__init__(derivatives.scope)
         self.all, self.function = derivatives, function
-        self.activities = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
+        self.entering = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
+        self.activities = dict(self.entering)
         self.result, self.lines, self.indent, self.count, self.does = _nowhere(function.result), list[str](), 1, 0, False
 
     def derived(self) -> Derived:
@@ -109,17 +111,25 @@ class _Rules(PythonText):
         for _ in range(ROUNDS):
             before = dict(self.activities), self.result
             self.lines, self.count, self.does = [], 0, False
+            self._enter()
             self._block(self.function.body)
             if (self.activities, self.result) == before:
                 break
         names = [parameter.name for parameter in self.function.parameters]
-        arguments = [*names, *(f"d_{name}" for name in names if is_active(self.activities[name]))]
+        arguments = [*names, *(_tangent_of(name) for name in names if is_active(self.entering[name]))]
         derived = Derived(free_name(f"with_tangent_{self.function.name}", self.scope), self.result, self.does)
         if derived.is_needed:
             text = f"def {derived.name}({', '.join(arguments)}):\n" + "\n".join(self.lines) + "\n"
             mark = kernel(inline=is_absorbed(self.function.source), portable=False)
             self.scope[derived.name] = mark(defined(derived.name, text, self.scope))
         return derived
+
+    def _enter(self) -> None:
+        """Give a tangent to each argument that comes without, and is given another value later that has one."""
+        for name, activity in self.entering.items():
+            if self.activities[name] != activity:
+                before = Dual(name, activity, _tangent_of(name) if is_active(activity) else "")
+                self._line(f"{_tangent_of(name)} = {self._fitted(before, self.activities[name])}")
 
     # --- statements -------------------------------------------------------------------------------------------------
 
@@ -143,7 +153,7 @@ class _Rules(PythonText):
         before = self.activities.get(name, _nowhere(statement.variable.type))
         self.activities[name] = joined(before, value.activity)
         if is_active(self.activities[name]):
-            self._line(f"d_{name} = {self._fitted(value, self.activities[name])}")
+            self._line(f"{_tangent_of(name)} = {self._fitted(value, self.activities[name])}")
         self._line(f"{name} = {value.value}")
 
     def _do_store(self, statement: tree.Store) -> None:
@@ -205,8 +215,8 @@ class _Rules(PythonText):
         if text.replace(".", "").replace("_", "").isalnum():
             return text
         self.count += 1
-        self._line(f"t_{self.count} = {text}")
-        return f"t_{self.count}"
+        self._line(f"{TEMPORARY}{self.count} = {text}")
+        return f"{TEMPORARY}{self.count}"
 
     def _number(self, node: tree.Expression) -> Dual:
         dual = self.dual(node)
@@ -228,7 +238,7 @@ class _Rules(PythonText):
 
     def _dual_variable(self, node: tree.Variable) -> Dual:
         activity = self.activities.get(node.name, _nowhere(node.type))
-        return Dual(node.name, activity, f"d_{node.name}" if is_active(activity) else "")
+        return Dual(node.name, activity, _tangent_of(node.name) if is_active(activity) else "")
 
     def _dual_field(self, node: tree.Field) -> Dual:
         of, kind = self.dual(node.of), node.of.type
@@ -277,12 +287,12 @@ class _Rules(PythonText):
     def _dual_select(self, node: tree.Select) -> Dual:
         activity = joined(self._activity(node.first), self._activity(node.second))
         self.count += 1
-        name = f"t_{self.count}"
+        name = f"{TEMPORARY}{self.count}"
         self._line(f"if {self.plain(node.test)}:")
         self._branch(name, node.first, activity)
         self._line("else:")
         self._branch(name, node.second, activity)
-        return Dual(name, activity, f"d_{name}" if is_active(activity) else "")
+        return Dual(name, activity, _tangent_of(name) if is_active(activity) else "")
 
     def _activity(self, node: tree.Expression) -> Activity:
         """Return what of a value has a tangent; nothing is written."""
@@ -296,7 +306,7 @@ class _Rules(PythonText):
         self.indent += 1
         dual = self.dual(node)
         if is_active(activity):
-            self._line(f"d_{name} = {self._fitted(dual, activity)}")
+            self._line(f"{_tangent_of(name)} = {self._fitted(dual, activity)}")
         self._line(f"{name} = {dual.value}")
         self.indent -= 1
 
@@ -340,14 +350,20 @@ class _Rules(PythonText):
         if not is_active(derived.result):
             return Dual(call if node.type == VOID else self._held(call), derived.result)
         self.count += 1
-        self._line(f"t_{self.count}, d_t_{self.count} = {call}")
-        return Dual(f"t_{self.count}", derived.result, f"d_t_{self.count}")
+        name = f"{TEMPORARY}{self.count}"
+        self._line(f"{name}, {_tangent_of(name)} = {call}")
+        return Dual(name, derived.result, _tangent_of(name))
 
     def _dual_make(self, node: tree.Make) -> Dual:
         parts = list(map(self.dual, node.parts))
         tangents = [part.tangent for part in parts if is_active(part.activity)]
         value = self.tuple_text(node, [part.value for part in parts])
         return Dual(value, tuple(part.activity for part in parts), f"({', '.join(tangents)},)" if tangents else "")
+
+
+def _tangent_of(name: str) -> str:
+    """Return what the tangent of a variable is called; kernels have names of their own such as ``d_v``."""
+    return f"tangent__{name}"
 
 
 def _is_infinite(node: tree.Expression) -> bool:
